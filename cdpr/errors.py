@@ -1,0 +1,50 @@
+"""The errors of cdpr: each says where, what is wrong, what is allowed and what to do next."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """What `cdpr` returns to the shell."""
+
+    OK = 0
+    BAD_INPUT = 2
+    PLUGIN = 3
+    INFEASIBLE = 4
+    DIVERGED = 5
+    BACKEND_DIED = 6
+    DISAGREES = 7
+    NOT_WRITABLE = 8
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+
+class CdprError(Exception):
+    """Base of every error that cdpr raises on purpose; its text is meant for the user."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+
+class ScenarioError(CdprError):
+    """A scenario or robot file is wrong. `problems` holds one `file:line:col: key: what` line each."""
+
+    def __init__(self, problems: list[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+
+class PluginError(CdprError):
+    """A plugin is unknown, not installed or broken."""
+
+    exit_code = ExitCode.PLUGIN
+
+
+class OutputError(CdprError):
+    """A file or folder cannot be written."""
+
+    exit_code = ExitCode.NOT_WRITABLE
+
+
+class LogError(CdprError):
+    """A run folder or its log cannot be read."""

@@ -1,0 +1,227 @@
+"""A run in memory: arrays with documented shapes, and what was run."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cdpr.log.layout import Layout
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Header:
+    """What was run, known before the first step; the same for equal scenario, seed and versions."""
+
+    scenario: str
+    robot: str
+    backend: str
+    controller: str
+    solver: str
+    control_step: float  # s
+    physics_step: float  # s
+    seed: int
+    gravity: tuple[float, ...]  # (3,), m/s^2
+    mass: float  # kg, of the platform
+    cables: tuple[str, ...]  # names
+    anchors: tuple[tuple[float, ...], ...]  # (m, 6): A_i in the world, B_i on the platform, m
+    tension_min: tuple[float, ...]  # (m,), N
+    tension_max: tuple[float, ...]  # (m,), N
+    characteristic_length: float  # m
+    shape: dict[str, Any] | None  # {"box": [x, y, z]} or {"sphere": radius}, m
+    versions: dict[str, str]  # of cdpr, Python and the libraries that computed
+    scenario_yaml: str  # the resolved scenario
+
+    @property
+    def layout(self) -> Layout:
+        """Columns of the rows."""
+        return Layout(len(self.cables))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a dictionary for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Header:
+        """Undo `to_dict` after a passage through JSON."""
+        tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max")}
+        return cls(**{**data, **tuples, "anchors": tuple(tuple(row) for row in data["anchors"])})
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened in a run."""
+
+    time: float  # s
+    kind: str  # "infeasible", "diverged", "stopped", "interrupted", ...
+    text: str
+    until: float | None = None  # s, where it lasted
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run, K samples of a robot with m cables; sample k was taken at time k * control_step.
+
+    Frames and signs as `cdpr.model` says. `status` is "finished", "diverged", "infeasible", "interrupted", "failed" or
+    "running" (killed while it ran).
+    """
+
+    header: Header
+    rows: Array  # (K, width), columns as header.layout
+    status: str = "finished"
+    message: str = ""
+    events: tuple[Event, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
+    unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
+    folder: str | None = None
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a field by name: (K,) where it has one column, else (K, columns)."""
+        columns = self.header.layout.columns[name]
+        block = self.rows[:, columns]
+        return block[:, 0] if name in SCALARS else block
+
+    @property
+    def time(self) -> Array:
+        """Time of each sample, (K,), s."""
+        return self["time"]
+
+    @property
+    def position(self) -> Array:
+        """Platform origin, (K, 3), m, world."""
+        return self["position"]
+
+    @property
+    def orientation(self) -> Array:
+        """Attitude quaternion w, x, y, z, (K, 4)."""
+        return self["orientation"]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity of the origin, (K, 3), m/s, world."""
+        return self["velocity"]
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Angular velocity, (K, 3), rad/s, world."""
+        return self["angular_velocity"]
+
+    @property
+    def acceleration(self) -> Array:
+        """Mean acceleration of the origin over the period after each sample, (K, 3), m/s^2, world; last row NaN."""
+        return _difference_quotient(self.velocity, self.header.control_step)
+
+    @property
+    def angular_acceleration(self) -> Array:
+        """Mean angular acceleration over the period after each sample, (K, 3), rad/s^2, world; last row NaN."""
+        return _difference_quotient(self.angular_velocity, self.header.control_step)
+
+    @property
+    def desired_position(self) -> Array:
+        """Desired platform origin, (K, 3), m, world."""
+        return self["desired_position"]
+
+    @property
+    def desired_orientation(self) -> Array:
+        """Desired attitude quaternion w, x, y, z, (K, 4)."""
+        return self["desired_orientation"]
+
+    @property
+    def desired_velocity(self) -> Array:
+        """Desired velocity of the origin, (K, 3), m/s, world."""
+        return self["desired_velocity"]
+
+    @property
+    def desired_angular_velocity(self) -> Array:
+        """Desired angular velocity, (K, 3), rad/s, world."""
+        return self["desired_angular_velocity"]
+
+    @property
+    def desired_acceleration(self) -> Array:
+        """Desired acceleration of the origin, (K, 3), m/s^2, world."""
+        return self["desired_acceleration"]
+
+    @property
+    def desired_angular_acceleration(self) -> Array:
+        """Desired angular acceleration, (K, 3), rad/s^2, world."""
+        return self["desired_angular_acceleration"]
+
+    @property
+    def position_error(self) -> Array:
+        """Desired minus actual position, (K, 3), m, world."""
+        return self.desired_position - self.position
+
+    @property
+    def orientation_error(self) -> Array:
+        """Rotation vector that turns the actual into the desired attitude, (K, 3), rad, world."""
+        a, b = self.desired_orientation, self.orientation  # the product a * conjugate(b), row by row
+        w = np.sum(a * b, axis=1, keepdims=True)
+        xyz = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
+        return rotations.rotation_vector(np.concatenate([w, xyz], axis=1))
+
+    @property
+    def wrench(self) -> Array:
+        """Wrench that the controller asked for: force, moment about the origin, (K, 6), N and N m, world."""
+        return self["wrench"]
+
+    @property
+    def tension(self) -> Array:
+        """Tension of each cable, held until the next sample, (K, m), N."""
+        return self["tension"]
+
+    @property
+    def length(self) -> Array:
+        """Cable lengths, (K, m), m."""
+        return self["length"]
+
+    @property
+    def rate(self) -> Array:
+        """Rates of the cable lengths, (K, m), m/s."""
+        return self["rate"]
+
+    @property
+    def solver_status(self) -> Array:
+        """What the solver's answer was found to be, a `cdpr.tension.Status`, (K,)."""
+        return self["status"]
+
+    @property
+    def residual(self) -> Array:
+        """Norm of W tension - wrench, moments divided by the characteristic length, (K,), N."""
+        return self["residual"]
+
+    @property
+    def margin(self) -> Array:
+        """Smallest distance of a tension from its limits, negative outside, (K,), N."""
+        return self["margin"]
+
+    @property
+    def at_limit(self) -> Array:
+        """Number of cables at a limit, (K,)."""
+        return self["at_limit"]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the figures that `cdpr run` prints, as plain numbers."""
+        from cdpr.log.summary import summarise
+
+        return summarise(self)
+
+    def plot(self) -> Figure:
+        """Draw the run; needs the extra `plot`."""
+        from cdpr.report.plots import overview
+
+        return overview(self)
+
+
+SCALARS = ("time", "status", "residual", "margin", "at_limit")
+
+
+def _difference_quotient(values: Array, step: float) -> Array:
+    quotient = np.full_like(values, np.nan)
+    quotient[:-1] = np.diff(values, axis=0) / step
+    return quotient

@@ -1,0 +1,21 @@
+"""The one place where numba is told how to compile our kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, cast
+
+import numba
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile `function` at its first call and keep the result on disk.
+
+    Kernels work on C-contiguous float64 arrays. Division by zero yields inf or nan, as in numpy, so that a
+    degenerate geometry reaches the checks instead of raising in the loop. No fast-math: the checks must see NaN.
+    With NUMBA_DISABLE_JIT=1 the same source runs as plain Python.
+    """
+    return cast("Callable[P, R]", numba.njit(cache=True, error_model="numpy")(function))

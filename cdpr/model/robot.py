@@ -1,0 +1,117 @@
+"""The robot as frozen data. Conventions: see `cdpr.model`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) -> Array:
+    """Return a read-only, C-contiguous float64 copy of `values`."""
+    array = np.array(values, dtype=np.float64, order="C")
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Cable:
+    """One cable between the frame and the platform.
+
+    The optional properties are None where unknown; a cable model that needs one asks for it.
+    """
+
+    name: str
+    frame: Array  # (3,) A_i, m, world axes
+    platform: Array  # (3,) B_i, m, platform axes
+    tension_min: float  # N
+    tension_max: float  # N
+    diameter: float | None = None  # m
+    axial_stiffness: float | None = None  # N, the product E A
+    linear_density: float | None = None  # kg/m
+    length_min: float | None = None  # m
+    length_max: float | None = None  # m
+    speed_max: float | None = None  # m/s
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box centred on the platform's origin, for drawing."""
+
+    size: tuple[float, float, float]  # m, along the platform's axes
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere centred on the platform's origin, for drawing."""
+
+    radius: float  # m
+
+
+@dataclass(frozen=True, eq=False)
+class Platform:
+    """The moving rigid body."""
+
+    mass: float  # kg
+    inertia: Array  # (3, 3), kg m^2, about the centre of mass, platform axes
+    center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
+    shape: Box | Sphere | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A cable-driven parallel robot: a platform, m cables and the n directions that the cables control."""
+
+    name: str
+    platform: Platform
+    cables: tuple[Cable, ...]
+    dof: tuple[str, ...] = DOF_NAMES
+    unilateral: bool = True  # False: rigid legs that may also push
+
+    @property
+    def m(self) -> int:
+        """Number of cables."""
+        return len(self.cables)
+
+    @property
+    def n(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.dof)
+
+    @cached_property
+    def anchors(self) -> Array:
+        """Anchors [A_i, B_i] side by side, shape (m, 6): what the kernels take."""
+        return np.array([[*cable.frame, *cable.platform] for cable in self.cables], dtype=np.float64)
+
+    @cached_property
+    def tension_min(self) -> Array:
+        """Lowest admissible tensions, shape (m,), N."""
+        return np.array([cable.tension_min for cable in self.cables], dtype=np.float64)
+
+    @cached_property
+    def tension_max(self) -> Array:
+        """Highest admissible tensions, shape (m,), N."""
+        return np.array([cable.tension_max for cable in self.cables], dtype=np.float64)
+
+    @cached_property
+    def characteristic_length(self) -> float:
+        """Root mean square of |B_i|, m; 1 where all platform anchors coincide with the origin."""
+        length = float(np.sqrt(np.mean(np.sum(self.anchors[:, 3:] ** 2, axis=1))))
+        return length if length > 0.0 else 1.0
+
+    @cached_property
+    def inertial(self) -> Array:
+        """Mass properties packed for the kernels, shape (22,).
+
+        Mass, centre of mass (3), inertia tensor (9, row by row) and its inverse (9).
+        """
+        platform = self.platform
+        inverse = np.linalg.inv(platform.inertia)
+        return np.concatenate([[platform.mass], platform.center_of_mass, platform.inertia.ravel(), inverse.ravel()])

@@ -1,0 +1,81 @@
+"""Attitudes outside the loop: quaternions (w, x, y, z), angles and matrices, in numpy alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.model.robot import Array
+
+
+def multiply(a: Array, b: Array) -> Array:
+    """Hamilton product a b, each (4,) as w, x, y, z."""
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
+
+
+def conjugate(q: Array) -> Array:
+    """Inverse of a unit quaternion, (4,)."""
+    return np.array([q[0], -q[1], -q[2], -q[3]])
+
+
+def from_axis_angle(axis: Array, angle: float) -> Array:
+    """Quaternion (4,) of a turn by `angle` (rad) about the unit vector `axis` (3,)."""
+    return np.concatenate([[np.cos(0.5 * angle)], np.sin(0.5 * angle) * np.asarray(axis, dtype=np.float64)])
+
+
+def from_euler(angles: Array, order: str) -> Array:
+    """Quaternion (4,) of successive turns by `angles` (3,), rad.
+
+    As in scipy, an upper-case `order` such as "XYZ" names moving axes, R = Rx Ry Rz, and a lower-case one such as
+    "xyz" names fixed axes, R = Rz Ry Rx.
+    """
+    moving = order.isupper()
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+    for angle, axis in zip(angles, order.lower(), strict=True):
+        turn = from_axis_angle(np.eye(3)["xyz".index(axis)], float(angle))
+        q = multiply(q, turn) if moving else multiply(turn, q)
+    return q
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> Array:
+    """Quaternion (4,) of R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    return from_euler(np.array([roll, pitch, yaw]), "xyz")
+
+
+def matrix(q: Array) -> Array:
+    """Rotation matrix (3, 3) of a unit quaternion (4,)."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rotation_vector(q: Array) -> Array:
+    """Rotation vector (3,), rad, of a unit quaternion (4,) or an array of them (..., 4): the shorter way round."""
+    q = np.asarray(q, dtype=np.float64)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    half = np.arctan2(sine, q[..., :1])
+    scale = np.where(sine > 0.0, 2.0 * half / np.where(sine > 0.0, sine, 1.0), 2.0)
+    return np.asarray(scale * q[..., 1:])
+
+
+def from_matrix(R: Array) -> Array:
+    """Unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3) (Shepperd's method)."""
+    trace = float(np.trace(R))
+    squares = np.array([trace, R[0, 0], R[1, 1], R[2, 2]])
+    k = int(np.argmax(squares))
+    q = np.empty(4)
+    q[k] = 0.5 * np.sqrt(1.0 + 2.0 * squares[k] - trace)
+    scale = 0.25 / q[k]
+    if k == 0:
+        q[1:] = scale * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    else:
+        i, j, l = k - 1, k % 3, (k + 1) % 3  # noqa: E741
+        q[0] = scale * (R[l, j] - R[j, l])
+        q[1 + j] = scale * (R[j, i] + R[i, j])
+        q[1 + l] = scale * (R[l, i] + R[i, l])
+    return q if q[0] >= 0.0 else -q

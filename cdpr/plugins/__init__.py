@@ -1,0 +1,52 @@
+"""What plugin authors import: the hook marker, PluginInfo and the interfaces of backends, controllers and solvers.
+
+A plugin package declares an entry point in the group `cdpr` that names a light module. That module implements one or
+more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, each returning `PluginInfo` rows:
+
+    from cdpr.plugins import PluginInfo, hookimpl
+
+    @hookimpl
+    def cdpr_solvers():
+        return [PluginInfo(name="mine", factory="my_package.solver:Mine", summary="one line")]
+
+The factory is imported only when the plugin is chosen.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cdpr.plugins.info import INTERFACE_VERSION, PluginInfo, PluginOptions, hookimpl
+
+if TYPE_CHECKING:
+    from cdpr.plugins.backend import Backend
+    from cdpr.plugins.controller import Controller
+    from cdpr.plugins.rigid_body import RigidBodyBackend
+    from cdpr.plugins.solver import TensionSolver
+
+__all__ = [
+    "INTERFACE_VERSION",
+    "Backend",
+    "Controller",
+    "PluginInfo",
+    "PluginOptions",
+    "RigidBodyBackend",
+    "TensionSolver",
+    "hookimpl",
+]
+
+_INTERFACES = {
+    "Backend": "cdpr.plugins.backend",
+    "Controller": "cdpr.plugins.controller",
+    "RigidBodyBackend": "cdpr.plugins.rigid_body",
+    "TensionSolver": "cdpr.plugins.solver",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import an interface when it is first asked for, so that plugin rows stay light."""
+    if name in _INTERFACES:
+        from importlib import import_module
+
+        return getattr(import_module(_INTERFACES[name]), name)
+    raise AttributeError(f"module 'cdpr.plugins' has no attribute {name!r}")

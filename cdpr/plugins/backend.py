@@ -1,0 +1,51 @@
+"""The interface of a physics backend."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+
+
+class Backend(ABC):
+    """A plant: takes the command of each cable and moves the platform.
+
+    The caller writes `command` and `external`, which are held until it writes them again, and reads `state`. The
+    arrays are made here and never replaced, so that both sides may keep a reference.
+
+    Attributes:
+        command: (m,) tension of each cable, N.
+        external: (6,) further wrench on the platform at its origin, world axes: force, N, then moment, N m.
+        state: (13,) the platform, laid out as `cdpr.model` says; live: current after `reset` and after `step`.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
+        self.robot = robot
+        self.gravity = np.array(gravity, dtype=np.float64)
+        self.physics_step = physics_step
+        self.options = options
+        self.command = np.zeros(robot.m)
+        self.external = np.zeros(6)
+        self.state = np.zeros(13)
+
+    @abstractmethod
+    def reset(self, state: Array) -> None:
+        """Put the platform into `state` (13,) and the clock to zero."""
+
+    @abstractmethod
+    def step(self, n: int) -> None:
+        """Advance by n physics steps. It checks nothing: the caller checks `state` after each call."""
+
+    def engine_time(self) -> float | None:
+        """Return the time since `reset` by the engine's own clock, s, or None where it has none.
+
+        It serves to notice an engine that reset itself.
+        """
+        return None
+
+    def close(self) -> None:  # noqa: B027 - an optional hook
+        """Free what the engine holds; the backend is not used afterwards."""

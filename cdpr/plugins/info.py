@@ -1,0 +1,58 @@
+"""The row by which a plugin makes itself known, and the hooks that return such rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import pluggy
+from pydantic import BaseModel, ConfigDict
+
+INTERFACE_VERSION = 1
+
+hookspec = pluggy.HookspecMarker("cdpr")
+hookimpl = pluggy.HookimplMarker("cdpr")
+
+
+class PluginOptions(BaseModel):
+    """Base of the options that a plugin takes in a scenario: frozen, no unknown key, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class PluginInfo:
+    """One backend, controller or solver.
+
+    `factory` is "module:Class", imported only when the plugin is chosen. `requires` names the importable modules that
+    it needs and `extra` the pip extra that brings them, such as "cdpr[mujoco]". `properties` are declared facts (a
+    backend's order, a solver's continuity, ...) shown by `cdpr plugins` and checked by the conformance kit.
+    """
+
+    name: str
+    factory: str
+    summary: str
+    requires: tuple[str, ...] = ()
+    extra: str = ""
+    properties: Mapping[str, object] = field(default_factory=dict)
+    options: type[BaseModel] = PluginOptions
+    interface: int = INTERFACE_VERSION
+
+
+class Hooks:
+    """The hooks of cdpr."""
+
+    @hookspec
+    def cdpr_backends(self) -> list[PluginInfo]:
+        """Return the physics backends of this package."""
+        raise AssertionError("a hook specification is never called")
+
+    @hookspec
+    def cdpr_controllers(self) -> list[PluginInfo]:
+        """Return the controllers of this package."""
+        raise AssertionError("a hook specification is never called")
+
+    @hookspec
+    def cdpr_solvers(self) -> list[PluginInfo]:
+        """Return the tension solvers of this package."""
+        raise AssertionError("a hook specification is never called")
