@@ -1,0 +1,232 @@
+"""The compiled mathematics of the loop. Conventions: see `cdpr.model`.
+
+Vectors that stay inside a kernel are tuples, which the compiler keeps in registers; arrays come in and go out.
+`NUMBA_DISABLE_JIT=1` runs the same source as plain Python.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+# Below this half-angle sine the rotation vector is 2 q_xyz to within 1e-16 relative (the next term is sine^2 / 6).
+SMALL_SINE = 1e-8
+
+
+@kernel
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@kernel
+def dot(a: Vector, b: Vector) -> float:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def vector(array: Array, start: int) -> Vector:
+    """Return three consecutive entries of a flat array."""
+    return (array[start], array[start + 1], array[start + 2])
+
+
+@kernel
+def quaternion(array: Array, start: int) -> Quaternion:
+    """Return four consecutive entries of a flat array."""
+    return (array[start], array[start + 1], array[start + 2], array[start + 3])
+
+
+@kernel
+def store(values: Vector, array: Array, start: int) -> None:
+    """Write a vector into a flat array."""
+    array[start] = values[0]
+    array[start + 1] = values[1]
+    array[start + 2] = values[2]
+
+
+@kernel
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Hamilton product of two quaternions (w, x, y, z)."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3],
+        a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1],
+    )
+
+
+@kernel
+def conjugate(q: Quaternion) -> Quaternion:
+    """Inverse of a unit quaternion."""
+    return (q[0], -q[1], -q[2], -q[3])
+
+
+@kernel
+def rotate(q: Quaternion, v: Vector) -> Vector:
+    """Turn a vector by a unit quaternion: R(q) v."""
+    axis = (q[1], q[2], q[3])
+    t = cross(axis, v)
+    t = (2.0 * t[0], 2.0 * t[1], 2.0 * t[2])
+    s = cross(axis, t)
+    return (v[0] + q[0] * t[0] + s[0], v[1] + q[0] * t[1] + s[1], v[2] + q[0] * t[2] + s[2])
+
+
+@kernel
+def exponential(v: Vector) -> Quaternion:
+    """Unit quaternion of the rotation vector v (rad)."""
+    half = 0.5 * math.sqrt(dot(v, v))
+    scale = 0.5 if half < SMALL_SINE else 0.5 * math.sin(half) / half
+    return (math.cos(half), scale * v[0], scale * v[1], scale * v[2])
+
+
+@kernel
+def logarithm(q: Quaternion) -> Vector:
+    """Rotation vector (rad, at most pi long) of a unit quaternion of either sign."""
+    sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    cosine = abs(q[0])
+    scale = 2.0 if sine < SMALL_SINE else 2.0 * math.atan2(sine, cosine) / sine
+    if q[0] < 0.0:
+        scale = -scale
+    return (scale * q[1], scale * q[2], scale * q[3])
+
+
+@kernel
+def cable_geometry(anchors: Array, state: Array, W: Array, length: Array, rate: Array) -> None:
+    """Write the wrench matrix (6, m), the lengths (m,) and their rates (m,) at `state`; anchors are (m, 6).
+
+    With the platform's twist, rate = -W^T twist: a cable shortens where it pulls along the motion.
+    """
+    p = vector(state, 0)
+    q = quaternion(state, 3)
+    v = vector(state, 7)
+    omega = vector(state, 10)
+    for i in range(anchors.shape[0]):
+        b = rotate(q, (anchors[i, 3], anchors[i, 4], anchors[i, 5]))
+        l = (anchors[i, 0] - p[0] - b[0], anchors[i, 1] - p[1] - b[1], anchors[i, 2] - p[2] - b[2])  # noqa: E741
+        norm = math.sqrt(dot(l, l))
+        u = (l[0] / norm, l[1] / norm, l[2] / norm)
+        c = cross(b, u)
+        W[0, i] = u[0]
+        W[1, i] = u[1]
+        W[2, i] = u[2]
+        W[3, i] = c[0]
+        W[4, i] = c[1]
+        W[5, i] = c[2]
+        length[i] = norm
+        rate[i] = -dot(u, v) - dot(c, omega)
+
+
+@kernel
+def wrench_matrix_rate(anchors: Array, state: Array, rate: Array) -> None:
+    """Write the time derivative (6, m) of the wrench matrix at `state`."""
+    p = vector(state, 0)
+    q = quaternion(state, 3)
+    v = vector(state, 7)
+    omega = vector(state, 10)
+    for i in range(anchors.shape[0]):
+        b = rotate(q, (anchors[i, 3], anchors[i, 4], anchors[i, 5]))
+        db = cross(omega, b)
+        l = (anchors[i, 0] - p[0] - b[0], anchors[i, 1] - p[1] - b[1], anchors[i, 2] - p[2] - b[2])  # noqa: E741
+        norm = math.sqrt(dot(l, l))
+        u = (l[0] / norm, l[1] / norm, l[2] / norm)
+        dl = (-v[0] - db[0], -v[1] - db[1], -v[2] - db[2])
+        along = dot(u, dl)
+        du = ((dl[0] - along * u[0]) / norm, (dl[1] - along * u[1]) / norm, (dl[2] - along * u[2]) / norm)
+        c1 = cross(db, u)
+        c2 = cross(b, du)
+        rate[0, i] = du[0]
+        rate[1, i] = du[1]
+        rate[2, i] = du[2]
+        rate[3, i] = c1[0] + c2[0]
+        rate[4, i] = c1[1] + c2[1]
+        rate[5, i] = c1[2] + c2[2]
+
+
+@kernel
+def cable_wrench(anchors: Array, p: Vector, q: Quaternion, tension: Array) -> tuple[Vector, Vector]:
+    """Force and moment about p, world axes, of the tensions (m,) on a body at p with attitude q."""
+    fx, fy, fz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(anchors.shape[0]):
+        b = rotate(q, (anchors[i, 3], anchors[i, 4], anchors[i, 5]))
+        l = (anchors[i, 0] - p[0] - b[0], anchors[i, 1] - p[1] - b[1], anchors[i, 2] - p[2] - b[2])  # noqa: E741
+        scale = tension[i] / math.sqrt(dot(l, l))
+        f = (scale * l[0], scale * l[1], scale * l[2])
+        c = cross(b, f)
+        fx += f[0]
+        fy += f[1]
+        fz += f[2]
+        mx += c[0]
+        my += c[1]
+        mz += c[2]
+    return (fx, fy, fz), (mx, my, mz)
+
+
+@kernel
+def product(matrix: Array, start: int, v: Vector) -> Vector:
+    """Return A v where A is 3 x 3 and stands row by row in a flat array from `start`."""
+    return (
+        matrix[start] * v[0] + matrix[start + 1] * v[1] + matrix[start + 2] * v[2],
+        matrix[start + 3] * v[0] + matrix[start + 4] * v[1] + matrix[start + 5] * v[2],
+        matrix[start + 6] * v[0] + matrix[start + 7] * v[1] + matrix[start + 8] * v[2],
+    )
+
+
+@kernel
+def inverse_dynamics(
+    inertial: Array, gravity: Array, q: Quaternion, omega: Vector, a: Vector, alpha: Vector, wrench: Array
+) -> None:
+    """Write the wrench (6,) that accelerates the platform by `a` (of its origin) and `alpha`, world axes.
+
+    Newton and Euler about the centre of mass G, which lies at r = R c from the origin (inertial: see `Robot`):
+    force = m (a + alpha x r + omega x (omega x r) - g), moment about G = I alpha + omega x I omega; moved to the
+    origin, moment = moment about G + r x force.
+    """
+    mass = inertial[0]
+    r = rotate(q, vector(inertial, 1))
+    tangential = cross(alpha, r)
+    centripetal = cross(omega, cross(omega, r))
+    f = (
+        mass * (a[0] + tangential[0] + centripetal[0] - gravity[0]),
+        mass * (a[1] + tangential[1] + centripetal[1] - gravity[1]),
+        mass * (a[2] + tangential[2] + centripetal[2] - gravity[2]),
+    )
+    inverse = conjugate(q)
+    euler = rotate(q, product(inertial, 4, rotate(inverse, alpha)))
+    gyroscopic = cross(omega, rotate(q, product(inertial, 4, rotate(inverse, omega))))
+    lever = cross(r, f)
+    store(f, wrench, 0)
+    store(
+        (
+            euler[0] + gyroscopic[0] + lever[0],
+            euler[1] + gyroscopic[1] + lever[1],
+            euler[2] + gyroscopic[2] + lever[2],
+        ),
+        wrench,
+        3,
+    )
+
+
+@kernel
+def proportional_derivative(state: Array, desired: Array, gains: Array) -> tuple[Vector, Vector]:
+    """Return kp (x_d - x) + kd (v_d - v), linear and angular, world axes; gains are kp (6) and kd (6).
+
+    The error of attitude is the rotation vector that turns the actual into the desired one.
+    """
+    e = logarithm(multiply(quaternion(desired, 3), conjugate(quaternion(state, 3))))
+    linear = (
+        gains[0] * (desired[0] - state[0]) + gains[6] * (desired[7] - state[7]),
+        gains[1] * (desired[1] - state[1]) + gains[7] * (desired[8] - state[8]),
+        gains[2] * (desired[2] - state[2]) + gains[8] * (desired[9] - state[9]),
+    )
+    angular = (
+        gains[3] * e[0] + gains[9] * (desired[10] - state[10]),
+        gains[4] * e[1] + gains[10] * (desired[11] - state[11]),
+        gains[5] * e[2] + gains[11] * (desired[12] - state[12]),
+    )
+    return linear, angular

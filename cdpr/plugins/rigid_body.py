@@ -1,0 +1,73 @@
+"""What rigid-body engines share: cables, external wrench and the move between platform origin and centre of mass."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
+from cdpr.model.robot import Array
+from cdpr.plugins.backend import Backend
+
+
+class RigidBodyBackend(Backend):
+    """A backend on an engine that integrates a free rigid body under an applied wrench.
+
+    The engine's file builds the world and implements `build`, `write`, `read` and `advance`; here the cable geometry and the
+    tensions are evaluated once a physics step. The engine sees a body whose frame lies at the centre of mass along the
+    principal axes, so its inertia is `frame.moments` and its centre of mass the origin.
+
+    Attributes:
+        frame: mass, principal moments and anchors of that body.
+        body: (13,) its state: position of the centre of mass (world), attitude w, x, y, z, velocity of the centre of
+            mass (world), angular velocity (world).
+        applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the centre
+            of mass, world axes.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, physics_step, options)
+        self.frame = BodyFrame(robot)
+        self.body = np.zeros(13)
+        self.applied = np.zeros(6)
+        self.build()
+        frame = self.frame
+        self._pull = partial(
+            applied_wrench, frame.anchors, frame.offset, self.command, self.external, self.body, self.applied
+        )
+        self._publish = partial(to_platform, frame.offset, self.body, self.state)
+
+    @abstractmethod
+    def build(self) -> None:
+        """Make the world. An engine that takes the wrench in an array of its own sets `applied` to it here."""
+
+    @abstractmethod
+    def write(self) -> None:
+        """Put the engine's body into `body`, its clock to zero and forget all earlier forces."""
+
+    @abstractmethod
+    def read(self) -> None:
+        """Read the engine's body into `body`."""
+
+    @abstractmethod
+    def advance(self) -> None:
+        """Advance the engine by one physics step under gravity and `applied`."""
+
+    def reset(self, state: Array) -> None:
+        """Put the platform into `state` (13,)."""
+        from_platform(self.frame.offset, np.array(state, dtype=np.float64), self.body)
+        self.write()
+        self.read()
+        self._publish()
+
+    def step(self, n: int) -> None:
+        """Advance by n physics steps."""
+        for _ in range(n):
+            self._pull()
+            self.advance()
+            self.read()
+        self._publish()
