@@ -48,3 +48,21 @@ class OutputError(CdprError):
 
 class LogError(CdprError):
     """A run folder or its log cannot be read."""
+
+
+class SimulationStopped(CdprError):  # noqa: N818 - not always a fault
+    """A run ended before its time. `run` holds what was computed up to there."""
+
+    run: object = None
+
+
+class Infeasible(SimulationStopped):
+    """The wrench could not be distributed and the scenario says to stop then."""
+
+    exit_code = ExitCode.INFEASIBLE
+
+
+class Diverged(SimulationStopped):
+    """The state left what a sound simulation can reach: NaN, absurd speed, an engine that reset itself."""
+
+    exit_code = ExitCode.DIVERGED

@@ -33,7 +33,7 @@ def make_run(
     rows: int = 4001,
     m: int = 8,
     names: tuple[str, ...] | None = None,
-    limits: tuple[float, float] = (50.0, 600.0),
+    limits: tuple[float, float] = (20.0, 650.0),
     noise: float = 0.02,
 ) -> Run:
     """Return a run of 1 kHz: a quintic move for three quarters of the time, errors near 0.2 mm, then rest."""

@@ -1,0 +1,145 @@
+"""The one door to matplotlib: figures without pyplot, one fixed style, SVG that is the same for the same run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import wraps
+from io import StringIO
+from typing import Any, TypeVar, cast
+
+from cdpr.errors import PluginError
+
+try:
+    import matplotlib as mpl
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+except ImportError as error:
+    raise PluginError(f"plots and reports need matplotlib ({error}): pip install 'cdpr[plot]'") from error
+
+__all__ = [
+    "INK",
+    "SOFT",
+    "Axes",
+    "Chart",
+    "Line2D",
+    "LogLocator",
+    "MaxNLocator",
+    "NullLocator",
+    "Path",
+    "PathPatch",
+    "inline_svg",
+    "styled",
+]
+
+INK = "#222222"
+SOFT = "#6b6b6b"
+
+# All that the reader's own matplotlibrc could change in these figures.
+STYLE: dict[str, Any] = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 8.5,
+    "text.color": INK,
+    "text.usetex": False,
+    "mathtext.default": "regular",
+    "axes.unicode_minus": True,
+    "axes.facecolor": "white",
+    "axes.edgecolor": "#9a9a9a",
+    "axes.linewidth": 0.7,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.0,
+    "axes.labelweight": "normal",
+    "axes.labelpad": 4.0,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.grid.axis": "both",
+    "axes.grid.which": "major",
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-3, 5),
+    "axes.formatter.use_mathtext": False,
+    "axes.formatter.use_locale": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "grid.linestyle": "-",
+    "grid.alpha": 1.0,
+    "xtick.bottom": False,
+    "ytick.left": False,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "xtick.major.pad": 3.0,
+    "ytick.major.pad": 3.0,
+    "figure.facecolor": "white",
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.2,
+    "legend.labelspacing": 0.35,
+    "legend.borderaxespad": 0.0,
+    "legend.borderpad": 0.0,
+    "lines.linewidth": 1.2,
+    "lines.dashed_pattern": (4.0, 2.0),
+    "lines.scale_dashes": True,
+    "lines.solid_joinstyle": "round",
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,
+    "path.sketch": None,
+    "path.effects": [],
+    "savefig.bbox": None,
+    "savefig.facecolor": "auto",
+    "svg.fonttype": "none",  # text stays text: small, searchable, and cheap to write
+    "svg.image_inline": True,
+}
+
+
+class Chart(Figure):  # type: ignore[misc]
+    """A matplotlib figure that notebooks can show although pyplot is not loaded."""
+
+    def _repr_svg_(self) -> str:
+        return inline_svg(self, "notebook")
+
+
+Draw = TypeVar("Draw", bound=Callable[..., Chart])
+
+
+def styled(draw: Draw) -> Draw:
+    """Let a function draw in this report's style, whatever the reader's is, and over values that are not finite."""
+
+    @wraps(draw)
+    def within(*args: Any, **options: Any) -> Chart:
+        with mpl.rc_context(STYLE):
+            return draw(*args, **options)
+
+    return cast(Draw, within)
+
+
+def inline_svg(figure: Figure, key: str) -> str:
+    """Return `figure` as an `<svg>` element for HTML; `key` keeps its ids apart from those of other figures."""
+    buffer = StringIO()
+    with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}):
+        empty = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        FigureCanvasSVG(figure).print_figure(buffer, format="svg", dpi=72, metadata=empty)
+    text = buffer.getvalue()
+    text = text[text.index("<svg ") :]
+    width, height = (f"{72 * inches:.4g}" for inches in figure.get_size_inches())
+    root = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+        f'viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
+    )
+    text = root + text[text.index(">") + 1 :]
+    text = re.sub(r' id="[a-z0-9]+_\d+"', "", text)  # figure_1, line2d_7: never referred to, not unique on a page
+    return re.sub(r' d="[^"]*"', _two_decimals, text)
+
+
+def _two_decimals(data: re.Match[str]) -> str:
+    """Cut coordinates to 0.01 pt, which nobody can see and which halves the file."""
+    return re.sub(r"(\.\d\d)\d+", r"\1", data[0])

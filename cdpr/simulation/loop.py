@@ -1,0 +1,149 @@
+"""The loop: state, desired, wrench, tension, one row, one step of the plant; again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic, sleep
+
+import numpy as np
+
+from cdpr.errors import Diverged, PluginError, SimulationStopped
+from cdpr.log.layout import Layout
+from cdpr.model import Robot
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.simulation.observe import FAULTS, observe
+from cdpr.tension.stage import Policy, TensionStage
+from cdpr.trajectory import Trajectory
+
+BLOCK_ROWS = 256
+BLOCK_SECONDS = 0.5
+
+# An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
+CLOCK_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What a closed loop is made of."""
+
+    robot: Robot
+    trajectory: Trajectory
+    controller: Controller
+    solver: TensionSolver
+    solver_name: str
+    respects_limits: bool
+    policy: Policy
+    backend: Backend
+    control_step: float  # s
+    substeps: int  # physics steps in a control step
+
+
+class Loop:
+    """A closed loop, ready to run.
+
+    Attributes:
+        row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        self.parts = parts
+        robot, backend = parts.robot, parts.backend
+        layout = Layout(robot.m)
+        self.row = row = np.zeros(layout.width)
+
+        def view(first: str, last: str | None = None) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+            return row[layout.span(first, last or first)]
+
+        self.state = view("position", "angular_velocity")
+        self.desired = view("desired_position", "desired_angular_acceleration")
+        self.wrench = view("wrench")
+        self.tension = view("tension")
+        self.W = np.zeros((6, robot.m))
+        self.previous = np.zeros(13)
+        self.sample = parts.trajectory.sampler(self.desired)
+        self.stage = TensionStage(
+            robot,
+            parts.solver.solve,
+            parts.solver_name,
+            parts.respects_limits,
+            parts.policy,
+            self.W,
+            self.wrench,
+            self.tension,
+            view("status", "at_limit"),
+        )
+        arm = float(np.linalg.norm(robot.platform.center_of_mass))
+        geometry = (arm, backend.state, self.previous, self.W, view("length"), view("rate"))
+        self.observe = partial(observe, robot.anchors, parts.control_step, *geometry)
+        self.observe_start = partial(observe, robot.anchors, 0.0, *geometry)  # no time has passed
+
+    def run(
+        self,
+        rows: np.ndarray[tuple[int, int], np.dtype[np.float64]],
+        flush: Callable[[int], None],
+        *,
+        real_time: bool = False,
+    ) -> int:
+        """Fill `rows` (steps + 1, width) from the backend's present state; return the number of rows written.
+
+        `flush(k)` is called when the first k rows are final: every 256 rows or half second of wall time, and at the
+        end, also when the run stops early. Raises SimulationStopped then, with the time in its text.
+        """
+        parts, row = self.parts, self.row
+        backend, substeps, period = parts.backend, parts.substeps, parts.control_step
+        state, live, desired, wrench = self.state, backend.state, self.desired, self.wrench
+        tension, command, advance = self.tension, backend.command, backend.step
+        sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
+        clock = backend.engine_time if backend.engine_time() is not None else None
+        last = len(rows) - 1
+        k, flush_at, flush_time = 0, BLOCK_ROWS, monotonic() + BLOCK_SECONDS
+        started = monotonic()
+        try:
+            self.previous[:] = live
+            self._check(self.observe_start())
+            while True:
+                time = k * period
+                row[0] = time
+                state[:] = live
+                sample(time)
+                control(time, state, desired, wrench)
+                distribute()
+                rows[k] = row
+                if k == last:
+                    k += 1
+                    return k
+                command[:] = tension
+                k += 1
+                advance(substeps)
+                fault = look()
+                if fault:
+                    self._check(fault)
+                if clock is not None and not abs(clock() - k * period) <= CLOCK_TOLERANCE * k * period:
+                    raise Diverged(f"the engine's clock reads {clock()} s: it reset itself")
+                if k >= flush_at or monotonic() > flush_time:
+                    flush(k)
+                    flush_at, flush_time = k + BLOCK_ROWS, monotonic() + BLOCK_SECONDS
+                if real_time:
+                    ahead = k * period - (monotonic() - started)
+                    if ahead > 0.0:
+                        sleep(ahead)
+        except (SimulationStopped, PluginError) as stop:
+            raise type(stop)(f"t = {k * period:.6g} s: {stop}") from stop
+        finally:
+            self.count = k
+            flush(k)
+
+    def _check(self, fault: int) -> None:
+        if fault:
+            state = self.parts.backend.state
+            raise Diverged(
+                f"{FAULTS[fault]} (position {_brief(state[:3])} m, velocity {_brief(state[7:10])} m/s, "
+                f"angular velocity {_brief(state[10:])} rad/s)"
+            )
+
+
+def _brief(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> str:
+    return "[" + ", ".join(f"{value:.4g}" if math.isfinite(value) else str(value) for value in values) + "]"

@@ -1,0 +1,73 @@
+"""Compiled checks of a distribution: no solver is believed."""
+
+from __future__ import annotations
+
+import math
+
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+from cdpr.tension.status import Status
+
+OK, NOT_FOUND, BAD_INPUT = int(Status.OK), int(Status.NOT_FOUND), int(Status.BAD_INPUT)
+
+# A tension counts as within its limits, and as at a limit, to this many newtons: finer than any force sensor, coarser
+# than the round-off of every exact solver. Accepted tensions are then clipped, so that no limit is broken at all.
+LIMIT_TOLERANCE = 1e-6
+
+# A distribution balances the wrench if the residual is below this share of the wrench (or of 1 N): a millionth of the
+# load is below any model error, and above what first-order solvers reach when they say that they have converged.
+RESIDUAL_TOLERANCE = 1e-6
+
+
+@kernel
+def judge(W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> float:
+    """Write residual (N), margin (N) and number of cables at a limit of `tension` into report[1:4].
+
+    weights (n,): 1 for forces, 1 / characteristic length for moments; limits (2, m). Returns the residual allowed.
+    """
+    n, m = W.shape
+    square, load = 0.0, 0.0
+    for j in range(n):
+        s = -wrench[j]
+        for i in range(m):
+            s += W[j, i] * tension[i]
+        square += (weights[j] * s) ** 2
+        load += (weights[j] * wrench[j]) ** 2
+    margin, at_limit = math.inf, 0
+    for i in range(m):
+        distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
+        margin = min(margin, distance)
+        if distance <= LIMIT_TOLERANCE:
+            at_limit += 1
+    report[1] = math.sqrt(square)
+    report[2] = margin
+    report[3] = at_limit
+    return RESIDUAL_TOLERANCE * max(1.0, math.sqrt(load))
+
+
+@kernel
+def accept(
+    W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, report: Array
+) -> int:
+    """Copy a solver's answer (m,) into `tension` if it is finite, within the limits and balances the wrench.
+
+    Returns and writes into report[0] a `cdpr.tension.Status`: OK, BAD_INPUT where the wrench is not finite, else
+    NOT_FOUND; the rest of `report` is as `judge` says.
+    """
+    n, m = W.shape
+    status = OK
+    for i in range(m):
+        if not math.isfinite(answer[i]):
+            status = NOT_FOUND
+    for j in range(n):
+        if not math.isfinite(wrench[j]):
+            status = BAD_INPUT
+    if status == OK:
+        allowed = judge(W, wrench, weights, limits, answer, report)
+        if not (report[1] <= allowed and report[2] >= -LIMIT_TOLERANCE):
+            status = NOT_FOUND
+    if status == OK:
+        for i in range(m):
+            tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
+    report[0] = status
+    return status

@@ -1,0 +1,108 @@
+"""The tension stage of the loop: asks the solver, checks its answer and applies the policy where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from cdpr.errors import Diverged, Infeasible, PluginError
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.tension import box_least_squares as box
+from cdpr.tension.checks import accept, judge
+from cdpr.tension.status import Status
+
+Policy = Literal["best_effort", "hold_tension", "stop"]
+Solve = Callable[[Array, Array, Array, Array, Array], int]
+
+MEANING = {
+    Status.INFEASIBLE: "no tensions within the limits balance the wrench",
+    Status.NOT_FOUND: "the solver found no tensions within the limits that balance the wrench",
+    Status.UNSUPPORTED: "the solver does not support this robot or pose",
+    Status.BAD_INPUT: "the solver refused its input",
+}
+
+
+class TensionStage:
+    """Turns a wrench into tensions, once per control step.
+
+    Args:
+        robot: gives the limits.
+        solve: the solver's bound method.
+        name: the solver's name, for messages.
+        respects_limits: what the solver declares. The answer of one that does not is clipped to the limits.
+        policy: what to do where the solver has no admissible answer: the nearest wrench within the limits, the
+            previous tensions, or stop.
+        W: (6, m) wrench matrix, live.
+        wrench: (6,) wanted wrench, live.
+        tension: (m,) result.
+        report: (4,) status, residual (N), margin (N), cables at a limit.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        solve: Solve,
+        name: str,
+        respects_limits: bool,
+        policy: Policy,
+        W: Array,
+        wrench: Array,
+        tension: Array,
+        report: Array,
+    ) -> None:
+        self._name = name
+        self._policy = policy
+        self._respects_limits = respects_limits
+        self._tension = tension
+        self._report = report
+        limits = np.array([robot.tension_min, robot.tension_max])
+        length = robot.characteristic_length
+        weights = np.array([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length, 1.0 / length])
+        self._answer = answer = np.full(robot.m, np.nan)
+        self._previous = limits[0].copy()
+        self._limits = limits
+        self._solve = partial(solve, W, wrench, robot.tension_min, robot.tension_max, answer)
+        self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
+        self._judge = partial(judge, W, wrench, weights, limits, tension, report)
+        work = np.zeros(box.work_size(6, robot.m))
+        self._best_effort = partial(
+            box.box_least_squares, W, wrench, weights, limits[0], limits[1], tension, work
+        )
+
+    def distribute(self) -> None:
+        """Write the tensions and the report for the present wrench.
+
+        Raises Infeasible under the policy `stop`, Diverged where the wrench is not finite, PluginError where the
+        solver raised or returned something that is no status.
+        """
+        try:
+            status = self._solve()
+        except Exception as error:
+            raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
+        if status == 0:
+            status = self._accept()
+        if status != 0:
+            self._fall_back(status)
+
+    def _fall_back(self, code: int) -> None:
+        try:
+            status = Status(code)
+        except ValueError:
+            raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
+        if self._accept() == Status.BAD_INPUT:
+            raise Diverged("the controller put out a wrench that is not finite")
+        if self._policy == "stop":
+            raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
+        tension = self._tension
+        if not self._respects_limits and np.isfinite(self._answer).all():
+            tension[:] = self._answer
+        elif self._policy == "hold_tension" or self._best_effort() < 0:
+            tension[:] = self._previous
+        np.clip(tension, self._limits[0], self._limits[1], out=tension)
+        self._previous[:] = tension
+        self._judge()
+        self._report[0] = status

@@ -1,0 +1,15 @@
+"""What a tension solver says of its answer."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """Each value has one meaning."""
+
+    OK = 0  # the tensions balance the wrench within the limits
+    INFEASIBLE = 1  # no tensions within the limits balance the wrench
+    NOT_FOUND = 2  # no usable answer: the method gave up, or its answer failed the checks
+    UNSUPPORTED = 3  # the method does not apply to this robot or pose
+    BAD_INPUT = 4  # not finite, wrong shape, or limits that contradict each other

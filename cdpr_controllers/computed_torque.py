@@ -1,0 +1,41 @@
+"""Computed torque in task space."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import inverse_dynamics, proportional_derivative, quaternion, vector
+from cdpr.model.robot import Array
+from cdpr.plugins import Controller
+
+
+class ComputedTorque(Controller):
+    """Inverse dynamics of the desired acceleration plus proportional and damping terms.
+
+    wrench = M a + C(omega) - G with a = a_d + kd (v_d - v) + kp (x_d - x), linear and angular; the error then obeys
+    e'' + kd e' + kp e = 0. (Thesis 6.3 to 6.5; its damping term reads a_d - v where it must be v_d - v, and it leaves
+    out the velocity-dependent terms and a centre of mass off the origin.)
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, control_step, options)
+        gains = np.concatenate([np.broadcast_to(options.kp, 6), np.broadcast_to(options.kd, 6)])
+        self._law = partial(law, gains, robot.inertial, np.array(gravity, dtype=np.float64))
+
+    def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
+        """Write the wrench (6,)."""
+        self._law(state, desired, wrench)
+
+
+@kernel
+def law(gains: Array, inertial: Array, gravity: Array, state: Array, desired: Array, wrench: Array) -> None:
+    """Write the wrench (6,) of computed torque; gains are kp (6) and kd (6)."""
+    linear, angular = proportional_derivative(state, desired, gains)
+    a = (desired[13] + linear[0], desired[14] + linear[1], desired[15] + linear[2])
+    alpha = (desired[16] + angular[0], desired[17] + angular[1], desired[18] + angular[2])
+    inverse_dynamics(inertial, gravity, quaternion(state, 3), vector(state, 10), a, alpha, wrench)
