@@ -1,3 +1,63 @@
-"""Simulate and analyse cable-driven parallel robots."""
+"""Simulate and analyse cable-driven parallel robots.
+
+    import cdpr
+
+    run = cdpr.simulate("scenarios/caroca.yaml", backend="mujoco", overrides={"simulation.duration": 2.0})
+    run.time, run.position, run.tension      # arrays, shapes as cdpr.Run says
+    run.plot()
+
+Everything here is imported when it is first used, so that `import cdpr` stays quick.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from cdpr.errors import CdprError, Diverged, Infeasible, SimulationStopped
+    from cdpr.log.reader import load_run
+    from cdpr.log.run import Run
+    from cdpr.scenario import Scenario, load_robot, load_scenario
+    from cdpr.simulation import simulate
+
+_HOME = {
+    "CdprError": "cdpr.errors",
+    "Diverged": "cdpr.errors",
+    "Infeasible": "cdpr.errors",
+    "Run": "cdpr.log.run",
+    "Scenario": "cdpr.scenario",
+    "SimulationStopped": "cdpr.errors",
+    "load_robot": "cdpr.scenario",
+    "load_run": "cdpr.log.reader",
+    "load_scenario": "cdpr.scenario",
+    "simulate": "cdpr.simulation",
+}
+
+__all__ = [
+    "CdprError",
+    "Diverged",
+    "Infeasible",
+    "Run",
+    "Scenario",
+    "SimulationStopped",
+    "__version__",
+    "load_robot",
+    "load_run",
+    "load_scenario",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name from the room where it lives."""
+    if name in _HOME:
+        from importlib import import_module
+
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'cdpr' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -18,7 +18,7 @@ try:
     from matplotlib.lines import Line2D
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
-    from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+    from matplotlib.ticker import MaxNLocator
 except ImportError as error:
     raise PluginError(f"plots and reports need matplotlib ({error}): pip install 'cdpr[plot]'") from error
 
@@ -28,9 +28,7 @@ __all__ = [
     "Axes",
     "Chart",
     "Line2D",
-    "LogLocator",
     "MaxNLocator",
-    "NullLocator",
     "Path",
     "PathPatch",
     "inline_svg",
@@ -80,12 +78,6 @@ STYLE: dict[str, Any] = {
     "figure.facecolor": "white",
     "figure.autolayout": False,
     "figure.constrained_layout.use": False,
-    "legend.fontsize": 8.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.2,
-    "legend.labelspacing": 0.35,
-    "legend.borderaxespad": 0.0,
-    "legend.borderpad": 0.0,
     "lines.linewidth": 1.2,
     "lines.dashed_pattern": (4.0, 2.0),
     "lines.scale_dashes": True,

@@ -17,9 +17,7 @@ from cdpr.report.canvas import (
     Axes,
     Chart,
     Line2D,
-    LogLocator,
     MaxNLocator,
-    NullLocator,
     Path,
     PathPatch,
     styled,
@@ -32,12 +30,16 @@ WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.78, 0.24, 0.46, 0.2
 LINE = 0.165  # of the legend
 LETTER = 0.068
 
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SHADES = {
     Status.INFEASIBLE: ("infeasible", "#f8d3cb"),
     Status.NOT_FOUND: ("not found", "#fbe7ad"),
     Status.UNSUPPORTED: ("unsupported", "#d9d9d9"),
     Status.BAD_INPUT: ("bad input", "#dcd0ee"),
 }
+
+
+Entry = tuple[str, dict[str, Any]]  # of the legend: its text and how the sample line looks
 
 
 @dataclass(frozen=True)
@@ -65,49 +67,56 @@ class Panel:
 
     label: str  # quantity and unit
     curves: tuple[Curves, ...]
+    legend: Sequence[Entry] = ()
     least: float = 0.0  # range of the vertical axis that is never undercut, so that round-off does not fill a panel
     limits: tuple[Limit, ...] = ()
     log: bool = False
     height: float = 1.55  # in
 
 
-Entry = tuple[str, dict[str, Any]]  # of the legend: its text and how the sample line looks
-
-
 @styled
-def stack(run: Run, panels: Sequence[Panel], legend: Sequence[Entry], title: str = "", foot: str = "") -> Chart:
-    """Draw `panels` under one another; the legend stands at the right and also explains shades and marks."""
-    entries = list(legend)
+def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") -> Chart:
+    """Draw `panels` under one another, each with its legend at the right; the first explains shades and marks too."""
     right = legend_width(run)
-    top = TOP + (0.25 if title else 0.0)
-    bottom = BOTTOM + (0.25 if foot else 0.0)
-    wanted = top + LINE * (len(entries) + 6)
-    height = max(top + sum(panel.height + GAP for panel in panels) - GAP + bottom, wanted)
+    above, below = TOP + (0.25 if title else 0.0), BOTTOM + (0.22 if foot else 0.0)
+    shared = [_mark_entries(run), *([()] * (len(panels) - 1))]
+    heights = [
+        max(panel.height, LINE * (len(panel.legend) + len(panel.limits) + len(more)))
+        for panel, more in zip(panels, shared, strict=True)
+    ]
+    height = above + sum(heights) + GAP * (len(panels) - 1) + below
     chart = Chart(figsize=(WIDTH, height))
-    y = height - top
-    for i, panel in enumerate(panels):
-        tall = panel.height if len(panels) > 1 else y - bottom
-        y -= tall
-        box = (LEFT / WIDTH, y / height, 1.0 - (LEFT + right) / WIDTH, tall / height)
-        axes = chart.add_axes(box)
-        entries += _draw(axes, run, panel)
-        _marks(axes, run, numbered=i == 0)
-        axes.tick_params(labelbottom=i == len(panels) - 1)
-        y -= GAP
-    axes.set_xlabel("time (s)")
-    axes.xaxis.set_label_coords(0.5, -0.3 / tall)
-    entries += shade_entries(run)
-    if run.events:
-        entries.append(("event (number)", {"color": INK, "linewidth": 0.8, "linestyle": ":"}))
-    handles = [Line2D([], [], **look) for _, look in entries]
-    labels = [text for text, _ in entries]
-    corner = (1.0 - (right - 0.12) / WIDTH, 1.0 - top / height)
-    chart.legend(handles, labels, loc="upper left", bbox_to_anchor=corner)
+    top = height - above
+    for panel, tall, more in zip(panels, heights, shared, strict=True):
+        first, last = panel is panels[0], panel is panels[-1]
+        axes = chart.add_axes((LEFT / WIDTH, (top - tall) / height, 1 - (LEFT + right) / WIDTH, tall / height))
+        entries = [*panel.legend, *_draw(axes, run, panel), *more]
+        _marks(axes, run, numbered=first)
+        legend(chart, entries, (WIDTH - right + 0.12, top))
+        axes.tick_params(labelbottom=last)
+        if last:
+            axes.set_xlabel("time (s)")
+            axes.xaxis.set_label_coords(0.5, -0.3 / tall)
+        top -= tall + GAP
     if title:
         chart.text(LEFT / WIDTH, 1.0 - 0.1 / height, title, va="top", fontsize=9.5, fontweight="bold")
     if foot:
         chart.text(LEFT / WIDTH, 0.08 / height, foot, va="bottom", fontsize=8.0, color=SOFT)
     return chart
+
+
+def legend(chart: Chart, entries: Sequence[Entry], corner: tuple[float, float]) -> None:
+    """Write a legend whose upper left corner is at `corner`, in from the lower left of the figure.
+
+    By hand, because matplotlib's own legend would take a third of the time of a whole report.
+    """
+    x, y = corner
+    inches = chart.dpi_scale_trans
+    for text, look in entries:
+        y -= LINE
+        sample = Line2D([x, x + 0.3], [y + 0.06, y + 0.06], transform=inches, **look)
+        chart.add_artist(sample)
+        chart.text(x + 0.4, y + 0.06, text, transform=inches, va="center")
 
 
 def legend_width(run: Run) -> float:
@@ -124,13 +133,15 @@ def shorten(name: str, length: int = 26) -> str:
     return f"{name[: length - 1 - half]}…{name[-half:]}"
 
 
-def shade_entries(run: Run) -> list[Entry]:
-    """Legend of the shaded intervals."""
+def _mark_entries(run: Run) -> list[Entry]:
+    """Legend of the shaded intervals and of the events' lines."""
     entries: list[Entry] = []
     for status, (name, colour) in SHADES.items():
         if steps := int(np.count_nonzero(run.solver_status == status)):
             text = f"{name}: {steps} step{'s' if steps > 1 else ''}"
             entries.append((text, {"color": colour, "linewidth": 7.0, "solid_capstyle": "butt"}))
+    if run.events:
+        entries.append(("event (number)", {"color": INK, "linewidth": 0.8, "linestyle": ":"}))
     return entries
 
 
@@ -139,8 +150,7 @@ def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
     low, high, note = _view(run, panel)
     few = "o" if len(run.time) <= 25 else ""
     for curves in panel.curves:
-        values = np.maximum(curves.values, low) if panel.log else curves.values
-        times, points = extrema(run.time, values)
+        times, points = extrema(run.time, _shown(curves, panel))
         looks = zip(cycle(curves.colours), cycle(curves.dashes), points.T, times.T, strict=False)
         for colour, dashes, v, t in looks:
             axes.add_artist(
@@ -154,14 +164,12 @@ def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
                 axes.add_artist(
                     Line2D([0, 1], [value, value], transform=axes.get_yaxis_transform(), **_limit_look(colour))
                 )
-        text = limit.label if all(seen) else f"{limit.label}\n(out of view)"
-        entries.append((text, _limit_look(limit.colours[0] if len(limit.values) == 1 else SOFT)))
+        entries.append((limit.label, _limit_look(limit.colours[0] if len(limit.values) == 1 else SOFT)))
+        if not all(seen):
+            entries.append(("(out of view)", {"linestyle": ""}))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10], integer=panel.log))
     if panel.log:
-        axes.set_yscale("log")
-        axes.yaxis.set_major_locator(LogLocator(numticks=6))
-        axes.yaxis.set_minor_locator(NullLocator())
-    else:
-        axes.yaxis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 2.5, 5, 10]))
+        axes.yaxis.set_major_formatter(lambda power, _: "10" + f"{power:.0f}".translate(SUPERSCRIPT))
     axes.xaxis.set_major_locator(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]))
     axes.set_ylim(low, high)
     axes.set_xlim(*_span(run))
@@ -191,11 +199,8 @@ def _view(run: Run, panel: Panel) -> tuple[float, float, str]:
     A diverging run ends in values that would flatten all that led to them: there the range is that of the first nine
     tenths, widened.
     """
-    values = np.concatenate([curves.values for curves in panel.curves], axis=1)
+    values = np.concatenate([_shown(curves, panel) for curves in panel.curves], axis=1)
     low, high = _range(values)
-    if panel.log:
-        low = max(low, 1e-16)
-        return low / 2.0, max(2.0 * high, 20.0 * low), ""
     note = ""
     if run.status == "diverged":
         early_low, early_high = _range(values[: int(0.9 * len(values))])
@@ -210,6 +215,11 @@ def _view(run: Run, panel: Panel) -> tuple[float, float, str]:
                 low, high = min(low, value), max(high, value)
     padding = 0.06 * (high - low) + 0.5 * max(room - (high - low), 0.0)
     return low - padding, high + padding, note
+
+
+def _shown(curves: Curves, panel: Panel) -> Array:
+    """Return the values or, for a logarithmic panel, their powers of ten; 0 counts as 1e-16."""
+    return np.log10(np.maximum(curves.values, 1e-16)) if panel.log else curves.values
 
 
 def _range(values: Array) -> tuple[float, float]:

@@ -25,19 +25,18 @@ DESIRED = (0, (3.5, 2.5))
 def overview(run: Run) -> Chart:
     """Draw position, errors and tensions with their limits on one page, for notebooks."""
     head = run.header
-    title = f"{head.scenario}: {head.robot}, {head.backend}, {head.controller}, {head.solver}"
+    title = " · ".join((head.scenario, head.robot, head.backend, head.controller, head.solver))
     notes = [f"{i} {event.kind} at {event.time:.4g} s" for i, event in enumerate(run.events[:4], 1)]
     if len(run.events) > 4:
         notes.append(f"and {len(run.events) - 4} more")
-    panels = (_position(run), _position_error(run), _orientation_error(run), _tension(run))
-    return stack(run, panels, [*MOTION, *_ERROR, *_cable_entries(run)], title, ";  ".join(notes))
+    return stack(run, (_position(run), *_errors(run), _tension(run, height=1.9)), title, ";  ".join(notes))
 
 
 def pose(run: Run) -> Chart:
     """Draw position and attitude, desired and actual."""
     desired, actual = attitude_angles(run)
-    attitude = _desired_actual("roll, pitch, yaw (°)", np.degrees(desired), np.degrees(actual), least=0.1)
-    return stack(run, (_position(run), attitude), _renamed("x, roll", "y, pitch", "z, yaw"))
+    angles = _desired_actual("attitude (°)", np.degrees(desired), np.degrees(actual), 0.1, ("roll", "pitch", "yaw"))
+    return stack(run, (_position(run), angles))
 
 
 def velocity(run: Run) -> Chart:
@@ -46,7 +45,7 @@ def velocity(run: Run) -> Chart:
         _desired_actual("velocity (m/s)", run.desired_velocity, run.velocity, least=1e-3),
         _desired_actual("angular velocity (rad/s)", run.desired_angular_velocity, run.angular_velocity, least=1e-3),
     )
-    return stack(run, panels, MOTION)
+    return stack(run, panels)
 
 
 def acceleration(run: Run) -> Chart:
@@ -54,39 +53,39 @@ def acceleration(run: Run) -> Chart:
     a, b = run.desired_acceleration, run.desired_angular_acceleration
     panels = (
         _desired_actual("acceleration (m/s²)", a, run.acceleration, least=1e-2),
-        _desired_actual("angular acc. (rad/s²)", b, run.angular_acceleration, least=1e-2),
+        _desired_actual("angular accel. (rad/s²)", b, run.angular_acceleration, least=1e-2),
     )
-    return stack(run, panels, MOTION)
+    return stack(run, panels)
 
 
 def errors(run: Run) -> Chart:
     """Draw position and orientation error: components and norm."""
-    return stack(run, (_position_error(run), _orientation_error(run)), [*MOTION[:3], *_ERROR])
+    return stack(run, _errors(run))
 
 
 def tensions(run: Run) -> Chart:
     """Draw the tension of each cable and its limits."""
-    return stack(run, (_tension(run, height=3.0),), _cable_entries(run))
+    return stack(run, (_tension(run, height=3.0),))
 
 
 def cables(run: Run) -> Chart:
     """Draw the cables' lengths and their rates."""
     panels = (
-        Panel("cable length (m)", (_per_cable(run.length),), least=1e-3),
+        Panel("cable length (m)", (_per_cable(run.length),), _cable_entries(run), least=1e-3),
         Panel("length rate (m/s)", (_per_cable(run.rate),), least=1e-3),
     )
-    return stack(run, panels, _cable_entries(run))
+    return stack(run, panels)
 
 
 def distribution(run: Run) -> Chart:
-    """Draw how well the tensions balance the wanted wrench, and how far they stay from their limits."""
+    """Draw how far the tensions stay from their limits, and how well they balance the wanted wrench."""
     margin = Curves(run.margin[:, None], (INK,))
     residual = Curves(run.residual[:, None], (INK,))
     panels = (
         Panel("margin (N)", (margin,), least=1e-3, limits=(Limit("at a limit (0 N)", (0.0,)),)),
-        Panel("residual (N)", (residual,), log=True),
+        Panel("residual (N)", (residual,), least=1.0, log=True),
     )
-    return stack(run, panels, [("whole robot", {"color": INK})])
+    return stack(run, panels)
 
 
 def attitude_angles(run: Run) -> tuple[Array, Array]:
@@ -105,43 +104,41 @@ def _rpy(q: Array) -> Array:
     return np.stack([roll, pitch, yaw], axis=1)
 
 
-MOTION: list[Entry] = [
-    *((name, {"color": colour, "linewidth": 1.6}) for name, colour in zip("xyz", AXES, strict=True)),
-    ("actual", {"color": SOFT, "linewidth": 1.6}),
-    ("desired", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}),
-]
-_ERROR: list[Entry] = [("norm of the error", {"color": INK, "linewidth": 1.2})]
+def _components(names: Sequence[str]) -> list[Entry]:
+    return [(name, {"color": colour, "linewidth": 1.6}) for name, colour in zip(names, AXES, strict=True)]
 
 
-def _renamed(*names: str) -> list[Entry]:
-    return [*((name, look) for name, (_, look) in zip(names, MOTION[:3], strict=True)), *MOTION[3:]]
-
-
-def _desired_actual(label: str, desired: Array, actual: Array, least: float) -> Panel:
+def _desired_actual(
+    label: str, desired: Array, actual: Array, least: float, names: Sequence[str] = ("x", "y", "z")
+) -> Panel:
     """Desired over actual, thinner, darker and dashed: where they agree both can be seen."""
     lines = (Curves(actual, AXES, width=1.6), Curves(desired, DARK, (DESIRED,), width=0.9))
-    return Panel(label, lines, least)
+    how: list[Entry] = [
+        ("actual", {"color": SOFT, "linewidth": 1.6}),
+        ("desired", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}),
+    ]
+    return Panel(label, lines, [*_components(names), *how], least)
 
 
 def _position(run: Run) -> Panel:
     return _desired_actual("position (m)", run.desired_position, run.position, least=1e-3)
 
 
+def _errors(run: Run) -> tuple[Panel, Panel]:
+    return (
+        _error("position error (mm)", 1e3 * run.position_error),
+        _error("orientation error (mrad)", 1e3 * run.orientation_error),
+    )
+
+
 def _error(label: str, components: Array) -> Panel:
     norm = np.linalg.norm(components, axis=1, keepdims=True)
-    return Panel(label, (Curves(components, AXES), Curves(norm, (INK,))))
-
-
-def _position_error(run: Run) -> Panel:
-    return _error("position error (mm)", 1e3 * run.position_error)
-
-
-def _orientation_error(run: Run) -> Panel:
-    return _error("orient. error (mrad)", 1e3 * run.orientation_error)
+    legend = [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})]
+    return Panel(label, (Curves(norm, (INK,)), Curves(components, AXES)), legend)
 
 
 def _per_cable(values: Array) -> Curves:
-    return Curves(values, CABLES, [dashes for dashes in DASHES for _ in CABLES], width=1.1)
+    return Curves(values, CABLES * len(DASHES), [dashes for dashes in DASHES for _ in CABLES], width=1.1)
 
 
 def cable_looks(run: Run) -> list[tuple[str, dict[str, Any]]]:
@@ -154,9 +151,9 @@ def _cable_entries(run: Run) -> list[Entry]:
     return [(shorten(name), look) for name, look in cable_looks(run)]
 
 
-def _tension(run: Run, height: float = 1.9) -> Panel:
+def _tension(run: Run, height: float) -> Panel:
     limits = (_limit("t_min", run.header.tension_min), _limit("t_max", run.header.tension_max))
-    return Panel("cable tension (N)", (_per_cable(run.tension),), least=1.0, limits=limits, height=height)
+    return Panel("cable tension (N)", (_per_cable(run.tension),), _cable_entries(run), 1.0, limits, height=height)
 
 
 def _limit(name: str, values: Sequence[float]) -> Limit:

@@ -12,7 +12,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.canvas import INK, SOFT, Axes, Chart, Line2D, Path, PathPatch, styled
 from cdpr.report.decimate import extrema
-from cdpr.report.panels import WIDTH, Entry, legend_width, shorten
+from cdpr.report.panels import TOP, WIDTH, Entry, legend, legend_width, shorten
 from cdpr.report.plots import AXES, DESIRED, cable_looks
 
 HEIGHT = 4.3  # in
@@ -53,9 +53,7 @@ def robot(run: Run) -> Chart:
     _anchor_names(axes, A @ view[:2].T, names, 0.035 * size)
     if not short:
         entries += [(f"{i}: {shorten(name)}", look) for i, (name, look) in enumerate(cable_looks(run), 1)]
-    corner = (1.0 - (right - 0.12) / WIDTH, 1.0 - 0.3 / HEIGHT)
-    handles = [Line2D([], [], **look) for _, look in entries]
-    chart.legend(handles, [text for text, _ in entries], loc="upper left", bbox_to_anchor=corner)
+    legend(chart, entries, (WIDTH - right + 0.12, HEIGHT - TOP))
     return chart
 
 

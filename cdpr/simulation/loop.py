@@ -12,14 +12,15 @@ import numpy as np
 
 from cdpr.errors import Diverged, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
+from cdpr.log.mcap_file import BLOCK
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.simulation.observe import FAULTS, observe
 from cdpr.tension.stage import Policy, TensionStage
 from cdpr.trajectory import Trajectory
 
-BLOCK_ROWS = 256
-BLOCK_SECONDS = 0.5
+BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
 
 # An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
 CLOCK_TOLERANCE = 1e-6
@@ -54,7 +55,7 @@ class Loop:
         layout = Layout(robot.m)
         self.row = row = np.zeros(layout.width)
 
-        def view(first: str, last: str | None = None) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        def view(first: str, last: str | None = None) -> Array:
             return row[layout.span(first, last or first)]
 
         self.state = view("position", "angular_velocity")
@@ -82,7 +83,7 @@ class Loop:
 
     def run(
         self,
-        rows: np.ndarray[tuple[int, int], np.dtype[np.float64]],
+        rows: Array,
         flush: Callable[[int], None],
         *,
         real_time: bool = False,
@@ -97,9 +98,9 @@ class Loop:
         state, live, desired, wrench = self.state, backend.state, self.desired, self.wrench
         tension, command, advance = self.tension, backend.command, backend.step
         sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
-        clock = backend.engine_time if backend.engine_time() is not None else None
+        clock = backend.engine_time
         last = len(rows) - 1
-        k, flush_at, flush_time = 0, BLOCK_ROWS, monotonic() + BLOCK_SECONDS
+        k, flush_at, flush_time = 0, BLOCK, monotonic() + BLOCK_SECONDS
         started = monotonic()
         try:
             self.previous[:] = live
@@ -121,11 +122,12 @@ class Loop:
                 fault = look()
                 if fault:
                     self._check(fault)
-                if clock is not None and not abs(clock() - k * period) <= CLOCK_TOLERANCE * k * period:
-                    raise Diverged(f"the engine's clock reads {clock()} s: it reset itself")
+                reading = clock()
+                if reading is not None and not abs(reading - k * period) <= CLOCK_TOLERANCE * k * period:
+                    raise Diverged(f"the engine's clock reads {reading:.6g} s: it reset itself")
                 if k >= flush_at or monotonic() > flush_time:
                     flush(k)
-                    flush_at, flush_time = k + BLOCK_ROWS, monotonic() + BLOCK_SECONDS
+                    flush_at, flush_time = k - k % BLOCK + BLOCK, monotonic() + BLOCK_SECONDS
                 if real_time:
                     ahead = k * period - (monotonic() - started)
                     if ahead > 0.0:
@@ -145,5 +147,5 @@ class Loop:
             )
 
 
-def _brief(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> str:
+def _brief(values: Array) -> str:
     return "[" + ", ".join(f"{value:.4g}" if math.isfinite(value) else str(value) for value in values) + "]"

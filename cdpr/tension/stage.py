@@ -63,7 +63,6 @@ class TensionStage:
         length = robot.characteristic_length
         weights = np.array([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length, 1.0 / length])
         self._answer = answer = np.full(robot.m, np.nan)
-        self._previous = limits[0].copy()
         self._limits = limits
         self._solve = partial(solve, W, wrench, robot.tension_min, robot.tension_max, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
@@ -98,11 +97,11 @@ class TensionStage:
         if self._policy == "stop":
             raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
         tension = self._tension
+        previous = tension.copy()
         if not self._respects_limits and np.isfinite(self._answer).all():
             tension[:] = self._answer
         elif self._policy == "hold_tension" or self._best_effort() < 0:
-            tension[:] = self._previous
+            tension[:] = previous
         np.clip(tension, self._limits[0], self._limits[1], out=tension)
-        self._previous[:] = tension
         self._judge()
         self._report[0] = status

@@ -1,0 +1,5 @@
+"""`python -m cdpr`."""
+
+from cdpr.cli import main
+
+main()

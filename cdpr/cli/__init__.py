@@ -1,0 +1,67 @@
+"""The command line: one file a command, each imported only when it is called."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+import click
+
+from cdpr import __version__
+from cdpr.errors import CdprError, ExitCode
+
+# Name -> module and one line of help, so that `cdpr --help` imports none of them.
+COMMANDS = {
+    "run": "Simulate a scenario and write log, summary and report.",
+    "validate": "Check scenario and robot files.",
+    "schema": "Print the JSON Schema of scenarios or robots, for editors.",
+    "plugins": "List backends, controllers and solvers, and what is wrong with any.",
+    "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
+    "repair": "Make the log of a killed run whole again.",
+}
+
+
+class LazyGroup(click.Group):
+    """Imports a command when it is used."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of COMMANDS."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import one command."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"cdpr.cli.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list from COMMANDS alone."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="cdpr")
+def cli() -> None:
+    """Simulate and analyse cable-driven parallel robots."""
+
+
+def main() -> None:
+    """Run the command line; every error meant for the user becomes text and an exit code, never a traceback."""
+    try:
+        code = cli.main(standalone_mode=False)
+    except click.exceptions.Abort:
+        code = ExitCode.INTERRUPTED
+    except KeyboardInterrupt:
+        code = ExitCode.INTERRUPTED
+    except click.ClickException as error:
+        error.show()
+        code = ExitCode.BAD_INPUT
+    except CdprError as error:
+        click.echo(str(error), err=True)
+        code = error.exit_code
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output has gone: nothing to say, nobody to say it to
+        code = ExitCode.OK
+    sys.exit(int(code or 0))

@@ -1,0 +1,145 @@
+"""From rows to bytes and back, many messages at a time.
+
+The messages that one row gives have constant sizes, so the records of n rows differ from a template only in numbers
+at fixed places. The template is laid out once; a block is then written by copying columns into it, one numpy
+assignment for all columns and one for all times.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import Any
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from cdpr.log.ros2 import encode
+from cdpr.log.topics import Group
+from cdpr.model.robot import Array
+
+Bytes = NDArray[np.uint8]
+
+CHUNK_HEAD = struct.Struct("<BQQQQIIQ")  # opcode, length, first time, last time, size, crc, no compression, size
+_MESSAGE_HEAD = struct.Struct("<BQH20x")  # opcode, length, channel; then the 20 bytes of number and times
+_INDEX_HEAD = struct.Struct("<BQHI")  # opcode, length, channel, length of the entries
+_INDEX_ENTRY = 16
+# What changes with the row at the head of a message; in most messages the CDR begins with the stamp, so that all of
+# it is one run of bytes.
+_HEAD = np.dtype(
+    [
+        ("sequence", "<u4"),
+        ("log_time", "<u8"),
+        ("publish_time", "<u8"),
+        ("encapsulation", "<u4"),
+        ("sec", "<i4"),
+        ("nanosec", "<u4"),
+    ]
+)
+_HEAD_STAMP = 24  # where the stamp stands in it
+
+
+def nanoseconds(numbers: NDArray[np.int64], step: float) -> NDArray[np.uint64]:
+    """Return the simulation time of the rows `numbers`, ns."""
+    return np.rint(numbers * step * 1e9).astype(np.uint64)
+
+
+class Template:
+    """The message records of one source row: constant bytes, and where the numbers stand."""
+
+    def __init__(self, group: Group) -> None:
+        data = bytearray()
+        heads: list[tuple[int, int, int]] = []  # to byte, from byte, how many
+        values: list[tuple[int, int, int]] = []
+        self.starts: list[int] = []  # of each message's record
+        for channel, topic in enumerate(group.topics, group.channel):
+            cdr, places = encode(topic.kind, topic.value)
+            self.starts.append(len(data))
+            data += _MESSAGE_HEAD.pack(Opcode.MESSAGE, _MESSAGE_HEAD.size - 9 + len(cdr), channel)
+            body = len(data)
+            data += cdr
+            stamps = [places[path] for path in topic.stamps]
+            merged = stamps[:1] == [4]
+            heads.append((body - 20, 0, _HEAD.itemsize if merged else 20))
+            heads += [(body + place, _HEAD_STAMP, 8) for place in stamps[merged:]]
+            for path, runs in topic.columns.items():
+                place = body + places[path]
+                for run in runs:
+                    size = 8 * (run.stop - run.start)
+                    values.append((place, 8 * run.start, size))
+                    place += size
+        self.group = group
+        self.row = np.frombuffer(data, np.uint8)
+        self.head_to, self.head_from = _view(heads, 0, len(data)), _view(heads, 1, _HEAD.itemsize)
+        self.values_to, self.values_from = _view(values, 0, len(data)), _view(values, 1, 8 * group.width)
+
+    def chunk_length(self, n: int) -> int:
+        """Return the length of a chunk's record with n rows, in bytes."""
+        return CHUNK_HEAD.size + n * self.row.size
+
+    def index_length(self, n: int) -> int:
+        """Return the length of the message index that each channel has after a chunk of n rows, in bytes."""
+        return _INDEX_HEAD.size + n * _INDEX_ENTRY
+
+    def decode(self, records: bytes) -> Array:
+        """Return the source rows (n, width) in the records of n rows; columns that no message holds are zero."""
+        source = np.zeros((len(records) // self.row.size, self.group.width))
+        source.view(self.values_from)[:, 0] = np.frombuffer(records, self.values_to)
+        return source
+
+
+def _view(copies: list[tuple[int, int, int]], side: int, size: int) -> np.dtype[np.void]:
+    """One side of the copies as a structured type; assigning one side to the other does them all at once."""
+    names = [str(i) for i in range(len(copies))]
+    formats = [f"V{copy[2]}" for copy in copies]
+    offsets = [copy[side] for copy in copies]
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": size})
+
+
+class Chunk:
+    """A buffer for one MCAP chunk of n rows and the message indexes that follow it."""
+
+    def __init__(self, template: Template, n: int, step: float) -> None:
+        group, row = template.group, template.row
+        self._length, index_length = template.chunk_length(n), template.index_length(n)
+        self._buffer = np.empty(self._length + len(group.topics) * index_length, np.uint8)
+        self._records = self._buffer[CHUNK_HEAD.size : self._length]
+        rows = self._records.reshape(n, row.size)
+        rows[:] = row
+        self._heads = np.zeros(n, _HEAD)
+        self._heads_from = self._heads.view(template.head_from)
+        self._heads_to = rows.view(template.head_to)[:, 0]
+        self._values_to = rows.view(template.values_to)[:, 0]
+        self._values_from = template.values_from
+        index = self._buffer[self._length :].reshape(len(group.topics), index_length)
+        entries = index[:, _INDEX_HEAD.size :].reshape(len(index), n, _INDEX_ENTRY)
+        for i, start in enumerate(template.starts):
+            _INDEX_HEAD.pack_into(
+                index[i].data, 0, Opcode.MESSAGE_INDEX, index_length - 9, group.channel + i, n * _INDEX_ENTRY
+            )
+            entries[i, :, 8:].view("<u8")[:, 0] = start + row.size * np.arange(n)
+        self._index_times = entries.view("<u8")[:, :, 0]
+        self._numbers = group.every * np.arange(n)
+        self._step = step
+
+    def encode(self, source: Array, first: int) -> memoryview:
+        """Return the bytes for the source rows of the run's rows first, first + every, ...; valid until called again."""
+        numbers = self._numbers + first
+        times = nanoseconds(numbers, self._step)
+        heads = self._heads
+        heads["sequence"] = numbers
+        heads["log_time"] = times
+        heads["publish_time"] = times
+        heads["sec"], heads["nanosec"] = np.divmod(times, 10**9)
+        self._heads_to[:] = self._heads_from
+        self._values_to[:] = source.view(self._values_from)[:, 0]
+        self._index_times[:] = times
+        size = self._records.size
+        crc = zlib.crc32(self._records.data)
+        CHUNK_HEAD.pack_into(
+            self._buffer.data,
+            0,
+            *(Opcode.CHUNK, self._length - 9, times[0], times[-1], size, crc, 0, size),
+        )
+        return self._buffer.data

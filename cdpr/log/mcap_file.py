@@ -1,0 +1,180 @@
+"""The log file: which records stand where. Equal header and rows give equal bytes, however they were handed over.
+
+    description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, attachment scenario.yaml
+    blocks        256 rows each: one chunk with every message of these rows, and its message indexes
+    pictures      after each 16 blocks and at the end: the chunks of /tf and /cdpr/markers for these rows
+    ending        data end, summary, footer
+
+Only the description and the blocks are needed to get the run back; `FORMAT` counts the changes to them.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+from mcap import records
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+
+from cdpr.log.chunk import Chunk, Template, nanoseconds
+from cdpr.log.ros2 import schema_text
+from cdpr.log.run import Header
+from cdpr.log.topics import run_topics
+from cdpr.log.visuals import visual_topics
+from cdpr.model.robot import Array
+
+FORMAT = "1"
+MAGIC = b"\x89MCAP0\r\n"
+BLOCK = 256  # rows in a full block
+PICTURE_ROWS = 16 * BLOCK  # rows of the run whose pictures share chunks: few, for they are not needed at once
+METADATA = "cdpr"
+ATTACHMENT = "scenario.yaml"
+
+
+@dataclass(frozen=True)
+class Written:
+    """One chunk of the file."""
+
+    group: int  # which of the groups of topics
+    first: int  # row of its first messages
+    n: int  # source rows in it
+    start: int  # byte where its record begins
+
+
+class LogFormat:
+    """Every byte of a log that belongs to one Header."""
+
+    def __init__(self, header: Header) -> None:
+        main = run_topics(header)
+        groups = (main, *visual_topics(header, main.channel + len(main.topics)))
+        self.templates = tuple(Template(group) for group in groups)  # the rows' own, then the pictures'
+        self.step = header.control_step
+        self._full_block = Chunk(self.templates[0], BLOCK, self.step)
+        topics = [topic for group in groups for topic in group.topics]
+        kinds = list(dict.fromkeys(topic.kind for topic in topics))
+        self._schemas = [
+            records.Schema(i, schema_text(kind).encode(), "ros2msg", kind.replace("/", "/msg/"))
+            for i, kind in enumerate(kinds, 1)
+        ]
+        self._channels = [
+            records.Channel(i, topic.name, "cdr", {}, kinds.index(topic.kind) + 1)
+            for i, topic in enumerate(topics, main.channel)
+        ]
+        text = json.dumps(header.to_dict(), sort_keys=True)
+        self._metadata = records.Metadata(
+            METADATA, {"format": FORMAT, "header": text, "header_crc32": f"{zlib.crc32(text.encode()):08x}"}
+        )
+        self._attachment = records.Attachment(
+            0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode()
+        )
+        opening = MAGIC + _bytes(records.Header("ros2", "cdpr"))
+        metadata = _bytes(self._metadata)
+        attachment = _bytes(self._attachment)
+        # The metadata first, so that a reader finds it without looking for it.
+        self.description = b"".join(
+            [opening, metadata, *map(_bytes, self._schemas), *map(_bytes, self._channels), attachment]
+        )
+        attachment_start = len(self.description) - len(attachment)
+        self._metadata_index = records.MetadataIndex(len(opening), len(metadata), METADATA)
+        self._attachment_index = records.AttachmentIndex(
+            offset=attachment_start,
+            length=len(attachment),
+            log_time=0,
+            create_time=0,
+            data_size=len(self._attachment.data),
+            name=ATTACHMENT,
+            media_type=self._attachment.media_type,
+        )
+
+    def block(self, rows: Array, first: int) -> memoryview:
+        """Return the chunk and the indexes of `rows`, the run's rows from `first` on; valid until called again."""
+        full = len(rows) == BLOCK
+        chunk = self._full_block if full else Chunk(self.templates[0], len(rows), self.step)
+        return chunk.encode(rows, first)
+
+    def pictures(self, rows: Array, first: int, start: int) -> tuple[bytes, list[Written]]:
+        """Return the chunks of the pictures of `rows`, the run's rows from `first` on, to stand at byte `start`."""
+        data = b""
+        written = []
+        for i, template in enumerate(self.templates[1:], 1):
+            every, source = template.group.every, template.group.source
+            begin = -(-first // every) * every
+            chosen = rows[begin - first :: every]
+            if len(chosen):
+                written.append(Written(i, begin, len(chosen), start + len(data)))
+                data += Chunk(template, len(chosen), self.step).encode(source(chosen), begin)
+        return data, written
+
+    def ending(self, chunks: list[Written], rows: int, start: int) -> bytes:
+        """Return all that follows the last chunk, to stand at byte `start`."""
+        counts = dict.fromkeys((channel.id for channel in self._channels), 0)
+        for chunk in chunks:
+            for channel in self._channels_of(chunk.group):
+                counts[channel] += chunk.n
+        statistics = records.Statistics(
+            attachment_count=1,
+            channel_count=len(self._channels),
+            channel_message_counts=counts,
+            chunk_count=len(chunks),
+            message_count=sum(counts.values()),
+            message_end_time=self._time(max(rows - 1, 0)),
+            message_start_time=0,
+            metadata_count=1,
+            schema_count=len(self._schemas),
+        )
+        groups: list[tuple[Opcode, list[Any]]] = [
+            (Opcode.SCHEMA, self._schemas),
+            (Opcode.CHANNEL, self._channels),
+            (Opcode.STATISTICS, [statistics]),
+            (Opcode.CHUNK_INDEX, [self._chunk_index(chunk) for chunk in chunks]),
+            (Opcode.ATTACHMENT_INDEX, [self._attachment_index]),
+            (Opcode.METADATA_INDEX, [self._metadata_index]),
+        ]
+        data_end = _bytes(records.DataEnd(0))
+        summary, offsets = b"", b""
+        summary_start = start + len(data_end)
+        for opcode, group in groups:
+            part = b"".join(map(_bytes, group))
+            if part:
+                offsets += _bytes(records.SummaryOffset(opcode, summary_start + len(summary), len(part)))
+            summary += part
+        offsets_start = summary_start + len(summary)
+        # The footer's checksum covers the summary and the footer up to itself.
+        footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, summary_start, offsets_start)
+        footer += struct.pack("<I", zlib.crc32(summary + offsets + footer))
+        return data_end + summary + offsets + footer + MAGIC
+
+    def _channels_of(self, group: int) -> range:
+        first = self.templates[group].group.channel
+        return range(first, first + len(self.templates[group].group.topics))
+
+    def _chunk_index(self, written: Written) -> records.ChunkIndex:
+        template, n = self.templates[written.group], written.n
+        length, index_length = template.chunk_length(n), template.index_length(n)
+        channels = self._channels_of(written.group)
+        return records.ChunkIndex(
+            chunk_length=length,
+            chunk_start_offset=written.start,
+            compression="",
+            compressed_size=n * template.row.size,
+            message_end_time=self._time(written.first + (n - 1) * template.group.every),
+            message_index_length=len(channels) * index_length,
+            message_index_offsets={
+                channel: written.start + length + i * index_length for i, channel in enumerate(channels)
+            },
+            message_start_time=self._time(written.first),
+            uncompressed_size=n * template.row.size,
+        )
+
+    def _time(self, row: int) -> int:
+        return int(nanoseconds(row, self.step))
+
+
+def _bytes(record: records.McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

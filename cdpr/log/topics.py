@@ -1,0 +1,102 @@
+"""Which message holds which columns of a row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from cdpr.log.layout import Layout
+from cdpr.log.run import Header
+from cdpr.model.robot import Array
+
+STAMPED: dict[str, Any] = {"header": {"frame_id": "world"}}
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic: its constant content, and which columns of a source row fill which fields."""
+
+    name: str
+    kind: str  # message type, "package/Type"
+    value: dict[str, Any]  # constant fields, and sequences of the right length
+    columns: dict[str, tuple[slice, ...]] = field(default_factory=dict)  # by path; several go one after the other
+    stamps: tuple[str, ...] = ("header.stamp",)  # paths of the times
+
+
+@dataclass(frozen=True)
+class Group:
+    """Topics that are written for the same rows and stand in the same chunks."""
+
+    topics: tuple[Topic, ...]
+    channel: int  # of the first topic; the others follow
+    width: int  # columns of a source row
+    every: int  # rows of the run from one message to the next
+    source: Callable[[Array], Array]  # rows (n, row width) -> source rows (n, width), C-contiguous
+
+
+def run_topics(header: Header) -> Group:
+    """Return the topics that together hold every column of every row.
+
+    The time column is not among them: it is k * control_step, k the sequence number of the messages.
+    """
+    layout = Layout(len(header.cables))
+    m, c = len(header.cables), layout.columns
+    joints = {**STAMPED, "name": header.cables}
+    solver = {
+        "layout": {"dim": [{"label": "status, residual, margin, at_limit", "size": 4, "stride": 4}]},
+        "data": [0.0] * 4,
+    }
+    topics = (
+        Topic("/clock", "rosgraph_msgs/Clock", {}, stamps=("clock",)),
+        Topic(
+            "/cdpr/cable_states",
+            "sensor_msgs/JointState",
+            {**joints, "position": [0.0] * m, "velocity": [0.0] * m, "effort": [0.0] * m},
+            {"position": (c["length"],), "velocity": (c["rate"],), "effort": (c["tension"],)},
+        ),
+        # Cables are ideal so far: what is commanded is the tension.
+        Topic(
+            "/cdpr/cable_commands",
+            "sensor_msgs/JointState",
+            {**joints, "effort": [0.0] * m},
+            {"effort": (c["tension"],)},
+        ),
+        _pose("/cdpr/platform/pose", layout, ""),
+        _pose("/cdpr/platform/pose_desired", layout, "desired_"),
+        _pair("/cdpr/platform/twist", "geometry_msgs/TwistStamped", layout.span("velocity", "angular_velocity")),
+        _pair(
+            "/cdpr/platform/twist_desired",
+            "geometry_msgs/TwistStamped",
+            layout.span("desired_velocity", "desired_angular_velocity"),
+        ),
+        _pair(
+            "/cdpr/platform/acceleration_desired",
+            "geometry_msgs/AccelStamped",
+            layout.span("desired_acceleration", "desired_angular_acceleration"),
+        ),
+        _pair("/cdpr/platform/wrench", "geometry_msgs/WrenchStamped", c["wrench"]),
+        Topic(
+            "/cdpr/solver",
+            "std_msgs/Float64MultiArray",
+            solver,
+            {"data": (layout.span("status", "at_limit"),)},
+            stamps=(),
+        ),
+    )
+    return Group(topics, channel=1, width=layout.width, every=1, source=lambda rows: rows)
+
+
+def ros_pose(layout: Layout, prefix: str = "") -> tuple[slice, ...]:
+    """Columns of position and attitude in the order of ROS: x, y, z; x, y, z, w."""
+    w = layout.columns[prefix + "orientation"]
+    return layout.columns[prefix + "position"], slice(w.start + 1, w.stop), slice(w.start, w.start + 1)
+
+
+def _pose(name: str, layout: Layout, prefix: str) -> Topic:
+    return Topic(name, "geometry_msgs/PoseStamped", STAMPED, {"pose": ros_pose(layout, prefix)})
+
+
+def _pair(name: str, kind: str, columns: slice) -> Topic:
+    path = {"TwistStamped": "twist", "AccelStamped": "accel", "WrenchStamped": "wrench"}[kind.split("/")[1]]
+    return Topic(name, kind, STAMPED, {path: (columns,)})

@@ -1,0 +1,101 @@
+"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables coloured by their tension."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cdpr.log.layout import Layout
+from cdpr.log.run import Header
+from cdpr.log.topics import STAMPED, Group, Topic, ros_pose
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+TRANSFORM_RATE = 60.0  # Hz of simulation time, at most
+MARKER_RATE = 30.0
+_CUBE, _SPHERE, _LINE_LIST = 1, 2, 5  # visualization_msgs/Marker
+_GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
+
+
+def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
+    """Return /tf and /cdpr/markers, on the channels from `channel` on. They can be drawn anew from the rows."""
+    layout = Layout(len(header.cables))
+    transform = Topic(
+        "/tf",
+        "tf2_msgs/TFMessage",
+        {"transforms": [{**STAMPED, "child_frame_id": "platform"}]},
+        {"transforms.0.transform": ros_pose(layout)},
+        stamps=("transforms.0.header.stamp",),
+    )
+    every = _every(TRANSFORM_RATE, header.control_step)
+    frames = Group((transform,), channel, layout.width, every, np.ascontiguousarray)
+    return frames, _markers(header, channel + 1)
+
+
+def _markers(header: Header, channel: int) -> Group:
+    m = len(header.cables)
+    cables: dict[str, Any] = {
+        **STAMPED,
+        "ns": "cables",
+        "type": _LINE_LIST,
+        "pose": {"orientation": {"w": 1.0}},
+        "scale": {"x": 0.01 * header.characteristic_length},
+        "color": _GREY,
+        "points": [{}] * (2 * m),
+        "colors": [{}] * (2 * m),
+    }
+    markers: list[dict[str, Any]] = [cables]
+    # A source row: 2 m points, 2 m colours (four float32 stand in two float64), pose of the platform.
+    points, colours, pose = slice(0, 6 * m), slice(6 * m, 10 * m), slice(10 * m, 10 * m + 7)
+    columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (points,), "markers.0.colors": (colours,)}
+    if header.shape is not None:
+        box = header.shape.get("box")
+        size = box if box is not None else [2.0 * header.shape["sphere"]] * 3
+        markers.append(
+            {
+                **STAMPED,
+                "ns": "platform",
+                "type": _CUBE if box is not None else _SPHERE,
+                "scale": dict(zip("xyz", size, strict=True)),
+                "color": _GREY,
+            }
+        )
+        columns["markers.1.pose"] = (pose,)
+    topic = Topic(
+        "/cdpr/markers",
+        "visualization_msgs/MarkerArray",
+        {"markers": markers},
+        columns,
+        stamps=tuple(f"markers.{i}.header.stamp" for i in range(len(markers))),
+    )
+    every = _every(MARKER_RATE, header.control_step)
+    return Group((topic,), channel, pose.stop, every, lambda rows: _marker_rows(header, rows))
+
+
+def _every(rate: float, step: float) -> int:
+    return max(1, math.ceil(1.0 / (rate * step) - 1e-9))
+
+
+def _marker_rows(header: Header, rows: Array) -> Array:
+    layout, n, m = header.layout, len(rows), len(header.cables)
+    anchors = np.array(header.anchors, dtype=np.float64)
+    source = np.empty((n, 10 * m + 7))
+    points = source[:, : 6 * m].reshape(n, m, 2, 3)
+    colours = source[:, 6 * m : 10 * m].view(np.float32).reshape(n, m, 2, 4)
+    np.concatenate([rows[:, run] for run in ros_pose(layout)], axis=1, out=source[:, 10 * m :])
+    with np.errstate(all="ignore"):  # a diverged run is drawn too, as far as it goes
+        R = rotations.matrix(rows[:, layout.columns["orientation"]].T)  # (3, 3, n)
+        points[:, :, 0] = anchors[:, :3]
+        points[:, :, 1] = rows[:, None, layout.columns["position"]] + anchors[:, 3:] @ R.transpose(2, 1, 0)
+        colours[:] = _ramp(rows[:, layout.columns["tension"]], header)[:, :, None]
+    return source
+
+
+def _ramp(tension: Array, header: Header) -> Array:
+    """Blue at the lowest tension, green halfway, red at the highest, (n, m, 4)."""
+    low, high = np.array(header.tension_min), np.array(header.tension_max)
+    part = np.clip(np.nan_to_num((tension - low) / (high - low)), 0.0, 1.0)
+    colour = [part, 1.0 - np.abs(2.0 * part - 1.0), 1.0 - part, np.ones_like(part)]
+    return np.stack(colour, axis=-1)

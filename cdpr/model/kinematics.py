@@ -1,0 +1,51 @@
+"""Lengths, rates and the wrench matrix of a robot at a state. Conventions: see `cdpr.model`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdpr.model import kernels
+from cdpr.model.robot import Array, Robot
+
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+STILL = (0.0, 0.0, 0.0)
+
+
+def make_state(
+    position: Sequence[float] | Array,
+    orientation: Sequence[float] | Array = UPRIGHT,
+    velocity: Sequence[float] | Array = STILL,
+    angular_velocity: Sequence[float] | Array = STILL,
+) -> Array:
+    """Return a state (13,): position (m), quaternion w, x, y, z, velocity (m/s), angular velocity (rad/s), world."""
+    return np.concatenate([position, orientation, velocity, angular_velocity]).astype(np.float64)
+
+
+def lengths(robot: Robot, state: Array) -> Array:
+    """Cable lengths (m,), m, at a state (13,): the inverse kinematics."""
+    return _geometry(robot, state)[1]
+
+
+def rates(robot: Robot, state: Array) -> Array:
+    """Rates of the cable lengths (m,), m/s, at a state (13,): -W^T twist."""
+    return _geometry(robot, state)[2]
+
+
+def wrench_matrix(robot: Robot, state: Array) -> Array:
+    """Wrench matrix W (6, m) at a state (13,): W @ tension is force and moment about the origin, world axes."""
+    return _geometry(robot, state)[0]
+
+
+def wrench_matrix_rate(robot: Robot, state: Array) -> Array:
+    """Time derivative (6, m) of the wrench matrix at a state (13,) with its twist."""
+    rate = np.empty((6, robot.m))
+    kernels.wrench_matrix_rate(robot.anchors, np.array(state, dtype=np.float64), rate)
+    return rate
+
+
+def _geometry(robot: Robot, state: Array) -> tuple[Array, Array, Array]:
+    W, length, rate = np.empty((6, robot.m)), np.empty(robot.m), np.empty(robot.m)
+    kernels.cable_geometry(robot.anchors, np.array(state, dtype=np.float64), W, length, rate)
+    return W, length, rate

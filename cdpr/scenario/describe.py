@@ -1,0 +1,92 @@
+"""What a model says of one of its keys: unit, allowed keys, size; read from its JSON Schema."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from pydantic import BaseModel
+
+from cdpr.scenario.problems import Path
+
+
+@dataclass(frozen=True)
+class Place:
+    """One key of a model."""
+
+    unit: str = ""
+    description: str = ""
+    keys: tuple[str, ...] = ()  # what a mapping here may hold
+    size: int | None = None  # what a list here must hold
+    item: str = "values"  # what the list is made of
+
+
+@lru_cache(maxsize=64)
+def json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the model's JSON Schema; an empty one where a plugin's model has none."""
+    try:
+        return model.model_json_schema(by_alias=True)
+    except Exception:  # foreign models may hold types that JSON Schema cannot express
+        return {}
+
+
+def look(model: type[BaseModel], path: Path, data: Any) -> Place:
+    """Return what `model` says of `path`; `data` (what was validated) decides between the forms of a union."""
+    root = json_schema(model)
+    nodes = _forms(root, root, data)
+    for part in path:
+        data = data[part] if _holds(data, part) else None
+        nodes = [form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)]
+    return Place(
+        unit=next((node["unit"] for node in nodes if "unit" in node), ""),
+        description=next((node["description"] for node in nodes if "description" in node), ""),
+        keys=next((tuple(node["properties"]) for node in nodes if "properties" in node), ()),
+        size=next((node["maxItems"] for node in nodes if _fixed(node)), None),
+        item=next((_item(node) for node in nodes if node.get("type") == "array"), "values"),
+    )
+
+
+def _holds(data: Any, part: str | int) -> bool:
+    if isinstance(data, dict):
+        return part in data
+    return isinstance(data, list) and isinstance(part, int) and part < len(data)
+
+
+def _forms(node: dict[str, Any], root: dict[str, Any], data: Any) -> list[dict[str, Any]]:
+    """Resolve references and unions; what is said beside them holds for every form."""
+    beside = {key: value for key, value in node.items() if key in ("unit", "description")}
+    if "$ref" in node:
+        target = root.get("$defs", {}).get(node["$ref"].rpartition("/")[2], {})
+        return _forms({**target, **beside}, root, data)
+    union = node.get("anyOf") or node.get("oneOf")
+    if not union:
+        return [node]
+    forms = [form for branch in union for form in _forms({**branch, **beside}, root, data)]
+    chosen = [form for form in forms if _is_type(form, data)]
+    return chosen or forms
+
+
+def _is_type(form: dict[str, Any], data: Any) -> bool:
+    constant = form.get("properties", {}).get("type", {}).get("const")
+    return constant is not None and isinstance(data, dict) and data.get("type") == constant
+
+
+def _children(node: dict[str, Any], part: str | int) -> list[dict[str, Any]]:
+    if isinstance(part, str):
+        child = node.get("properties", {}).get(part, node.get("additionalProperties"))
+        return [child] if isinstance(child, dict) else []
+    items = node.get("prefixItems", [])
+    child = items[part] if part < len(items) else node.get("items")
+    if not isinstance(child, dict):
+        return []
+    return [{"unit": node["unit"], **child}] if "unit" in node else [child]
+
+
+def _fixed(node: dict[str, Any]) -> bool:
+    return "maxItems" in node and node.get("minItems") == node["maxItems"]
+
+
+def _item(node: dict[str, Any]) -> str:
+    items = node.get("prefixItems") or [node.get("items", {})]
+    return "numbers" if all(item.get("type") in ("number", "integer") for item in items) else "values"

@@ -1,0 +1,82 @@
+"""A parsed file: plain data, and for each key and each value the place where it stands."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, field
+from typing import Any
+
+from cdpr.scenario.problems import Mark, Path
+
+
+@dataclass
+class Document:
+    """Plain dictionaries, lists and scalars with their marks.
+
+    A robot file that a scenario names is grafted into the scenario's document and keeps its own marks; a changed
+    value carries the mark of the change.
+    """
+
+    data: dict[str, Any]
+    source: str
+    folder: str = "."  # where relative file names start
+    keys: dict[Path, Mark] = field(default_factory=dict)
+    values: dict[Path, Mark] = field(default_factory=dict)
+    dropped: list[str] = field(
+        default_factory=list
+    )  # dotted keys taken out because another plugin was chosen
+
+    def copy(self) -> Document:
+        """Return a copy that can be changed freely."""
+        return copy.deepcopy(self)
+
+    def get(self, path: Path) -> Any:
+        """Return the value at `path`; None where there is none."""
+        node: Any = self.data
+        for part in path:
+            if isinstance(node, dict):
+                node = node.get(part)
+            elif isinstance(node, list) and isinstance(part, int) and part < len(node):
+                node = node[part]
+            else:
+                return None
+        return node
+
+    def mark(self, path: Path) -> Mark:
+        """Return where the value at `path` stands; for one that is not given, where the nearest parent's key stands."""
+        if path in self.values:
+            return self.values[path]
+        for end in range(len(path) - 1, 0, -1):
+            if path[:end] in self.keys:
+                return self.keys[path[:end]]
+            if path[:end] in self.values:
+                return self.values[path[:end]]
+        return self.values.get((), Mark(self.source, 1, 1))
+
+    def key_mark(self, path: Path) -> Mark:
+        """Return where the key of `path` stands."""
+        return self.keys.get(path) or self.mark(path)
+
+    def put(self, path: Path, value: Any, mark: Mark) -> None:
+        """Set the value at `path`, whose parent exists."""
+        self._forget(path)
+        self.get(path[:-1])[path[-1]] = value
+        self.keys[path] = self.values[path] = mark
+
+    def drop(self, path: Path) -> None:
+        """Remove the key at `path`."""
+        self._forget(path)
+        del self.get(path[:-1])[path[-1]]
+
+    def graft(self, path: Path, other: Document) -> None:
+        """Put the data of another file at `path`, each value with the place where it stands in that file."""
+        key = self.key_mark(path)
+        self.put(path, other.data, key)
+        self.keys.update({path + part: mark for part, mark in other.keys.items()})
+        self.values.update({path + part: mark for part, mark in other.values.items()})
+        self.keys[path] = other.mark(())  # a key that is missing in the other file is missing there, not here
+
+    def _forget(self, path: Path) -> None:
+        for marks in (self.keys, self.values):
+            for known in [known for known in marks if known[: len(path)] == path]:
+                del marks[known]

@@ -1,0 +1,60 @@
+"""The kinds of values that the sections of a scenario are made of."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+MAX_MAGNITUDE = 1e12  # beyond it squares and products leave the range in which the simulation makes sense
+NAME_PATTERN = r"^\w[\w.-]{0,63}$"
+
+
+class Section(BaseModel):
+    """Base of all sections: frozen, no unknown key, no NaN, no silent conversion."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+def unit(symbol: str) -> dict[str, Any]:
+    """Attach a unit to a field, for messages and for the JSON Schema."""
+    return {"unit": symbol}
+
+
+def _moderate(value: float) -> float:
+    if abs(value) > MAX_MAGNITUDE:
+        raise ValueError(f"must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value!r}")
+    return value
+
+
+def _named(value: str) -> str:
+    if not re.fullmatch(NAME_PATTERN, value):
+        raise ValueError(
+            f"a name of at most 64 letters, digits, '_', '-' and '.' is expected, got {value[:70]!r}"
+        )
+    return value
+
+
+def _turns(value: str) -> str:
+    if not re.fullmatch(r"([xyz]){3}|([XYZ]){3}", value) or value[0] == value[1] or value[1] == value[2]:
+        raise ValueError(
+            "three axes are expected, all upper case (moving axes, such as XYZ) or all lower case (fixed axes, such as "
+            f"xyz), no axis twice in a row, got {value[:20]!r}"
+        )
+    return value
+
+
+Number = Annotated[float, AfterValidator(_moderate)]
+Positive = Annotated[float, Field(gt=0), AfterValidator(_moderate)]
+NonNegative = Annotated[float, Field(ge=0), AfterValidator(_moderate)]
+Vector3 = tuple[Number, Number, Number]
+Name = Annotated[str, AfterValidator(_named), Field(json_schema_extra={"pattern": NAME_PATTERN})]
+EulerOrder = Annotated[
+    str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})
+]
+
+ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+# Stands in fields that are left out until the loader fills in the initial pose: after loading they are never None.
+INITIAL: Any = None

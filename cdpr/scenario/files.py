@@ -1,0 +1,51 @@
+"""Reading a file that a user named: regular files only, never more than a scenario can need."""
+
+from __future__ import annotations
+
+import os
+import stat
+
+from cdpr.scenario.problems import nearest
+
+MAX_BYTES = 256 * 1024
+
+
+class UnreadableError(Exception):
+    """A file cannot be read; the text says why and goes after the place that named it."""
+
+
+def read(path: str) -> bytes:
+    """Return the bytes of a regular file, one more than MAX_BYTES at most; `UnreadableError` otherwise.
+
+    A FIFO or a device is never opened: opening one may block for ever or do something.
+    """
+    try:
+        _refuse_special(os.stat(path), path)
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+        with open(descriptor, "rb") as file:
+            _refuse_special(os.fstat(descriptor), path)  # it may have been replaced since
+            return file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise UnreadableError(f"there is no file '{path}'{_suggestion(path)}") from None
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UnreadableError(f"cannot read '{path}': {reason}") from None
+
+
+def _refuse_special(status: os.stat_result, path: str) -> None:
+    if stat.S_ISDIR(status.st_mode):
+        raise UnreadableError(f"'{path}' is a folder; a file is expected")
+    if not stat.S_ISREG(status.st_mode):
+        raise UnreadableError(f"'{path}' is not a regular file")
+
+
+def _suggestion(path: str) -> str:
+    """Name the nearest file of the same folder, or say that the folder is missing."""
+    folder, name = os.path.split(path)
+    try:
+        names = [entry for entry in os.listdir(folder or ".") if entry.endswith((".yaml", ".yml"))]
+    except OSError:
+        return f": there is no folder '{folder}'"
+    if hint := nearest(name, names):
+        return f": {hint.strip()}"
+    return f"; files there: {', '.join(sorted(names)[:10])}" if names else ""

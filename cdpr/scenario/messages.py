@@ -1,0 +1,196 @@
+"""From pydantic's errors to one line for each thing that is wrong, in the words of a scenario.
+
+Pydantic reports a union once per branch and a short tuple once per missing item, and says neither unit nor allowed
+keys. Here a union yields the errors of the branch that was meant, or one line that names all branches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from cdpr.scenario.describe import Place, look
+from cdpr.scenario.problems import Path, nearest, shown
+
+# Errors that say "another kind of value is expected", and that kind.
+KINDS = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "a text",
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "literal_error": "",
+    "none_required": "null",
+}
+
+BOUNDS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+
+
+@dataclass(frozen=True)
+class Message:
+    """One problem of a model: the key, what is wrong, and whether the key itself is."""
+
+    path: Path
+    text: str
+    at_key: bool = False
+
+
+@dataclass(frozen=True)
+class _Fault:
+    type: str
+    path: Path
+    unions: tuple[tuple[Path, str], ...]  # the unions passed on the way: where, which branch
+    value: Any
+    context: dict[str, Any]
+    message: str
+    kinds: tuple[str, ...] = ()  # kinds of value that all branches together expect
+
+
+def explain(error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()) -> list[Message]:
+    """Return what is wrong with `data`; `core_keys` are further keys that stand beside those of `model`."""
+    faults = [_fault(row, data) for row in error.errors(include_url=False) if row["type"] != "default_factory_not_called"]
+    faults = [replace(fault, kinds=_kinds(fault, model, data)) for fault in faults]
+    messages: dict[Path, Message] = {}
+    for fault in _collapse(faults, 0):
+        messages.setdefault(fault.path, _message(fault, model, data, tuple(core_keys)))
+    return list(messages.values())
+
+
+def _fault(row: Any, data: Any) -> _Fault:
+    """Split pydantic's location into the path in the data and the branches of unions."""
+    path: Path = ()
+    unions: list[tuple[Path, str]] = []
+    node = data
+    kind = row["type"]
+    for i, part in enumerate(row["loc"]):
+        if isinstance(node, dict) and part in node:
+            node = node[part]
+            path = (*path, part)
+        elif isinstance(node, list) and isinstance(part, int) and part < len(node):
+            node = node[part]
+            path = (*path, part)
+        elif kind == "missing" and i == len(row["loc"]) - 1:
+            if isinstance(part, int):  # an item of a tuple: the list is too short
+                kind = "wrong_size"
+            else:
+                path = (*path, part)
+        else:
+            unions.append((path, str(part)))
+    if kind in ("too_long", "too_short"):
+        kind = "wrong_size"
+    return _Fault(kind, path, tuple(unions), row["input"], row.get("ctx", {}), row["msg"])
+
+
+def _collapse(faults: list[_Fault], depth: int) -> list[_Fault]:
+    """Leave, for each union, the faults of the branch that was meant, or one fault that names all branches."""
+    result = [fault for fault in faults if len(fault.unions) <= depth]
+    roots = dict.fromkeys(fault.unions[depth][0] for fault in faults if len(fault.unions) > depth)
+    for root in roots:
+        branches: dict[str, list[_Fault]] = {}
+        for fault in faults:
+            if len(fault.unions) > depth and fault.unions[depth][0] == root:
+                branches.setdefault(fault.unions[depth][1], []).append(fault)
+        result += _meant(root, [_collapse(branch, depth + 1) for branch in branches.values()])
+    return result
+
+
+def _meant(root: Path, branches: list[list[_Fault]]) -> list[_Fault]:
+    """Choose the branch whose kind of value was given; if none was, merge them."""
+    for branch in branches:
+        if not any(fault.path == root and fault.type in KINDS for fault in branch):
+            return branch
+    wrong = [fault for branch in branches for fault in branch if fault.path == root and fault.type in KINDS]
+    kinds = dict.fromkeys(kind for fault in wrong for kind in fault.kinds)
+    return [replace(wrong[0], kinds=tuple(kinds))]
+
+
+def _kinds(fault: _Fault, model: type[BaseModel], data: Any) -> tuple[str, ...]:
+    if fault.type not in KINDS:
+        return ()
+    if fault.type == "literal_error":
+        return (f"one of {_listed(fault.context['expected'])}",)
+    place = look(model, fault.path, data)
+    if fault.type in ("tuple_type", "list_type"):
+        return (f"{place.size} {place.item}" if place.size else f"a list of {place.item}",)
+    if KINDS[fault.type] == "a mapping" and place.keys:
+        return (f"a mapping of {', '.join(place.keys)}",)
+    return (KINDS[fault.type],)
+
+
+def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[str, ...]) -> Message:
+    path, found = fault.path, shown(fault.value)
+    place = look(model, path, data)
+    unit = f" ({place.unit})" if place.unit else ""
+    if fault.type == "missing":
+        meaning = f": {place.description}" if place.description else ""
+        return Message(path, f"required but not given{meaning}{unit}")
+    if fault.type == "extra_forbidden":
+        return _unknown_key(path, (*core_keys, *look(model, path[:-1], data).keys))
+    if fault.type in ("union_tag_invalid", "union_tag_not_found"):
+        return _unknown_type(fault)
+    if fault.type == "literal_error" and len(fault.kinds) == 1:
+        hint = nearest(str(fault.value), _words(fault.context["expected"]))
+        return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
+    if fault.kinds:
+        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}")
+    if fault.type == "finite_number":
+        return Message(path, f"a finite number expected{unit}, got {found}")
+    if fault.type in BOUNDS:
+        words, key = BOUNDS[fault.type]
+        return Message(path, f"must be {words} {fault.context[key]:g}{unit}, got {found}")
+    if fault.type == "wrong_size":
+        return Message(path, _wrong_size(fault, place, unit))
+    if "error" in fault.context:  # a ValueError of one of the models' own checks
+        return Message(path, str(fault.context["error"]))
+    return Message(path, f"{fault.message[:1].lower()}{fault.message[1:]}{unit}, got {found}")
+
+
+def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:
+    key = str(path[-1])
+    listed = f"allowed: {', '.join(allowed)}" if allowed else "none is allowed here"
+    return Message(path, f"unknown key {shown(key)}: {nearest(key, allowed)}{listed}", at_key=True)
+
+
+def _unknown_type(fault: _Fault) -> Message:
+    if not isinstance(fault.value, dict):
+        return Message(fault.path, f"a mapping with the key 'type' expected, got {shown(fault.value)}")
+    allowed = _words(fault.context.get("expected_tags", ""))
+    given = fault.value.get("type")
+    listed = f"allowed: {', '.join(allowed)}" if allowed else "it chooses the kind"
+    if "type" not in fault.value:
+        return Message((*fault.path, "type"), f"required but not given; {listed}")
+    return Message((*fault.path, "type"), f"unknown type {shown(given)}: {nearest(str(given), allowed)}{listed}")
+
+
+def _wrong_size(fault: _Fault, place: Place, unit: str) -> str:
+    found = len(fault.value) if isinstance(fault.value, list) else 0
+    if place.size is not None:
+        return f"{place.size} {place.item} expected{unit}, got {found}"
+    if "max_length" in fault.context and found > fault.context["max_length"]:
+        return f"{fault.context['max_length']} items at most expected, got {found}"
+    return f"{fault.context.get('min_length', 1)} or more items expected, got {found}"
+
+
+def _words(listed: str) -> list[str]:
+    """Split pydantic's list "'a', 'b' or 'c'"."""
+    return [word.strip(" '") for word in listed.replace(" or ", ", ").split(",") if word.strip(" '")]
+
+
+def _listed(expected: str) -> str:
+    return ", ".join(_words(expected))

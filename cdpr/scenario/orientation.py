@@ -1,0 +1,71 @@
+"""An attitude, written in the way that suits its source."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+from cdpr.scenario.fields import EulerOrder, Number, Section, Vector3, unit
+
+UNIT_TOLERANCE = 1e-3  # how far a quaternion's norm may be from 1: typed with three decimals
+
+
+class Euler(Section):
+    """Successive turns about the axes that `order` names."""
+
+    angles: Vector3 = Field(
+        description="angles of the three turns, in the sequence of `order`", json_schema_extra=unit("rad")
+    )
+    order: EulerOrder = Field(
+        description="axes as in scipy: upper case for moving axes (XYZ: R = Rx Ry Rz), lower case for fixed axes"
+    )
+
+
+class Orientation(Section):
+    """Attitude of the platform in the world, in exactly one of three forms."""
+
+    rpy: Vector3 | None = Field(
+        None,
+        description="roll, pitch, yaw about fixed axes: R = Rz(yaw) Ry(pitch) Rx(roll)",
+        json_schema_extra=unit("rad"),
+    )
+    wxyz: tuple[Number, Number, Number, Number] | None = Field(
+        None, alias="quaternion", description="unit quaternion w, x, y, z, platform to world"
+    )
+    euler: Euler | None = Field(None, description="Euler angles with their order")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Orientation:
+        forms = {"rpy": self.rpy, "quaternion": self.wxyz, "euler": self.euler}
+        given = [name for name, value in forms.items() if value is not None]
+        if len(given) != 1:
+            found = f"got {' and '.join(given)}" if given else "got none"
+            raise ValueError(f"exactly one of rpy, quaternion, euler is expected, {found}")
+        if self.wxyz is not None:
+            _check_unit(self.wxyz)
+        return self
+
+    def quaternion(self) -> Array:
+        """Return the attitude as unit quaternion w, x, y, z, shape (4,)."""
+        if self.wxyz is not None:
+            q = np.array(self.wxyz)
+            return np.asarray(q / np.linalg.norm(q))
+        if self.euler is not None:
+            return rotations.from_euler(np.array(self.euler.angles), self.euler.order)
+        assert self.rpy is not None
+        return rotations.from_rpy(*self.rpy)
+
+
+UPRIGHT = Orientation(rpy=(0.0, 0.0, 0.0))
+
+
+def _check_unit(quaternion: tuple[float, ...]) -> None:
+    norm = float(np.linalg.norm(quaternion))
+    if abs(norm - 1.0) <= UNIT_TOLERANCE:
+        return
+    if norm == 0.0:
+        raise ValueError("the quaternion is zero; upright is [1, 0, 0, 0] (w, x, y, z)")
+    hint = ", ".join(f"{value / norm:.6g}" for value in quaternion)
+    raise ValueError(f"the quaternion's norm is {norm:.6g}, 1 is expected; normalised it is [{hint}]")

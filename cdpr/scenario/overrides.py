@@ -1,0 +1,140 @@
+"""Values set from outside: `--set key=value`, and the choice of backend, solver and controller.
+
+They are written into the document before anything is checked, so that they pass the same checks as the file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cdpr.scenario.document import Document
+from cdpr.scenario.problems import Mark, Path, Problems, dotted, shown
+from cdpr.scenario.schema import ControllerSection, SolverSection
+from cdpr.scenario.yaml_nodes import MAX_DEPTH, parse_value
+
+Overrides = Mapping[str, Any] | Sequence[str]
+
+KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
+PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
+
+# Sections whose keys, but these, belong to the plugin that `type` names.
+CORE_KEYS: dict[str, tuple[str, ...]] = {
+    "controller": tuple(ControllerSection.model_fields),
+    "solver": tuple(SolverSection.model_fields),
+}
+DEFAULT_TYPE = {"controller": ControllerSection().type, "solver": SolverSection().type}
+
+
+@dataclass(frozen=True)
+class Change:
+    """One value to set. A part of the path is an int where it was written as [0]."""
+
+    path: Path
+    value: Any
+    mark: Mark
+
+
+def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
+    """Return the changes that `overrides` ask for: a mapping of keys to values, or texts `key=value` in YAML."""
+    changes: list[Change] = []
+    if isinstance(overrides, Mapping):
+        given = [(str(key), value, f"--set {key}={_brief(value)}") for key, value in overrides.items()]
+    else:
+        texts = [overrides] if isinstance(overrides, str) else list(overrides)
+        given = [(text.partition("=")[0].strip(), text, f"--set {_brief(text)}") for text in texts]
+    for key, value, source in given:
+        mark = Mark(source)
+        if not KEY.fullmatch(key):
+            problems.add(mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected")
+            continue
+        path: Path = tuple(int(index) if index else word for index, word in PART.findall(key))
+        try:
+            changes.append(Change(path, _plain(value) if isinstance(overrides, Mapping) else _parsed(value), mark))
+        except ValueError as error:
+            problems.add(mark, path, str(error))
+    return changes
+
+
+def choices(backend: str | None, solver: str | None, controller: str | None) -> list[Change]:
+    """Return the changes that choose plugins."""
+    given: list[tuple[Path, str, str | None]] = [
+        (("simulation", "backend"), "backend", backend),
+        (("solver", "type"), "solver", solver),
+        (("controller", "type"), "controller", controller),
+    ]
+    return [Change(path, name, Mark(f"--{option} {_brief(name)}")) for path, option, name in given if name is not None]
+
+
+def apply(document: Document, change: Change, problems: Problems) -> None:
+    """Write one change into the document, making the sections that it needs."""
+    if len(change.path) == 2 and change.path[0] in CORE_KEYS and change.path[1] == "type":
+        _drop_options(document, str(change.path[0]), change.value)
+    node: Any = document.data
+    path: Path = ()
+    for i, part in enumerate(change.path):
+        key = _key_in(node, part, path, change.mark, problems)
+        if key is None:
+            return
+        path = (*path, key)
+        if i == len(change.path) - 1:
+            document.put(path, change.value, change.mark)
+        elif isinstance(node, dict) and node.get(str(key)) is None:
+            document.put(path, {}, change.mark)
+        node = node[key]
+
+
+def _drop_options(document: Document, section: str, name: Any) -> None:
+    """Take out the options of the old plugin where another one is chosen."""
+    given = document.data.get(section)
+    if isinstance(given, dict) and given.get("type", DEFAULT_TYPE[section]) != name:
+        for key in [key for key in given if key not in CORE_KEYS[section]]:
+            document.drop((section, key))
+            document.dropped.append(dotted((section, key)))
+
+
+def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Problems) -> str | int | None:
+    """Return `part` as key of this mapping or index of this list; None, and a problem, if it can be neither."""
+    if isinstance(node, dict) and isinstance(part, str):
+        return part
+    if isinstance(node, list) and str(part).isdecimal():
+        if int(part) < len(node):
+            return int(part)
+        problems.add(mark, path, f"there is no item [{part}]: {_extent(node)}")
+    else:
+        what = "a list" if isinstance(node, list) else shown(node)
+        problems.add(mark, path, f"{shown(part)} names nothing in it: it is {what}")
+    return None
+
+
+def _extent(items: list[Any]) -> str:
+    return f"the list has the items [0] to [{len(items) - 1}]" if items else "the list is empty"
+
+
+def _parsed(text: str) -> Any:
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError(f"key=value is expected, such as {key}=1.5")
+    return parse_value(value.strip())
+
+
+def _plain(value: Any, depth: int = 1) -> Any:
+    """Turn what Python code passes into plain data; ValueError for anything else."""
+    if depth > MAX_DEPTH:
+        raise ValueError(f"nested more than {MAX_DEPTH} deep")
+    if hasattr(value, "tolist"):  # a numpy array or scalar
+        value = value.tolist()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item, depth + 1) for item in value]
+    raise ValueError(f"a number, a text, a list or a mapping is expected, got {type(value).__name__}")
+
+
+def _brief(value: object) -> str:
+    text = " ".join(str(value).split())
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -1,0 +1,104 @@
+"""Where something stands in a file, what is wrong with it, and all of that collected into one error."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from cdpr.errors import PluginError, ScenarioError
+
+Path = tuple[str | int, ...]
+
+MAX_PROBLEMS = 100  # more than anyone reads; a file of garbage must not print 20 000 lines
+SHORTEST = 60  # characters of a foreign text that are shown
+
+
+@dataclass(frozen=True, order=True)
+class Mark:
+    """A place in a file, counted from 1; line 0 stands for the whole source, such as one `--set`."""
+
+    source: str
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.source}:{self.line}:{self.column}" if self.line else self.source
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong. `plugin` is set where only a plugin is missing."""
+
+    mark: Mark
+    path: Path
+    text: str
+    plugin: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.mark}: {dotted(self.path)}: {self.text}" if self.path else f"{self.mark}: {self.text}"
+
+
+@dataclass
+class Problems:
+    """All problems of one scenario, reported together."""
+
+    items: list[Problem] = field(default_factory=list)
+    unreadable: set[Path] = field(default_factory=set)
+
+    def add(self, mark: Mark, path: Path, text: str, *, plugin: bool = False) -> None:
+        """Keep one problem, unless it only follows from something that could not be read."""
+        if not any(path[: len(root)] == root for root in self.unreadable):
+            self.items.append(Problem(mark, path, text, plugin))
+
+    def has(self, path: Path) -> bool:
+        """Tell whether something was said about exactly this key."""
+        return any(problem.path == path for problem in self.items)
+
+    def raise_any(self) -> None:
+        """Raise what was collected: PluginError if nothing but plugins is missing, else ScenarioError."""
+        if not self.items:
+            return
+        ordered = sorted(self.items, key=lambda problem: (problem.mark, dotted(problem.path), problem.text))
+        lines = list(dict.fromkeys(str(problem) for problem in ordered))
+        if len(lines) > MAX_PROBLEMS:
+            lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"]
+        if all(problem.plugin for problem in self.items):
+            raise PluginError("\n".join(lines))
+        raise ScenarioError(lines)
+
+
+def dotted(path: Path) -> str:
+    """Write a path as in `robot.cables[0].frame[2]`."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            text += ("." if text else "") + (part if re.fullmatch(r"[\w:-]{1,60}", part) else shown(part))
+    return text
+
+
+def shown(value: object) -> str:
+    """Write a value that was found, on one short line."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list):
+        return "an empty list" if not value else f"a list of {len(value)}"
+    text = repr(value)
+    return (
+        text
+        if len(text) <= SHORTEST
+        else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")
+    )
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Return "did you mean 'x'? " or nothing."""
+    near = difflib.get_close_matches(name[:SHORTEST], list(names), n=1)
+    return f"did you mean '{near[0]}'? " if near else ""

@@ -1,0 +1,220 @@
+"""The sections of a robot file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from cdpr.model import DOF_NAMES, Box, Cable, Platform, Robot, Sphere
+from cdpr.model.robot import frozen_array
+from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
+
+MAX_CABLES = 256
+
+# Published inertias are rounded: what must hold exactly may miss by this share of the largest principal moment.
+TRIANGLE_TOLERANCE = 1e-6
+DEFINITE_TOLERANCE = 1e-12
+
+OPTIONAL_PROPERTIES = ("diameter", "axial_stiffness", "linear_density", "length", "speed_max")
+
+DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
+Inertia = tuple[Number, Number, Number, Number, Number, Number]
+
+
+def tensor(inertia: Inertia) -> list[list[float]]:
+    """Return the 3 x 3 tensor of ixx, iyy, izz, ixy, ixz, iyz (tensor entries, no minus sign)."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+
+def _possible_inertia(inertia: Inertia) -> Inertia:
+    low, middle, high = np.linalg.eigvalsh(np.array(tensor(inertia)))
+    moments = f"its principal moments are {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
+    if low <= DEFINITE_TOLERANCE * abs(high):
+        raise ValueError(f"no rigid body has this inertia: {moments}, each must be greater than 0")
+    if low + middle < high * (1.0 - TRIANGLE_TOLERANCE):
+        raise ValueError(
+            f"no rigid body has this inertia: {moments}, the largest exceeds the sum of the two others"
+        )
+    return inertia
+
+
+def _all_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
+    if dof != DOF_NAMES:
+        raise ValueError(
+            f"only [{', '.join(DOF_NAMES)}], in this order, is supported so far; robots with fewer degrees of freedom "
+            "come in a later version"
+        )
+    return dof
+
+
+class Shape(Section):
+    """What the platform looks like; it has no effect on the motion."""
+
+    box: tuple[Positive, Positive, Positive] | None = Field(
+        None,
+        description="size of a box along the platform's axes, centred on its origin",
+        json_schema_extra=unit("m"),
+    )
+    sphere: Positive | None = Field(
+        None, description="radius of a sphere centred on the platform's origin", json_schema_extra=unit("m")
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Shape:
+        if (self.box is None) == (self.sphere is None):
+            raise ValueError("exactly one of box, sphere is expected")
+        return self
+
+    def build(self) -> Box | Sphere:
+        """Return the shape of the model."""
+        if self.box is not None:
+            return Box(self.box)
+        assert self.sphere is not None
+        return Sphere(self.sphere)
+
+
+class PlatformSection(Section):
+    """The moving rigid body."""
+
+    mass: Positive = Field(description="mass of the platform", json_schema_extra=unit("kg"))
+    inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] = Field(
+        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (entries of the tensor)",
+        json_schema_extra=unit("kg m^2"),
+    )
+    center_of_mass: Vector3 = Field(
+        ZERO,
+        description="centre of mass from the platform's origin, platform axes",
+        json_schema_extra=unit("m"),
+    )
+    shape: Shape | None = Field(None, description="for drawing only: a box or a sphere")
+
+
+class TensionSection(Section):
+    """Tension limits of all cables."""
+
+    min: Number | list[Number] = Field(
+        description="lowest admissible tension, a number or one per cable", json_schema_extra=unit("N")
+    )
+    max: Number | list[Number] = Field(
+        description="highest admissible tension, a number or one per cable", json_schema_extra=unit("N")
+    )
+
+
+class CableTension(Section):
+    """Tension limits of one cable, where they differ from the robot's."""
+
+    min: Number | None = Field(None, description="lowest admissible tension", json_schema_extra=unit("N"))
+    max: Number | None = Field(None, description="highest admissible tension", json_schema_extra=unit("N"))
+
+
+class LengthLimits(Section):
+    """Shortest and longest length of a cable."""
+
+    min: NonNegative | None = Field(None, description="shortest length", json_schema_extra=unit("m"))
+    max: Positive | None = Field(None, description="longest length", json_schema_extra=unit("m"))
+
+    @model_validator(mode="after")
+    def _ordered(self) -> LengthLimits:
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError(f"min ({self.min:g} m) must not exceed max ({self.max:g} m)")
+        return self
+
+
+class CableSection(Section):
+    """One cable between the frame and the platform."""
+
+    name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
+    frame: Vector3 = Field(
+        description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m")
+    )
+    platform: Vector3 = Field(
+        description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m")
+    )
+    tension: CableTension = Field(CableTension(), description="limits of this cable alone")
+    diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
+    axial_stiffness: Positive | None = Field(
+        None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
+    )
+    linear_density: NonNegative | None = Field(
+        None, description="mass per length", json_schema_extra=unit("kg/m")
+    )
+    length: LengthLimits | None = Field(None, description="limits of the cable's length")
+    speed_max: Positive | None = Field(
+        None, description="highest winding speed", json_schema_extra=unit("m/s")
+    )
+
+
+class RobotSection(Section):
+    """A cable-driven parallel robot: what a robot file holds."""
+
+    name: Name = Field("robot", description="name of the robot; the file's name unless said")
+    dof: Annotated[tuple[DofName, ...], AfterValidator(_all_directions)] = Field(
+        DOF_NAMES, description="directions that the cables control; so far all six: [x, y, z, rx, ry, rz]"
+    )
+    unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
+    platform: PlatformSection = Field(description="the moving rigid body")
+    tension: TensionSection = Field(description="tension limits of all cables")
+    cables: list[CableSection] = Field(
+        min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most"
+    )
+
+    def to_robot(self) -> Robot:
+        """Return the robot as the frozen arrays that the simulation takes."""
+        platform = self.platform
+        return Robot(
+            name=self.name,
+            platform=Platform(
+                mass=platform.mass,
+                inertia=frozen_array(tensor(platform.inertia)),
+                center_of_mass=frozen_array(platform.center_of_mass),
+                shape=platform.shape.build() if platform.shape else None,
+            ),
+            cables=tuple(self._cable(i) for i in range(len(self.cables))),
+            dof=self.dof,
+            unilateral=self.unilateral,
+        )
+
+    def unused(self) -> list[str]:
+        """Return the properties given for some cable that no cable model uses yet, such as `cables[*].diameter`."""
+        return [
+            f"cables[*].{name}"
+            for name in OPTIONAL_PROPERTIES
+            if any(getattr(cable, name) is not None for cable in self.cables)
+        ]
+
+    def _cable(self, i: int) -> Cable:
+        cable = self.cables[i]
+        low, high = limits(self.tension, cable.tension, i)
+        length = cable.length or LengthLimits()
+        return Cable(
+            name=cable_name(cable, i),
+            frame=frozen_array(cable.frame),
+            platform=frozen_array(cable.platform),
+            tension_min=low,
+            tension_max=high,
+            diameter=cable.diameter,
+            axial_stiffness=cable.axial_stiffness,
+            linear_density=cable.linear_density,
+            length_min=length.min,
+            length_max=length.max,
+            speed_max=cable.speed_max,
+        )
+
+
+def cable_name(cable: CableSection, i: int) -> str:
+    """Return the name of cable i, counted from 0."""
+    return cable.name or f"cable_{i + 1}"
+
+
+def limits(robot: TensionSection, cable: CableTension, i: int) -> tuple[float, float]:
+    """Return the lowest and the highest tension of cable i, N: its own limits, else the robot's."""
+
+    def common(value: float | list[float]) -> float:
+        return value[i] if isinstance(value, list) else value
+
+    low = common(robot.min) if cable.min is None else cable.min
+    high = common(robot.max) if cable.max is None else cable.max
+    return low, high

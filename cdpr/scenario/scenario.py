@@ -1,0 +1,128 @@
+"""A checked scenario, ready to run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
+
+from cdpr.model import Robot
+from cdpr.model.robot import Array, frozen_array
+from cdpr.plugins.registry import Registry
+from cdpr.scenario.document import Document
+from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
+from cdpr.scenario.trajectory_schema import Hold, Quintic, Waypoints
+from cdpr.scenario.yaml_text import dump
+
+if TYPE_CHECKING:
+    from cdpr.scenario.overrides import Overrides
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """What to simulate. Made by `load_scenario`; two scenarios are equal if they describe the same run.
+
+    Attributes:
+        sections: all sections of the file, every default filled in.
+        robot: the robot as frozen arrays.
+        controller_options: options of the controller, an instance of its plugin's model.
+        solver_options: the same for the tension solver.
+        source: the file that it came from.
+        unused: dotted keys that are given but that a run does not use.
+    """
+
+    sections: ScenarioSection
+    robot: Robot
+    controller_options: BaseModel
+    solver_options: BaseModel
+    source: str
+    unused: tuple[str, ...]
+    _backend_options: Mapping[str, BaseModel]
+    _document: Document = field(repr=False)
+    _plugins: Registry = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario; the file's unless it says another."""
+        return self.sections.name
+
+    @property
+    def world(self) -> World:
+        """What surrounds the robot."""
+        return self.sections.world
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of gravity, (3,), m/s^2, world."""
+        return frozen_array(self.sections.world.gravity)
+
+    @property
+    def simulation(self) -> Simulation:
+        """Backend, duration and steps."""
+        return self.sections.simulation
+
+    @property
+    def initial(self) -> Initial:
+        """State of the platform at time 0."""
+        return self.sections.initial
+
+    @property
+    def trajectory(self) -> Hold | Quintic | Waypoints:
+        """The desired motion, with the initial pose filled in where a pose was left out."""
+        return self.sections.trajectory
+
+    @property
+    def controller(self) -> ControllerSection:
+        """Type of the controller."""
+        return self.sections.controller
+
+    @property
+    def solver(self) -> SolverSection:
+        """Type of the tension solver, and what to do while a wrench is infeasible."""
+        return self.sections.solver
+
+    def backend_options(self, name: str | None = None) -> BaseModel:
+        """Return the options of a backend, of the chosen one unless named; PluginError if it is unknown."""
+        name = name or self.simulation.backend
+        if name in self._backend_options:
+            return self._backend_options[name]
+        return self._plugins.get("backend", name).info.options()
+
+    def resolved_yaml(self) -> str:
+        """Return YAML that stands alone and loads to an equal scenario: robot inlined, defaults written out."""
+        return dump(self._plain())
+
+    def with_changes(
+        self,
+        overrides: Overrides = (),
+        *,
+        backend: str | None = None,
+        solver: str | None = None,
+        controller: str | None = None,
+    ) -> Scenario:
+        """Return a changed copy, checked like a file; arguments as for `load_scenario`."""
+        from cdpr.scenario.loader import build  # the loader makes scenarios, so it imports this module
+
+        return build(self._document.copy(), overrides, backend, solver, controller, self._plugins)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scenario):
+            return NotImplemented
+        return self._plain() == other._plain()
+
+    def __hash__(self) -> int:
+        return hash(self.resolved_yaml())
+
+    def _plain(self) -> dict[str, Any]:
+        """Return the sections as plain data in the order of the schema."""
+        data = self.sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
+        data["controller"] |= self.controller_options.model_dump(mode="json", by_alias=True)
+        data["solver"] |= self.solver_options.model_dump(mode="json", by_alias=True)
+        given = {
+            name: options.model_dump(mode="json", by_alias=True)
+            for name, options in sorted(self._backend_options.items())
+        }
+        data["backend_options"] = {name: options for name, options in given.items() if options}
+        return data

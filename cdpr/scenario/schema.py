@@ -1,0 +1,104 @@
+"""The sections of a scenario file."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from cdpr.model.robot import Array
+from cdpr.scenario.fields import ZERO, Name, Positive, Section, Vector3, unit
+from cdpr.scenario.orientation import UPRIGHT, Orientation
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.trajectory_schema import Hold, Trajectory
+
+MAX_SEED = 2**63 - 1
+
+
+class World(Section):
+    """What surrounds the robot."""
+
+    gravity: Vector3 = Field(
+        (0.0, 0.0, -9.81),
+        description="acceleration of gravity, world axes, z up",
+        json_schema_extra=unit("m/s^2"),
+    )
+
+
+class Simulation(Section):
+    """The engine and its times."""
+
+    backend: str = Field("reference", description="physics backend, any installed one")
+    duration: Positive = Field(
+        description="simulated time, an integer multiple of control_step", json_schema_extra=unit("s")
+    )
+    control_step: Positive = Field(
+        0.001, description="time between two calls of the controller", json_schema_extra=unit("s")
+    )
+    physics_step: Positive = Field(
+        default_factory=lambda data: data["control_step"],
+        description="time step of the engine; control_step is an integer multiple of it, and equal unless said",
+        json_schema_extra=unit("s"),
+    )
+    seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of everything random")
+
+    @property
+    def steps(self) -> int:
+        """Number of control steps."""
+        return round(self.duration / self.control_step)
+
+    @property
+    def substeps(self) -> int:
+        """Number of physics steps in a control step."""
+        return round(self.control_step / self.physics_step)
+
+
+class Initial(Section):
+    """State of the platform at time 0, world axes."""
+
+    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
+    velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
+    angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
+
+    def state(self) -> Array:
+        """Return the state (13,), laid out as `cdpr.model` says."""
+        return np.concatenate(
+            [self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity]
+        )
+
+
+class ControllerSection(Section):
+    """The controller; its own options stand beside `type` and are checked by the plugin's model."""
+
+    type: str = Field(
+        "computed_torque", description="controller, any installed one; its options stand beside it"
+    )
+
+
+class SolverSection(Section):
+    """The tension solver; its own options stand beside these keys and are checked by the plugin's model."""
+
+    type: str = Field("qp", description="tension solver, any installed one; its options stand beside it")
+    infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
+        "best_effort",
+        description="what to do while no admissible tensions balance the wrench: the nearest wrench within the limits, "
+        "the previous tensions, or end the run",
+    )
+
+
+class ScenarioSection(Section):
+    """A scenario: one robot, one motion, one run."""
+
+    name: Name = Field("scenario", description="name of the scenario; the file's name unless said")
+    robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")
+    world: World = Field(World(), description="what surrounds the robot")
+    simulation: Simulation = Field(description="the engine and its times")
+    initial: Initial = Field(description="state of the platform at time 0")
+    trajectory: Trajectory = Field(Hold(), description="the desired motion")
+    controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
+    solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
+    backend_options: dict[str, dict[str, Any]] = Field(
+        {}, description="options of backends by name; all are checked, only the chosen backend's are used"
+    )

@@ -1,0 +1,221 @@
+"""Strict YAML: from text to a `Document`, refusing what a scenario never needs before it costs anything.
+
+PyYAML only scans and parses; its events are composed here, one by one, so that the limits hold while reading and no
+constructor ever runs. There are no aliases (no bombs), no tags (no code), no merge keys and no duplicate keys.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import yaml
+
+from cdpr.scenario.document import Document
+from cdpr.scenario.files import MAX_BYTES
+from cdpr.scenario.problems import Mark, Path, Problems, dotted, shown
+from cdpr.scenario.scalars import WORDS, resolve
+
+MAX_DEPTH = 32
+MAX_NODES = 20_000
+
+# Printable text and the line ends of an editor. U+0085, U+2028 and U+2029 would end a line for YAML alone.
+FORBIDDEN = re.compile(
+    "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+)
+TAB = re.compile(r"^[^#\n]*?\t", re.MULTILINE)
+SURROGATE = re.compile("[\ud800-\udfff]")
+
+PARSER: Any = getattr(
+    yaml, "CSafeLoader", yaml.SafeLoader
+)  # libyaml where PyYAML was built with it: 10 times faster
+
+
+class _RefusedError(Exception):
+    def __init__(self, mark: Mark, text: str, path: Path = ()) -> None:
+        super().__init__(text)
+        self.mark = mark
+        self.text = text
+        self.path = path
+
+
+def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any = PARSER) -> Document | None:
+    """Return the document, or None if it cannot be read at all; what is wrong goes to `problems`.
+
+    `source` names the file in messages, and its folder is where relative names start.
+    """
+    composer = _Composer(source, problems)
+    try:
+        data = composer.compose(content, parser)
+        if not isinstance(data, dict):
+            found = "a list" if isinstance(data, list) else shown(data)
+            raise _RefusedError(
+                composer.values[()], f"a mapping (key: value) is expected at the top, got {found}"
+            )
+    except _RefusedError as refused:
+        problems.add(refused.mark, refused.path, refused.text)
+        return None
+    return Document(data, source, os.path.dirname(source) or ".", composer.keys, composer.values)
+
+
+def parse_value(text: str) -> Any:
+    """Return the value that `text` stands for by the same rules; ValueError says what is wrong."""
+    problems = Problems()
+    try:
+        value = _Composer("", problems).compose(text or "null", PARSER)
+    except _RefusedError as refused:
+        raise ValueError(refused.text) from None
+    if problems.items:
+        raise ValueError(f"{dotted(problems.items[0].path)}: {problems.items[0].text}")
+    return value
+
+
+class _Composer:
+    """Builds plain data out of events and notes where each node stands."""
+
+    def __init__(self, source: str, problems: Problems) -> None:
+        self.source = source
+        self.problems = problems
+        self.keys: dict[Path, Mark] = {}
+        self.values: dict[Path, Mark] = {}
+        self.nodes = 0
+
+    def compose(self, content: bytes | str, parser: Any) -> Any:
+        text = self._text(content)
+        try:
+            return self._document(yaml.parse(text, Loader=parser))
+        except yaml.MarkedYAMLError as error:
+            place = error.problem_mark or error.context_mark
+            mark = Mark(self.source, place.line + 1, place.column + 1) if place else Mark(self.source, 1, 1)
+            parts = [part for part in (error.context, error.problem) if part]
+            raise _RefusedError(mark, f"not valid YAML: {', '.join(parts)}") from None
+        except yaml.YAMLError as error:
+            raise _RefusedError(
+                Mark(self.source, 1, 1), f"not valid YAML: {' '.join(str(error).split())}"
+            ) from None
+
+    def _text(self, content: bytes | str) -> str:
+        """Decode and check the characters, which PyYAML's two parsers judge differently."""
+        size = len(content) if isinstance(content, bytes) else len(content.encode("utf-8", "surrogatepass"))
+        if size > MAX_BYTES:
+            raise _RefusedError(
+                Mark(self.source, 1, 1), f"larger than {MAX_BYTES // 1024} KiB; no scenario needs that"
+            )
+        if isinstance(content, bytes):
+            try:
+                text = content.decode("utf-8")
+            except UnicodeDecodeError as error:
+                before = content[: error.start].decode("utf-8")
+                byte = content[error.start]
+                raise _RefusedError(
+                    self._place(before), f"not UTF-8 text (byte 0x{byte:02x}); save it as UTF-8"
+                ) from None
+        else:
+            text = content
+        if text.startswith("\ufeff"):
+            raise _RefusedError(
+                Mark(self.source, 1, 1), "begins with a byte order mark; save it as UTF-8 without one"
+            )
+        if found := FORBIDDEN.search(text):
+            code = f"U+{ord(found.group()):04X}"
+            raise _RefusedError(self._place(text[: found.start()]), f"control character {code}; remove it")
+        if found := TAB.search(text):
+            raise _RefusedError(
+                self._place(text[: found.end() - 1]), "tab character; indent and separate with spaces"
+            )
+        return text
+
+    def _place(self, before: str) -> Mark:
+        """Return the mark of what follows the text `before`."""
+        line = before.count("\n") + 1
+        return Mark(self.source, line, len(before) - (before.rfind("\n") + 1) + 1)
+
+    def _mark(self, event: Any) -> Mark:
+        return Mark(self.source, event.start_mark.line + 1, event.start_mark.column + 1)
+
+    def _document(self, events: Iterator[Any]) -> Any:
+        next(events)  # the start of the stream
+        start = next(events)
+        if isinstance(start, yaml.StreamEndEvent):
+            raise _RefusedError(Mark(self.source, 1, 1), "the file is empty")
+        if start.version or start.tags:
+            raise _RefusedError(
+                self._mark(start), "directives (%YAML, %TAG) are not supported; remove the line"
+            )
+        value = self._value(next(events), (), 1, events)
+        next(events)  # the end of the document
+        after = next(events)
+        if not isinstance(after, yaml.StreamEndEvent):
+            raise _RefusedError(
+                self._mark(after), "a second document begins here (---); one file holds one document"
+            )
+        return value
+
+    def _value(self, event: Any, path: Path, depth: int, events: Iterator[Any]) -> Any:
+        mark = self._plain(event, path)
+        self.values[path] = mark
+        if isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event, mark, path)
+        if depth > MAX_DEPTH:
+            raise _RefusedError(mark, f"nested more than {MAX_DEPTH} deep")
+        if isinstance(event, yaml.MappingStartEvent):
+            return self._mapping(path, depth, events)
+        items: list[Any] = []
+        while not isinstance(item := next(events), yaml.SequenceEndEvent):
+            items.append(self._value(item, (*path, len(items)), depth + 1, events))
+        return items
+
+    def _mapping(self, path: Path, depth: int, events: Iterator[Any]) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        while not isinstance(event := next(events), yaml.MappingEndEvent):
+            mark = self._plain(event, path)
+            key = self._key(event, mark, path)
+            place = (*path, key)
+            if key in data:
+                first = self.keys[place]
+                self.problems.add(mark, place, f"given twice; the first is in line {first.line}, remove one")
+            self.keys[place] = mark
+            data[key] = self._value(next(events), place, depth + 1, events)
+        return data
+
+    def _plain(self, event: Any, path: Path) -> Mark:
+        """Count a node and refuse what is no plain data."""
+        mark = self._mark(event)
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            raise _RefusedError(mark, f"more than {MAX_NODES} values; no scenario needs that")
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            raise _RefusedError(
+                mark, "anchors and aliases (&name, *name) are not supported; write the value out", path
+            )
+        if event.tag is not None:
+            raise _RefusedError(
+                mark, f"tags are not supported: {shown(event.tag)}; write the plain value", path
+            )
+        return mark
+
+    def _key(self, event: Any, mark: Mark, path: Path) -> str:
+        if not isinstance(event, yaml.ScalarEvent):
+            raise _RefusedError(mark, "a key must be a word, not a list or a mapping", path)
+        key = str(event.value)
+        plain = event.implicit[0]
+        if plain and key == "<<":
+            raise _RefusedError(mark, "merge keys (<<) are not supported; write the keys out", path)
+        if plain and key in WORDS and WORDS[key] is None:
+            raise _RefusedError(mark, "a key is missing before ':'", path)
+        if SURROGATE.search(key):
+            raise _RefusedError(mark, "a key has an escape that is no character", path)
+        return key
+
+    def _scalar(self, event: Any, mark: Mark, path: Path) -> Any:
+        if SURROGATE.search(event.value):
+            raise _RefusedError(mark, "the text has an escape that is no character", path)
+        if not event.implicit[0]:  # quoted or a block: a text whatever it looks like
+            return event.value
+        try:
+            return resolve(event.value)
+        except ValueError as error:
+            self.problems.add(mark, path, str(error))
+            return 0  # any number: the problem is noted, and what depends on it must not add another

@@ -1,0 +1,63 @@
+"""Writing plain data as YAML that our own reader reads back unchanged.
+
+PyYAML's dumper follows YAML 1.1: it would leave the text '1e-3' unquoted and tag the float 1e-05.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from cdpr.scenario.scalars import resolve
+
+PLAIN = re.compile(r"[A-Za-z_][\w./-]*(?: [\w./-]+)*", re.ASCII)
+
+
+def dump(data: dict[str, Any]) -> str:
+    """Return block YAML of a mapping, in its order; lists of scalars on one line, floats by `repr`."""
+    return "\n".join(_block(data, "")) + "\n"
+
+
+def _block(data: dict[str, Any], indent: str) -> list[str]:
+    lines: list[str] = []
+    for key, value in data.items():
+        head = f"{indent}{_text(key)}:"
+        if isinstance(value, dict) and value:
+            lines += [head, *_block(value, indent + "  ")]
+        elif isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
+            lines += [head, *_items(value, indent)]
+        else:
+            lines.append(f"{head} {_flow(value)}")
+    return lines
+
+
+def _items(items: list[Any], indent: str) -> list[str]:
+    lines: list[str] = []
+    for item in items:
+        if isinstance(item, dict) and item:
+            first, *rest = _block(item, indent + "  ")
+            lines += [f"{indent}- {first.strip()}", *rest]
+        else:
+            lines.append(f"{indent}- {_flow(item)}")
+    return lines
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_text(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_flow(item) for item in value) + "]"
+    if isinstance(value, str):
+        return _text(value)
+    if value is None or isinstance(value, bool):
+        return json.dumps(value)
+    text = repr(value)
+    return {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}.get(text, text)
+
+
+def _text(text: str) -> str:
+    if PLAIN.fullmatch(text) and resolve(text) == text:
+        return text
+    quoted = json.dumps(text, ensure_ascii=False)
+    return "".join(char if char.isprintable() else f"\\U{ord(char):08X}" for char in quoted)

@@ -1,0 +1,161 @@
+"""From a scenario to the parts of a closed loop."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from cdpr import __version__
+from cdpr.errors import CdprError, PluginError
+from cdpr.log.run import Header
+from cdpr.model import Box, Robot, Sphere
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.registry import Registered, describe, registry
+from cdpr.scenario import Scenario
+from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Waypoint
+from cdpr.simulation.loop import Parts
+from cdpr.trajectory import Trajectory, hold, through
+from cdpr.trajectory import Knot as Pose
+
+# What always takes part in the arithmetic of a run.
+LIBRARIES = ("numpy", "numba")
+
+
+def build(scenario: Scenario) -> Parts:
+    """Make robot, trajectory, controller, solver and backend, the backend in the scenario's initial state.
+
+    Raises PluginError where a plugin is missing, broken or fails to be made.
+    """
+    found = registry()
+    robot = scenario.robot
+    simulation = scenario.simulation
+    gravity = np.array(scenario.world.gravity)
+    chosen = {
+        "solver": found.get("solver", scenario.solver.type),
+        "controller": found.get("controller", scenario.controller.type),
+        "backend": found.get("backend", simulation.backend),
+    }
+    factories = {role: entry.load() for role, entry in chosen.items()}
+    solver: TensionSolver = _make(chosen["solver"], factories["solver"], robot, scenario.solver_options)
+    controller: Controller = _make(
+        chosen["controller"],
+        factories["controller"],
+        robot,
+        gravity,
+        simulation.control_step,
+        scenario.controller_options,
+    )
+    backend: Backend = _make(
+        chosen["backend"],
+        factories["backend"],
+        robot,
+        gravity,
+        simulation.physics_step,
+        scenario.backend_options(simulation.backend),
+    )
+    backend.reset(scenario.initial.state())
+    return Parts(
+        robot=robot,
+        trajectory=make_trajectory(scenario),
+        controller=controller,
+        solver=solver,
+        solver_name=scenario.solver.type,
+        respects_limits=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
+        policy=scenario.solver.infeasible,
+        backend=backend,
+        control_step=simulation.control_step,
+        substeps=simulation.substeps,
+    )
+
+
+def _make(entry: Registered, factory: Callable[..., Any], *arguments: object) -> Any:
+    try:
+        return factory(*arguments)
+    except CdprError:
+        raise
+    except Exception as error:
+        raise PluginError(f"{entry.role} '{entry.info.name}' cannot be made: {describe(error)}") from error
+
+
+def make_trajectory(scenario: Scenario) -> Trajectory:
+    """Turn the scenario's section into the desired motion."""
+    section = scenario.trajectory
+    if isinstance(section, Hold):
+        return hold(np.array(section.position), section.orientation.quaternion())
+    if isinstance(section, Quintic):
+        return through([_pose(section.start, section.from_), _pose(section.end, section.to)])
+    points = [_pose(section.start + point.time, point) for point in section.points]
+    return through(points) if len(points) > 1 else hold(points[0].position, points[0].orientation)
+
+
+def _pose(time: float, knot: Knot | Waypoint) -> Pose:
+    def given(values: tuple[float, ...] | None) -> Array | None:
+        return None if values is None else np.array(values)
+
+    return Pose(
+        time,
+        np.array(knot.position),
+        knot.orientation.quaternion(),
+        given(knot.velocity),
+        given(knot.angular_velocity),
+        given(knot.acceleration),
+        given(knot.angular_acceleration),
+    )
+
+
+def make_header(scenario: Scenario) -> Header:
+    """Describe the run to come; the same for equal scenario, seed and versions."""
+    robot, simulation = scenario.robot, scenario.simulation
+    return Header(
+        scenario=scenario.name,
+        robot=robot.name,
+        backend=simulation.backend,
+        controller=scenario.controller.type,
+        solver=scenario.solver.type,
+        control_step=simulation.control_step,
+        physics_step=simulation.physics_step,
+        seed=simulation.seed,
+        gravity=tuple(scenario.world.gravity),
+        mass=robot.platform.mass,
+        cables=tuple(cable.name for cable in robot.cables),
+        anchors=tuple(tuple(row) for row in robot.anchors.tolist()),
+        tension_min=tuple(robot.tension_min.tolist()),
+        tension_max=tuple(robot.tension_max.tolist()),
+        characteristic_length=robot.characteristic_length,
+        shape=_shape(robot),
+        versions=_versions(scenario),
+        scenario_yaml=scenario.resolved_yaml(),
+    )
+
+
+def _shape(robot: Robot) -> dict[str, Any] | None:
+    shape = robot.platform.shape
+    if isinstance(shape, Box):
+        return {"box": list(shape.size)}
+    if isinstance(shape, Sphere):
+        return {"sphere": shape.radius}
+    return None
+
+
+def _versions(scenario: Scenario) -> dict[str, str]:
+    """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring."""
+    found = registry()
+    versions = {"cdpr": __version__, "python": platform.python_version()}
+    names = set(LIBRARIES)
+    for entry in (
+        found.get("backend", scenario.simulation.backend),
+        found.get("controller", scenario.controller.type),
+        found.get("solver", scenario.solver.type),
+    ):
+        names |= {*entry.info.requires, entry.distribution}
+    for name in sorted(names - {"cdpr"}):
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "unknown"
+    return versions

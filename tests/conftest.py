@@ -1,0 +1,67 @@
+"""Robots and states that many tests share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from cdpr.model import Cable, Platform, Robot, rotations
+from cdpr.model.robot import frozen_array
+
+# The same examples each time; no deadline, for the first call of a kernel compiles it.
+settings.register_profile("cdpr", deadline=None, derandomize=True)
+settings.load_profile("cdpr")
+
+ROOT = Path(__file__).parent.parent
+GRAVITY = np.array([0.0, 0.0, -9.81])
+
+
+def make_robot(
+    anchors: np.ndarray,
+    *,
+    mass: float = 50.0,
+    inertia: np.ndarray | None = None,
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    limits: tuple[float, float] = (1.0, 1000.0),
+) -> Robot:
+    """A robot from anchors (m, 6)."""
+    platform = Platform(
+        mass, frozen_array(np.diag([2.0, 3.0, 4.0]) if inertia is None else inertia), frozen_array(center_of_mass)
+    )
+    cables = tuple(
+        Cable(f"cable_{i + 1}", frozen_array(row[:3]), frozen_array(row[3:]), *limits) for i, row in enumerate(anchors)
+    )
+    return Robot("test", platform, cables)
+
+
+def crossed_box(rng: np.random.Generator, m: int) -> np.ndarray:
+    """Anchors (m, 6) of a redundantly held robot: corners of a 4 m cube, randomly moved, crossed to a small box."""
+    corners = np.array([[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (0, 4)], dtype=float)
+    anchors = np.empty((m, 6))
+    for i in range(m):
+        corner = corners[i % 8]
+        anchors[i, :3] = corner + rng.uniform(-0.3, 0.3, 3)
+        # On the far side in one direction: crossed cables can turn the platform both ways.
+        sign = np.sign(corner - [0, 0, 2]) * ([-1, 1, 1] if i % 2 else [1, -1, -1])
+        anchors[i, 3:] = sign * [0.25, 0.2, 0.15] + rng.uniform(-0.03, 0.03, 3)
+    return anchors
+
+
+def random_state(rng: np.random.Generator, *, tilt: float = 0.3) -> np.ndarray:
+    """A state (13,) near the middle of that cube, tilted by up to about `tilt` rad, moving."""
+    v = rng.uniform(-tilt, tilt, 3)
+    angle = float(np.linalg.norm(v))
+    q = rotations.from_axis_angle(v / angle, angle)
+    return np.concatenate([rng.uniform(-0.5, 0.5, 3) + [0, 0, 2], q, rng.normal(size=3), rng.normal(size=3)])
+
+
+@pytest.fixture(scope="session")
+def offset_robot() -> Robot:
+    """Eight cables, centre of mass off the origin, full inertia tensor."""
+    rng = np.random.default_rng(7)
+    R = rotations.matrix(rotations.from_rpy(0.4, -0.7, 1.1))
+    inertia = R @ np.diag([2.0, 3.0, 4.0]) @ R.T
+    return make_robot(crossed_box(rng, 8), inertia=(inertia + inertia.T) / 2, center_of_mass=(0.05, -0.03, 0.1))

@@ -1,0 +1,138 @@
+"""Finding plugins: order, clashes, and broken ones that never stop the others."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+from dataclasses import dataclass
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+from cdpr.errors import PluginError
+from cdpr.plugins import INTERFACE_VERSION, PluginInfo, hookimpl
+from cdpr.plugins.registry import Registered, collect, registry
+
+
+@dataclass
+class Point:
+    """What the registry uses of an entry point."""
+
+    distribution: str
+    plugin: Any
+    name: str = "plugins"
+
+    @property
+    def dist(self) -> SimpleNamespace:
+        return SimpleNamespace(name=self.distribution, version="1.0")
+
+    def load(self) -> Any:
+        if isinstance(self.plugin, BaseException):
+            raise self.plugin
+        return self.plugin
+
+
+def package(*infos: Any, hook: str = "cdpr_solvers") -> ModuleType:
+    module = ModuleType("stranger")
+
+    def rows() -> list[Any]:
+        return list(infos)
+
+    rows.__name__ = hook
+    setattr(module, hook, hookimpl(rows))
+    return module
+
+
+def info(name: str, **changes: Any) -> PluginInfo:
+    return PluginInfo(**{"name": name, "factory": "json:dumps", "summary": "", **changes})
+
+
+def test_our_own_plugins_come_through_the_entry_points():
+    found = registry()
+    assert not found.problems
+    assert {"reference", "mujoco"} <= set(found.names("backend"))
+    assert {"computed_torque", "static"} <= set(found.names("controller"))
+    assert {"qp", "pseudo_inverse"} <= set(found.names("solver"))
+
+
+@pytest.mark.parametrize(
+    ("plugin", "reason"),
+    [
+        (ImportError("no libfoo.so"), "ImportError: no libfoo.so"),
+        (SystemExit(3), "SystemExit: 3"),
+        (ModuleType("empty"), "implements no hook"),
+        (package(info("a"), hook="cdpr_solver"), "unknown hook 'cdpr_solver'"),
+        (package("a"), "returned str, not PluginInfo"),
+        (package(info("a", interface=INTERFACE_VERSION + 1)), "interface 2; this cdpr has 1"),
+    ],
+)
+def test_a_broken_plugin_is_described_and_left_out(plugin, reason):
+    found = collect([Point("bad", plugin), Point("good", package(info("fine")))])
+    assert found.names("solver") == ["fine"]
+    (problem,) = found.problems
+    assert "bad" in problem
+    assert reason in problem
+
+
+def test_an_interrupt_is_not_swallowed():
+    with pytest.raises(KeyboardInterrupt):
+        collect([Point("bad", KeyboardInterrupt())])
+
+
+def test_clashes_do_not_depend_on_the_order_of_the_path():
+    points = [
+        Point("cdpr", package(info("qp"))),
+        Point("zeta", package(info("qp"), info("own"))),
+        Point("alpha", package(info("own"))),
+    ]
+    for order in itertools.permutations(points):
+        found = collect(order)
+        assert found.names("solver") == ["alpha:own", "qp", "zeta:own", "zeta:qp"]
+        assert found.get("solver", "qp").distribution == "cdpr"
+        assert len(found.problems) == 2
+
+
+def test_third_parties_can_be_switched_off():
+    found = collect([Point("cdpr", package(info("qp"))), Point("bad", SystemExit(1))], disabled=True)
+    assert found.names("solver") == ["qp"]
+    assert not found.problems
+
+
+def test_unknown_name_lists_the_installed_and_the_nearest():
+    with pytest.raises(PluginError, match=r"did you mean 'mujoco'\? installed are mujoco, reference"):
+        registry().get("backend", "mujuco")
+
+
+def test_missing_requirement_names_the_remedy():
+    entry = Registered("backend", info("x", requires=("no_such_module",), extra="cdpr[x]"), "cdpr", "1")
+    assert entry.missing == ["no_such_module"]
+    with pytest.raises(PluginError, match=r"needs no_such_module, .*pip install 'cdpr\[x\]'"):
+        entry.load()
+
+
+def test_installed_but_broken_is_told_apart():
+    entry = Registered("backend", info("x", factory="json:no_such_class"), "stranger", "1")
+    with pytest.raises(PluginError, match=r"installed but cannot be loaded .*no_such_class"):
+        entry.load()
+
+
+HEAVY = ("numba", "scipy", "matplotlib", "mujoco", "pybullet", "dartpy", "pyarrow")
+
+
+@pytest.mark.parametrize(
+    ("code", "heavy"),
+    [
+        ("import cdpr", (*HEAVY, "numpy", "pydantic")),
+        ("import sys; sys.argv = ['cdpr', '--help']; import cdpr.cli; cdpr.cli.cli.main(standalone_mode=False)",
+         (*HEAVY, "numpy", "pydantic", "yaml", "rich")),
+        ("import sys; import cdpr.cli; cdpr.cli.cli.main(['validate', 'scenarios/caroca.yaml'], standalone_mode=False)",
+         HEAVY),
+        ("import sys; import cdpr.cli; cdpr.cli.cli.main(['plugins'], standalone_mode=False)", HEAVY),
+    ],
+)  # fmt: skip
+def test_what_does_not_compute_loads_nothing_heavy(code, heavy):
+    probe = f"{code}\nimport sys\nprint('LOADED', sorted(set({heavy!r}) & set(sys.modules)))"
+    output = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
+    assert output.splitlines()[-1] == "LOADED []"

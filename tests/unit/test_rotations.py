@@ -1,0 +1,69 @@
+"""Attitudes against scipy, in and outside the kernels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from cdpr.model import kernels, rotations
+
+EXACT = 1e-14  # a few roundings
+
+angles = st.floats(-3.0, 3.0)
+vectors = st.tuples(angles, angles, angles).map(np.array)
+
+
+def scipy_rotation(q: np.ndarray) -> Rotation:
+    return Rotation.from_quat(q, scalar_first=True)
+
+
+def same_rotation(a: np.ndarray, b: np.ndarray) -> bool:
+    return bool(min(np.abs(a - b).max(), np.abs(a + b).max()) < EXACT)
+
+
+@given(vectors, st.sampled_from(["XYZ", "ZYX", "ZXZ", "xyz", "zyx", "xzx"]))
+def test_euler_angles_as_scipy(v, order):
+    assert same_rotation(
+        rotations.from_euler(v, order), Rotation.from_euler(order, v).as_quat(scalar_first=True)
+    )
+
+
+@given(vectors)
+def test_thesis_matrix_and_rpy(v):
+    """R = Rx Ry Rz is the thesis's (2.1); roll, pitch, yaw are about fixed axes."""
+    x, y, z = (Rotation.from_rotvec(np.eye(3)[i] * v[i]).as_matrix() for i in range(3))
+    np.testing.assert_allclose(rotations.matrix(rotations.from_euler(v, "XYZ")), x @ y @ z, atol=EXACT)
+    np.testing.assert_allclose(rotations.matrix(rotations.from_rpy(*v)), z @ y @ x, atol=EXACT)
+
+
+@given(vectors, vectors)
+def test_products_and_matrices(a, b):
+    p, q = rotations.from_rpy(*a), rotations.from_rpy(*b)
+    product = rotations.multiply(p, q)
+    np.testing.assert_allclose(rotations.matrix(product), rotations.matrix(p) @ rotations.matrix(q), atol=EXACT)
+    np.testing.assert_allclose(kernels.multiply(tuple(p), tuple(q)), product, atol=EXACT)
+    np.testing.assert_allclose(kernels.rotate(tuple(p), tuple(b)), rotations.matrix(p) @ b, atol=1e-13)
+    assert same_rotation(rotations.from_matrix(rotations.matrix(p)), p)
+
+
+@given(vectors)
+def test_rotation_vector_is_the_shorter_way(v):
+    q = rotations.from_rpy(*v)
+    expected = scipy_rotation(q).as_rotvec()
+    for sign in (1.0, -1.0):
+        for got in (rotations.rotation_vector(sign * q), np.array(kernels.logarithm(tuple(sign * q)))):
+            assert np.linalg.norm(got) <= np.pi + EXACT
+            np.testing.assert_allclose(Rotation.from_rotvec(got).as_matrix(), rotations.matrix(q), atol=1e-13)
+    if np.linalg.norm(expected) < 3.0:
+        np.testing.assert_allclose(kernels.logarithm(tuple(q)), expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-7, 1e-3, 3.14])
+def test_exponential_and_logarithm_undo_each_other(size):
+    v = size * np.array([0.6, -0.64, 0.48])
+    q = kernels.exponential(tuple(v))
+    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
+    np.testing.assert_allclose(kernels.logarithm(q), v, rtol=1e-14, atol=1e-310)
