@@ -9,6 +9,7 @@ class ExitCode(IntEnum):
     """What `cdpr` returns to the shell."""
 
     OK = 0
+    INTERNAL = 1  # a fault of ours
     BAD_INPUT = 2
     PLUGIN = 3
     INFEASIBLE = 4
@@ -24,6 +25,8 @@ class CdprError(Exception):
     """Base of every error that cdpr raises on purpose; its text is meant for the user."""
 
     exit_code = ExitCode.BAD_INPUT
+
+    run: object = None  # a `cdpr.Run` with what was computed, where the error ended a run
 
 
 class ScenarioError(CdprError):
@@ -53,8 +56,6 @@ class LogError(CdprError):
 class SimulationStopped(CdprError):  # noqa: N818 - not always a fault
     """A run ended before its time. `run` holds what was computed up to there."""
 
-    run: object = None
-
 
 class Infeasible(SimulationStopped):
     """The wrench could not be distributed and the scenario says to stop then."""
@@ -66,3 +67,9 @@ class Diverged(SimulationStopped):
     """The state left what a sound simulation can reach: NaN, absurd speed, an engine that reset itself."""
 
     exit_code = ExitCode.DIVERGED
+
+
+class Interrupted(SimulationStopped):
+    """The user or the system ended the run."""
+
+    exit_code = ExitCode.INTERRUPTED

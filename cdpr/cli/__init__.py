@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib import import_module
 
@@ -9,6 +10,8 @@ import click
 
 from cdpr import __version__
 from cdpr.errors import CdprError, ExitCode
+
+DEBUG = "CDPR_DEBUG"
 
 # Name -> module and one line of help, so that `cdpr --help` imports none of them.
 COMMANDS = {
@@ -64,4 +67,13 @@ def main() -> None:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has gone: nothing to say, nobody to say it to
         code = ExitCode.OK
+    except Exception as error:
+        if os.environ.get(DEBUG):
+            raise
+        click.echo(
+            f"internal error: {type(error).__name__}: {error}\n"
+            f"This is a fault of cdpr or of a plugin, not of your input; set {DEBUG}=1 to see where it comes from.",
+            err=True,
+        )
+        code = ExitCode.INTERNAL
     sys.exit(int(code or 0))

@@ -1,15 +1,14 @@
 """From rows to bytes and back, many messages at a time.
 
-The messages that one row gives have constant sizes, so the records of n rows differ from a template only in numbers
-at fixed places. The template is laid out once; a block is then written by copying columns into it, one numpy
-assignment for all columns and one for all times.
+The messages that one row gives have constant sizes, so the records of n rows differ from a template only in
+numbers at fixed places. The template is laid out once; a block is then written by copying columns into it,
+one numpy assignment for all columns and one for all times.
 """
 
 from __future__ import annotations
 
 import struct
 import zlib
-from typing import Any
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -21,12 +20,13 @@ from cdpr.model.robot import Array
 
 Bytes = NDArray[np.uint8]
 
-CHUNK_HEAD = struct.Struct("<BQQQQIIQ")  # opcode, length, first time, last time, size, crc, no compression, size
+# opcode, length, first time, last time, size, crc, length of the compression's name (none), size
+CHUNK_HEAD = struct.Struct("<BQQQQIIQ")
 _MESSAGE_HEAD = struct.Struct("<BQH20x")  # opcode, length, channel; then the 20 bytes of number and times
 _INDEX_HEAD = struct.Struct("<BQHI")  # opcode, length, channel, length of the entries
 _INDEX_ENTRY = 16
-# What changes with the row at the head of a message; in most messages the CDR begins with the stamp, so that all of
-# it is one run of bytes.
+# What changes with the row at the head of a message; in most messages the CDR begins with the stamp, so that
+# all of it is one run of bytes.
 _HEAD = np.dtype(
     [
         ("sequence", "<u4"),
@@ -42,7 +42,8 @@ _HEAD_STAMP = 24  # where the stamp stands in it
 
 def nanoseconds(numbers: NDArray[np.int64], step: float) -> NDArray[np.uint64]:
     """Return the simulation time of the rows `numbers`, ns."""
-    return np.rint(numbers * step * 1e9).astype(np.uint64)
+    times: NDArray[np.uint64] = np.rint(numbers * step * 1e9).astype(np.uint64)
+    return times
 
 
 class Template:
@@ -83,7 +84,7 @@ class Template:
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 
     def decode(self, records: bytes) -> Array:
-        """Return the source rows (n, width) in the records of n rows; columns that no message holds are zero."""
+        """Return the source rows (n, width) in the records of n rows; columns that no message holds are 0."""
         source = np.zeros((len(records) // self.row.size, self.group.width))
         source.view(self.values_from)[:, 0] = np.frombuffer(records, self.values_to)
         return source
@@ -124,7 +125,10 @@ class Chunk:
         self._step = step
 
     def encode(self, source: Array, first: int) -> memoryview:
-        """Return the bytes for the source rows of the run's rows first, first + every, ...; valid until called again."""
+        """Return the bytes for the source rows of the run's rows first, first + every, ...
+
+        They are valid until the next call.
+        """
         numbers = self._numbers + first
         times = nanoseconds(numbers, self._step)
         heads = self._heads

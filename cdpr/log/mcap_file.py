@@ -1,6 +1,6 @@
-"""The log file: which records stand where. Equal header and rows give equal bytes, however they were handed over.
+"""The log file: which records stand where. Equal header and rows give equal bytes.
 
-    description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, attachment scenario.yaml
+    description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, scenario.yaml attached
     blocks        256 rows each: one chunk with every message of these rows, and its message indexes
     pictures      after each 16 blocks and at the end: the chunks of /tf and /cdpr/markers for these rows
     ending        data end, summary, footer
@@ -16,6 +16,7 @@ import zlib
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -71,15 +72,14 @@ class LogFormat:
         self._attachment = records.Attachment(
             0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode()
         )
-        opening = MAGIC + _bytes(records.Header("ros2", "cdpr"))
         metadata = _bytes(self._metadata)
         attachment = _bytes(self._attachment)
         # The metadata first, so that a reader finds it without looking for it.
         self.description = b"".join(
-            [opening, metadata, *map(_bytes, self._schemas), *map(_bytes, self._channels), attachment]
+            [OPENING, metadata, *map(_bytes, self._schemas), *map(_bytes, self._channels), attachment]
         )
         attachment_start = len(self.description) - len(attachment)
-        self._metadata_index = records.MetadataIndex(len(opening), len(metadata), METADATA)
+        self._metadata_index = records.MetadataIndex(len(OPENING), len(metadata), METADATA)
         self._attachment_index = records.AttachmentIndex(
             offset=attachment_start,
             length=len(attachment),
@@ -91,13 +91,16 @@ class LogFormat:
         )
 
     def block(self, rows: Array, first: int) -> memoryview:
-        """Return the chunk and the indexes of `rows`, the run's rows from `first` on; valid until called again."""
+        """Return the chunk and the indexes of `rows`, the run's rows from `first` on.
+
+        They are valid until the next call.
+        """
         full = len(rows) == BLOCK
         chunk = self._full_block if full else Chunk(self.templates[0], len(rows), self.step)
         return chunk.encode(rows, first)
 
     def pictures(self, rows: Array, first: int, start: int) -> tuple[bytes, list[Written]]:
-        """Return the chunks of the pictures of `rows`, the run's rows from `first` on, to stand at byte `start`."""
+        """Return the chunks that show `rows`, the run's rows from `first` on, to stand at byte `start`."""
         data = b""
         written = []
         for i, template in enumerate(self.templates[1:], 1):
@@ -171,10 +174,13 @@ class LogFormat:
         )
 
     def _time(self, row: int) -> int:
-        return int(nanoseconds(row, self.step))
+        return int(nanoseconds(np.array(row), self.step))
 
 
 def _bytes(record: records.McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
+
+
+OPENING = MAGIC + _bytes(records.Header("ros2", "cdpr"))

@@ -74,8 +74,8 @@ def schema_text(kind: str) -> str:
 def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, dict[str, int]]:
     """Return the CDR bytes of a message, and where in them each field begins.
 
-    Fields left out of `value` are zero or empty. A field is named by its path, "pose.position.x" or "markers.0.points";
-    of a message or a sequence, the place is that of its first number.
+    Fields left out of `value` are zero or empty. A field is named by its path, "pose.position.x" or
+    "markers.0.points"; of a message or a sequence, the place is that of its first number.
     """
     data = bytearray(_ENCAPSULATION)
     places: dict[str, int] = {}

@@ -20,7 +20,7 @@ class Topic:
     name: str
     kind: str  # message type, "package/Type"
     value: dict[str, Any]  # constant fields, and sequences of the right length
-    columns: dict[str, tuple[slice, ...]] = field(default_factory=dict)  # by path; several go one after the other
+    columns: dict[str, tuple[slice, ...]] = field(default_factory=dict)  # by path; one after the other
     stamps: tuple[str, ...] = ("header.stamp",)  # paths of the times
 
 
@@ -62,20 +62,16 @@ def run_topics(header: Header) -> Group:
             {**joints, "effort": [0.0] * m},
             {"effort": (c["tension"],)},
         ),
-        _pose("/cdpr/platform/pose", layout, ""),
-        _pose("/cdpr/platform/pose_desired", layout, "desired_"),
-        _pair("/cdpr/platform/twist", "geometry_msgs/TwistStamped", layout.span("velocity", "angular_velocity")),
+        _pose("pose", layout, ""),
+        _pose("pose_desired", layout, "desired_"),
+        _pair("twist", "Twist", layout.span("velocity", "angular_velocity")),
+        _pair("twist_desired", "Twist", layout.span("desired_velocity", "desired_angular_velocity")),
         _pair(
-            "/cdpr/platform/twist_desired",
-            "geometry_msgs/TwistStamped",
-            layout.span("desired_velocity", "desired_angular_velocity"),
-        ),
-        _pair(
-            "/cdpr/platform/acceleration_desired",
-            "geometry_msgs/AccelStamped",
+            "acceleration_desired",
+            "Accel",
             layout.span("desired_acceleration", "desired_angular_acceleration"),
         ),
-        _pair("/cdpr/platform/wrench", "geometry_msgs/WrenchStamped", c["wrench"]),
+        _pair("wrench", "Wrench", c["wrench"]),
         Topic(
             "/cdpr/solver",
             "std_msgs/Float64MultiArray",
@@ -94,9 +90,12 @@ def ros_pose(layout: Layout, prefix: str = "") -> tuple[slice, ...]:
 
 
 def _pose(name: str, layout: Layout, prefix: str) -> Topic:
-    return Topic(name, "geometry_msgs/PoseStamped", STAMPED, {"pose": ros_pose(layout, prefix)})
+    columns = {"pose": ros_pose(layout, prefix)}
+    return Topic(f"/cdpr/platform/{name}", "geometry_msgs/PoseStamped", STAMPED, columns)
 
 
 def _pair(name: str, kind: str, columns: slice) -> Topic:
-    path = {"TwistStamped": "twist", "AccelStamped": "accel", "WrenchStamped": "wrench"}[kind.split("/")[1]]
-    return Topic(name, kind, STAMPED, {path: (columns,)})
+    """A message of two vectors that stand side by side in the rows too."""
+    return Topic(
+        f"/cdpr/platform/{name}", f"geometry_msgs/{kind}Stamped", STAMPED, {kind.lower(): (columns,)}
+    )

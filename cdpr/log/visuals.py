@@ -1,4 +1,4 @@
-"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables coloured by their tension."""
+"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables, coloured by tension."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
 def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
-    """Return /tf and /cdpr/markers, on the channels from `channel` on. They can be drawn anew from the rows."""
+    """Return /tf and /cdpr/markers, on the channels from `channel` on; they follow from the rows."""
     layout = Layout(len(header.cables))
     transform = Topic(
         "/tf",

@@ -14,9 +14,10 @@ from cdpr.model.robot import Array
 class LogWriter:
     """Appends rows to a log file.
 
-    Each block goes to the operating system in one write, with no buffer in between: it outlives this process. A block
-    that is not yet full is written too, and written over as a longer one the next time; so the finished file does not
-    depend on when it was flushed. After a failure every further call raises the same OutputError.
+    Each block goes to the operating system in one write, with no buffer in between: it outlives this process.
+    A block that is not yet full is written too, and written over as a longer one the next time; so the
+    finished file does not depend on when it was flushed. After a failure every further call raises the same
+    OutputError.
     """
 
     def __init__(self, path: Path, header: Header) -> None:

@@ -19,3 +19,21 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     With NUMBA_DISABLE_JIT=1 the same source runs as plain Python.
     """
     return cast("Callable[P, R]", numba.njit(cache=True, error_model="numpy")(function))
+
+
+def on_first_compilation(announce: Callable[[], None]) -> None:
+    """Call `announce` once, should a kernel have to be compiled because no earlier run has left it on disk."""
+    from numba.core import event
+
+    class Listener(event.Listener):  # type: ignore[misc]
+        said = False
+
+        def on_start(self, event: object) -> None:
+            if not Listener.said:
+                Listener.said = True
+                announce()
+
+        def on_end(self, event: object) -> None:
+            pass
+
+    event.register("numba:compile", Listener())

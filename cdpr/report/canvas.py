@@ -1,14 +1,19 @@
-"""The one door to matplotlib: figures without pyplot, one fixed style, SVG that is the same for the same run."""
+"""The one door to matplotlib: no pyplot, one fixed style, and the same SVG for the same run."""
 
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
 from functools import wraps
+from html import escape
 from io import StringIO
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from cdpr.errors import PluginError
+from cdpr.report.marks import INK
 
 try:
     import matplotlib as mpl
@@ -23,8 +28,6 @@ except ImportError as error:
     raise PluginError(f"plots and reports need matplotlib ({error}): pip install 'cdpr[plot]'") from error
 
 __all__ = [
-    "INK",
-    "SOFT",
     "Axes",
     "Chart",
     "Line2D",
@@ -35,8 +38,6 @@ __all__ = [
     "styled",
 ]
 
-INK = "#222222"
-SOFT = "#6b6b6b"
 
 # All that the reader's own matplotlibrc could change in these figures.
 STYLE: dict[str, Any] = {
@@ -44,7 +45,7 @@ STYLE: dict[str, Any] = {
     "font.size": 8.5,
     "text.color": INK,
     "text.usetex": False,
-    "mathtext.default": "regular",
+    "text.parse_math": False,  # a name may hold a dollar sign
     "axes.unicode_minus": True,
     "axes.facecolor": "white",
     "axes.edgecolor": "#9a9a9a",
@@ -93,45 +94,51 @@ STYLE: dict[str, Any] = {
 }
 
 
-class Chart(Figure):  # type: ignore[misc]
+class Chart(Figure):
     """A matplotlib figure that notebooks can show although pyplot is not loaded."""
 
     def _repr_svg_(self) -> str:
-        return inline_svg(self, "notebook")
+        return inline_svg(self, "notebook", "Overview of a run")
 
 
 Draw = TypeVar("Draw", bound=Callable[..., Chart])
 
 
 def styled(draw: Draw) -> Draw:
-    """Let a function draw in this report's style, whatever the reader's is, and over values that are not finite."""
+    """Let a function draw in our style, whatever the reader's is, and bear values that are not finite."""
 
     @wraps(draw)
     def within(*args: Any, **options: Any) -> Chart:
-        with mpl.rc_context(STYLE):
+        with mpl.rc_context(STYLE), np.errstate(all="ignore"):
             return draw(*args, **options)
 
     return cast(Draw, within)
 
 
-def inline_svg(figure: Figure, key: str) -> str:
-    """Return `figure` as an `<svg>` element for HTML; `key` keeps its ids apart from those of other figures."""
+def inline_svg(figure: Figure, key: str, label: str) -> str:
+    """Return `figure` as an `<svg>` element for HTML.
+
+    `key` keeps its ids apart from those of other figures on the page; `label` is what a screen reader says.
+    """
     buffer = StringIO()
-    with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}):
-        empty = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        FigureCanvasSVG(figure).print_figure(buffer, format="svg", dpi=72, metadata=empty)
+    with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}), warnings.catch_warnings():
+        # Letters that matplotlib's font lacks are the browser's business: the text stays text.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        FigureCanvasSVG(figure).print_figure(buffer, format="svg", dpi=72, metadata=nothing)
     text = buffer.getvalue()
-    text = text[text.index("<svg ") :]
     width, height = (f"{72 * inches:.4g}" for inches in figure.get_size_inches())
     root = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
-        f'viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" role="img" '
+        f'aria-label="{escape(label)}" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
     )
-    text = root + text[text.index(">") + 1 :]
-    text = re.sub(r' id="[a-z0-9]+_\d+"', "", text)  # figure_1, line2d_7: never referred to, not unique on a page
+    text = root + text[text.index(">", text.index("<svg ")) + 1 :]
+    text = re.sub(
+        r' id="[a-z0-9]+_\d+"', "", text
+    )  # figure_1, line2d_7: never referred to, not unique on a page
     return re.sub(r' d="[^"]*"', _two_decimals, text)
 
 
 def _two_decimals(data: re.Match[str]) -> str:
     """Cut coordinates to 0.01 pt, which nobody can see and which halves the file."""
-    return re.sub(r"(\.\d\d)\d+", r"\1", data[0])
+    return re.sub(r"(?<=\.\d\d)\d+", "", data[0])

@@ -11,7 +11,7 @@ BINS = 600  # across the width of a figure; each gives two points
 
 
 def extrema(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Return the samples worth drawing: the smallest and the largest of each bin, and the first and last of all.
+    """Return the samples worth drawing: smallest and largest of each bin, and the first and last of all.
 
     Args:
         time: (K,).
@@ -19,8 +19,8 @@ def extrema(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]
         bins: number of bins of equal sample count.
 
     Returns:
-        Times and values, both (P, c) with P <= K or P <= 2 bins + 2. Every point is a sample and stands at its own
-        time. What is not finite becomes NaN, and a bin without a finite sample gives NaN: a gap in the line.
+        Times and values, both (P, c) with P <= K or P <= 2 bins + 2. Every point is a sample and stands at its
+        own time. What is not finite becomes NaN; a bin without a finite sample gives NaN, a gap in the line.
     """
     values = np.where(np.isfinite(values), values, np.nan)
     rows, columns = values.shape
@@ -43,9 +43,9 @@ def extrema(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]
 def intervals(flags: NDArray[np.bool_], bins: int = BINS) -> list[tuple[int, int]]:
     """Return where `flags` (K,) holds, as half-open index ranges.
 
-    A range is at least one bin wide, so that a single sample shows, and ranges less than a bin apart are joined.
+    A range is at least two bins wide, so that a single sample shows; ranges less than that apart are joined.
     """
-    size = -(-len(flags) // bins)
+    size = -(-2 * len(flags) // bins)
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     start, stop = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     if len(start) == 0:

@@ -1,98 +1,92 @@
-"""The figures of a run. Each function takes a `Run` and returns a matplotlib figure; none needs pyplot."""
+"""The time histories of a run. Each function returns a matplotlib figure; none needs pyplot."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import cycle
-from typing import Any
 
 import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.canvas import INK, SOFT, Chart
-from cdpr.report.panels import Curves, Entry, Limit, Panel, shorten, stack
-
-# Red, green and blue for x, y and z, in tones that colour-blind readers can tell apart; the desired motion darker.
-AXES = ("#d1402a", "#00a06e", "#2f7fd1")
-DARK = ("#6b1204", "#00452f", "#0b2f5c")
-# Petroff (2021), arXiv:2107.02270: eight colours made to be told apart by all; then the dashes change.
-CABLES = ("#1845fb", "#ff5e02", "#c91f16", "#c849a9", "#adad7d", "#86c8dd", "#578dff", "#656364")
-DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (3.0, 1.0)))
-DESIRED = (0, (3.5, 2.5))
+from cdpr.report.canvas import Chart, styled
+from cdpr.report.legend import Entry
+from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, events, shorten
+from cdpr.report.panels import Curves, Limit, Panel, stack
 
 
+@styled
 def overview(run: Run) -> Chart:
     """Draw position, errors and tensions with their limits on one page, for notebooks."""
     head = run.header
     title = " · ".join((head.scenario, head.robot, head.backend, head.controller, head.solver))
-    notes = [f"{i} {event.kind} at {event.time:.4g} s" for i, event in enumerate(run.events[:4], 1)]
+    notes = [f"{i} {event.kind} at {event.time:.4g} s" for i, event in enumerate(events(run)[:4], 1)]
     if len(run.events) > 4:
         notes.append(f"and {len(run.events) - 4} more")
     return stack(run, (_position(run), *_errors(run), _tension(run, height=1.9)), title, ";  ".join(notes))
 
 
+@styled
 def pose(run: Run) -> Chart:
     """Draw position and attitude, desired and actual."""
-    desired, actual = attitude_angles(run)
-    angles = _desired_actual("attitude (°)", np.degrees(desired), np.degrees(actual), 0.1, ("roll", "pitch", "yaw"))
-    return stack(run, (_position(run), angles))
+    desired, actual = np.degrees(roll_pitch_yaw(run))
+    attitude = _desired_actual("attitude (°)", desired, actual, 0.1, ("roll", "pitch", "yaw"))
+    return stack(run, (_position(run), attitude))
 
 
+@styled
 def velocity(run: Run) -> Chart:
     """Draw velocity and angular velocity, desired and actual."""
-    panels = (
-        _desired_actual("velocity (m/s)", run.desired_velocity, run.velocity, least=1e-3),
-        _desired_actual("angular velocity (rad/s)", run.desired_angular_velocity, run.angular_velocity, least=1e-3),
-    )
-    return stack(run, panels)
+    v, w = run.velocity, run.angular_velocity
+    linear = _desired_actual("velocity (m/s)", run.desired_velocity, v, 1e-3)
+    angular = _desired_actual("angular velocity (rad/s)", run.desired_angular_velocity, w, 1e-3)
+    return stack(run, (linear, angular))
 
 
+@styled
 def acceleration(run: Run) -> Chart:
     """Draw acceleration and angular acceleration, desired and actual (means over each control period)."""
-    a, b = run.desired_acceleration, run.desired_angular_acceleration
-    panels = (
-        _desired_actual("acceleration (m/s²)", a, run.acceleration, least=1e-2),
-        _desired_actual("angular accel. (rad/s²)", b, run.angular_acceleration, least=1e-2),
-    )
-    return stack(run, panels)
+    a, b = run.acceleration, run.angular_acceleration
+    linear = _desired_actual("acceleration (m/s²)", run.desired_acceleration, a, 1e-2)
+    angular = _desired_actual("angular accel. (rad/s²)", run.desired_angular_acceleration, b, 1e-2)
+    return stack(run, (linear, angular))
 
 
+@styled
 def errors(run: Run) -> Chart:
     """Draw position and orientation error: components and norm."""
     return stack(run, _errors(run))
 
 
+@styled
 def tensions(run: Run) -> Chart:
-    """Draw the tension of each cable and its limits."""
+    """Draw the tension of each cable, and the limits."""
     return stack(run, (_tension(run, height=3.0),))
 
 
+@styled
 def cables(run: Run) -> Chart:
     """Draw the cables' lengths and their rates."""
-    panels = (
-        Panel("cable length (m)", (_per_cable(run.length),), _cable_entries(run), least=1e-3),
-        Panel("length rate (m/s)", (_per_cable(run.rate),), least=1e-3),
-    )
-    return stack(run, panels)
+    length = Panel("cable length (m)", (_per_cable(run, run.length),), _cable_entries(run), 1e-3)
+    return stack(run, (length, Panel("length rate (m/s)", (_per_cable(run, run.rate),), least=1e-3)))
 
 
+@styled
 def distribution(run: Run) -> Chart:
     """Draw how far the tensions stay from their limits, and how well they balance the wanted wrench."""
-    margin = Curves(run.margin[:, None], (INK,))
-    residual = Curves(run.residual[:, None], (INK,))
+    margin, residual = (Curves(values[:, None], (INK,)) for values in (run.margin, run.residual))
+    limit = Limit("at a limit (0 N)", (0.0,))
     panels = (
-        Panel("margin (N)", (margin,), least=1e-3, limits=(Limit("at a limit (0 N)", (0.0,)),)),
-        Panel("residual (N)", (residual,), least=1.0, log=True),
+        Panel("margin (N)", (margin,), least=1e-3, limits=(limit,)),
+        Panel("residual (N)", (residual,), least=2.0, log=True),
     )
     return stack(run, panels)
 
 
-def attitude_angles(run: Run) -> tuple[Array, Array]:
-    """Return roll, pitch, yaw of the desired and of the actual attitude, each (K, 3), rad, without jumps of a turn."""
+def roll_pitch_yaw(run: Run) -> Array:
+    """Return roll, pitch, yaw of the desired and of the actual attitude, (2, K, 3), rad, without jumps of a turn."""
     desired = np.unwrap(_rpy(run.desired_orientation), axis=0)
     apart = _rpy(run.orientation) - desired
-    return desired, desired + (apart + np.pi) % (2.0 * np.pi) - np.pi
+    return np.stack([desired, desired + (apart + np.pi) % (2.0 * np.pi) - np.pi])
 
 
 def _rpy(q: Array) -> Array:
@@ -121,45 +115,39 @@ def _desired_actual(
 
 
 def _position(run: Run) -> Panel:
-    return _desired_actual("position (m)", run.desired_position, run.position, least=1e-3)
+    return _desired_actual("position (m)", run.desired_position, run.position, 1e-3)
 
 
 def _errors(run: Run) -> tuple[Panel, Panel]:
-    return (
-        _error("position error (mm)", 1e3 * run.position_error),
-        _error("orientation error (mrad)", 1e3 * run.orientation_error),
-    )
+    position = _error("position error (mm)", 1e3 * run.position_error)
+    return position, _error("orient. error (mrad)", 1e3 * run.orientation_error)
 
 
 def _error(label: str, components: Array) -> Panel:
     norm = np.linalg.norm(components, axis=1, keepdims=True)
-    legend = [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})]
-    return Panel(label, (Curves(norm, (INK,)), Curves(components, AXES)), legend)
+    lines = (Curves(norm, (INK,)), Curves(components, AXES))
+    return Panel(label, lines, [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})])
 
 
-def _per_cable(values: Array) -> Curves:
-    return Curves(values, CABLES * len(DASHES), [dashes for dashes in DASHES for _ in CABLES], width=1.1)
-
-
-def cable_looks(run: Run) -> list[tuple[str, dict[str, Any]]]:
-    """Return name, and colour and dashes, of each cable."""
-    looks = [{"color": colour, "linestyle": dashes} for dashes in DASHES for colour in CABLES]
-    return list(zip(run.header.cables, cycle(looks), strict=False))
+def _per_cable(run: Run, values: Array) -> Curves:
+    looks = cable_looks(run)
+    return Curves(values, [look["color"] for look in looks], [look["linestyle"] for look in looks])
 
 
 def _cable_entries(run: Run) -> list[Entry]:
-    return [(shorten(name), look) for name, look in cable_looks(run)]
+    return [(shorten(name), look) for name, look in zip(run.header.cables, cable_looks(run), strict=True)]
 
 
 def _tension(run: Run, height: float) -> Panel:
     limits = (_limit("t_min", run.header.tension_min), _limit("t_max", run.header.tension_max))
-    return Panel("cable tension (N)", (_per_cable(run.tension),), _cable_entries(run), 1.0, limits, height=height)
+    lines = (_per_cable(run, run.tension),)
+    return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height)
 
 
 def _limit(name: str, values: Sequence[float]) -> Limit:
-    """One grey line where all cables share the limit, else one for each value in the colour of its first cable."""
+    """One grey line where all cables share the limit, else a line for each value, coloured as its first cable."""
     distinct = sorted(set(values))
     if len(distinct) == 1:
         return Limit(f"{name} {distinct[0]:g} N", distinct)
     colours = [CABLES[values.index(value) % len(CABLES)] for value in distinct]
-    return Limit(f"{name} {distinct[0]:g} to {distinct[-1]:g} N", distinct, colours)
+    return Limit(f"{name} {distinct[0]:g}–{distinct[-1]:g} N", distinct, colours)

@@ -1,0 +1,33 @@
+"""Scenario and robot files: from strict YAML to checked, typed data.
+
+A file is read in phases, and the problems of all of them are reported at once, each as
+`file:line:col: key: what is wrong, what is allowed`:
+
+1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, aliases, bombs);
+2. `overrides`: values set from outside are written into that data; a robot file is put where it is named;
+3. `schema`, `robot_schema`, `trajectory_schema`: types, units and ranges; `options`: the plugins' own models;
+4. `checks`: what only several sections together can show.
+"""
+
+from cdpr.scenario.loader import load_any, load_robot, load_scenario
+from cdpr.scenario.orientation import Euler, Orientation
+from cdpr.scenario.scenario import Scenario
+from cdpr.scenario.schema import Initial, Simulation, World
+from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Waypoint, Waypoints
+
+__all__ = [
+    "Euler",
+    "Hold",
+    "Initial",
+    "Knot",
+    "Orientation",
+    "Quintic",
+    "Scenario",
+    "Simulation",
+    "Waypoint",
+    "Waypoints",
+    "World",
+    "load_any",
+    "load_robot",
+    "load_scenario",
+]

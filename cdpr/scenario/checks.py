@@ -1,30 +1,30 @@
 """What no single section can see: how cables, steps, motion and start fit together.
 
-Each check looks at the parts that are right by themselves, so that one wrong number does not hide the next problem.
+Each check looks at the parts that are right by themselves, so that one wrong number does not hide the next
+problem.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.model import rotations
 from cdpr.scenario.document import Document
+from cdpr.scenario.fields import ZERO
 from cdpr.scenario.problems import Path, Problems
-from cdpr.scenario.robot_schema import CableSection, TensionSection, cable_name, limits
+from cdpr.scenario.robot_schema import CableSection, CableTension, TensionSection, cable_name, limits
 from cdpr.scenario.schema import Initial, Simulation
 from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Trajectory, Waypoint, Waypoints
 
 MIN_LENGTH = 1e-6  # m; a shorter cable has no direction, and anchors nearer than this are one point
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 MAX_STEPS = 1e8
-
-T = TypeVar("T")
 
 
 class Checker:
@@ -78,7 +78,8 @@ class Checker:
         for i, cable in cables:
             name = cable_name(cable, i)
             if name in first:
-                self._say((*root, "cables", i, "name"), f"'{name}' is the name of cables[{first[name]}] too; names must differ")
+                text = f"'{name}' is the name of cables[{first[name]}] too; names must differ"
+                self._say((*root, "cables", i, "name"), text)
             first.setdefault(name, i)
 
     def _coincident(self, root: Path, cables: list[tuple[int, CableSection]]) -> None:
@@ -87,26 +88,31 @@ class Checker:
             distances = np.linalg.norm(anchors[:b] - anchors[b], axis=2)  # (b, 2), m
             same = np.flatnonzero(np.all(distances < MIN_LENGTH, axis=1))
             if len(same):
-                other = cables[int(same[0])][0]
-                text = f"coincides with cables[{other}] at both ends; two such cables are one (sharing one end is fine)"
+                other = f"cables[{cables[int(same[0])][0]}]"
+                text = f"coincides with {other} at both ends, so they are one cable (sharing one end is fine)"
                 self._say((*root, "cables", cables[b][0]), text)
 
     def _tensions(self, root: Path, cables: list[tuple[int, CableSection]]) -> None:
         common: TensionSection | None = self._part(TensionSection, (*root, "tension"))
         if common is None:
             return
-        count = len(self.document.get((*root, "cables")) or [])
+        given = self.document.get((*root, "cables"))
+        if not isinstance(given, list):
+            return
+        count = len(given)
         right = True
         for name, value in (("min", common.min), ("max", common.max)):
             if isinstance(value, list) and len(value) != count:
-                self._say((*root, "tension", name), f"{count} numbers expected (N), one per cable, got {len(value)}")
+                self._say(
+                    (*root, "tension", name), f"{count} numbers expected (N), one per cable, got {len(value)}"
+                )
                 right = False
         if not right:
             return
         unilateral = self.document.get((*root, "unilateral")) is not False
         said: set[Path] = set()
         for i, cable in cables:
-            low, high = limits(common, cable.tension, i)
+            low, high = limits(common, cable, i)
             for path, text in self._limit_faults(root, common, cable, i, (low, high), unilateral):
                 if path not in said:
                     said.add(path)
@@ -122,10 +128,14 @@ class Checker:
         unilateral: bool,
     ) -> Iterator[tuple[Path, str]]:
         low, high = limit
-        at_min = _limit_path(root, common.min, cable.tension.min, "min", i)
-        at_max = _limit_path(root, common.max, cable.tension.max, "max", i)
+        own = cable.tension or CableTension()
+        at_min = _limit_path(root, common.min, own.min, "min", i)
+        at_max = _limit_path(root, common.max, own.max, "max", i)
         if unilateral and low < 0:
-            yield at_min, f"must be at least 0 (N), got {low:g}: a cable cannot push (rigid legs: unilateral: false)"
+            yield (
+                at_min,
+                f"must be at least 0 (N), got {low:g}: a cable cannot push (rigid legs: unilateral: false)",
+            )
         if high <= 0:
             yield at_max, f"must be greater than 0 (N), got {high:g}: a cable must be able to pull"
         elif low > high:
@@ -146,13 +156,14 @@ class Checker:
         if count > MAX_STEPS:
             self._say(("simulation", "duration"), f"{count:.3g} steps; at most {MAX_STEPS:g} are allowed")
             return
-        if control < physics * (1.0 - RATIO_TOLERANCE):
-            text = f"must be at least the physics_step, {physics:g} (s), got {control:g}"
-            self._say(("simulation", "control_step"), text)
-        elif not _is_multiple(control, physics):
-            self._say(("simulation", "control_step"), _no_multiple("physics_step", control, physics))
+        if not _is_multiple(control, physics):
+            near = _near(control / physics, lambda n: control / n)
+            text = f"must be control_step, {control:g} (s), divided by an integer, got {physics:g}; "
+            self._say(("simulation", "physics_step"), f"{text}nearest: {near}")
         if not _is_multiple(duration, control):
-            self._say(("simulation", "duration"), _no_multiple("control_step", duration, control))
+            near = _near(duration / control, lambda n: control * n)
+            text = f"must be an integer multiple of control_step, {control:g} (s), got {duration:g}; "
+            self._say(("simulation", "duration"), f"{text}nearest: {near}")
 
     def _times(self, trajectory: Waypoints) -> None:
         times = [point.time for point in trajectory.points]
@@ -161,27 +172,32 @@ class Checker:
                 text = f"must be greater than the previous point's, {times[k - 1]:g} (s), got {times[k]:g}"
                 self._say(("trajectory", "points", k, "time"), text)
         if times == [0.0]:
-            self._say(("trajectory", "points"), "a point with a time greater than 0 is expected; to stay, use type: hold")
+            text = "a point with a time greater than 0 is expected; to stay, use type: hold"
+            self._say(("trajectory", "points"), text)
 
     def _rest_outside(self, trajectory: Hold | Quintic | Waypoints, duration: float) -> None:
-        """The pose is held before the motion and after it, so it must not start or end with a velocity there."""
+        """Before and after the motion a pose is held, so the motion must start and end at rest there."""
         if isinstance(trajectory, Hold):
             return
-        first: tuple[Path, Knot | Waypoint]
-        last: tuple[Path, Knot | Waypoint]
+        points: list[tuple[Path, Knot | Waypoint]]
         if isinstance(trajectory, Quintic):
-            first, last = (("from",), trajectory.from_), (("to",), trajectory.to)
+            points = [(("from",), trajectory.from_), (("to",), trajectory.to)]
         else:
-            points = trajectory.points
-            first, last = (("points", 0), points[0]), (("points", len(points) - 1), points[-1])
-            if points[0].time > 0:
-                first = last  # the initial pose, at rest, comes first
-        if trajectory.end < duration * (1.0 - RATIO_TOLERANCE) and not last[1].at_rest:
-            text = f"the motion ends at {trajectory.end:g} s with a velocity, but the run at {duration:g} s: "
-            self._say(("trajectory", *last[0]), text + "end at rest, or end the run there")
-        if trajectory.start > 0 and first is not last and not first[1].at_rest:
-            text = f"the motion starts at {trajectory.start:g} s with a velocity, but is held at rest until then: "
-            self._say(("trajectory", *first[0]), text + "start at rest, or at 0 s")
+            points = [(("points", k), point) for k, point in enumerate(trajectory.points)]
+        start, end = trajectory.start, trajectory.end
+        starts_at_initial = isinstance(trajectory, Waypoints) and trajectory.points[0].time > 0
+        if start > 0 and not starts_at_initial:
+            self._at_rest(*points[0], f"the pose is held until {start:g} s, so the motion must start at rest")
+        if end < duration * (1.0 - RATIO_TOLERANCE):
+            text = (
+                f"the motion ends at {end:g} s and the run at {duration:g} s, so the motion must end at rest"
+            )
+            self._at_rest(*points[-1], text)
+
+    def _at_rest(self, path: Path, point: Knot | Waypoint, text: str) -> None:
+        for name in ("velocity", "angular_velocity"):
+            if any(getattr(point, name) or ZERO):
+                self._say(("trajectory", *path, name), text)
 
 
 def _limit_path(root: Path, common: Any, own: float | None, name: str, i: int) -> Path:
@@ -196,7 +212,7 @@ def _is_multiple(value: float, step: float) -> bool:
     return round(ratio) >= 1 and abs(ratio - round(ratio)) <= RATIO_TOLERANCE * ratio
 
 
-def _no_multiple(name: str, value: float, step: float) -> str:
-    below = math.floor(value / step)
-    near = [f"{count * step:.12g}" for count in (below, below + 1) if count >= 1]
-    return f"must be an integer multiple of {name}, {step:g} (s), got {value:g}; nearest: {' or '.join(near)}"
+def _near(ratio: float, value: Callable[[int], float]) -> str:
+    """Name the values that belong to the integers on both sides of `ratio`."""
+    below = math.floor(ratio)
+    return " or ".join(f"{value(n):.12g}" for n in (below, below + 1) if n >= 1)

@@ -19,7 +19,8 @@ class Place:
     description: str = ""
     keys: tuple[str, ...] = ()  # what a mapping here may hold
     size: int | None = None  # what a list here must hold
-    item: str = "values"  # what the list is made of
+    item: str = ""  # what the list is made of
+    types: tuple[str, ...] = ()  # where the key `type` decides between several forms: its values
 
 
 @lru_cache(maxsize=64)
@@ -32,18 +33,21 @@ def json_schema(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def look(model: type[BaseModel], path: Path, data: Any) -> Place:
-    """Return what `model` says of `path`; `data` (what was validated) decides between the forms of a union."""
+    """Return what `model` says of `path`; `data`, what was validated, decides between forms of a union."""
     root = json_schema(model)
     nodes = _forms(root, root, data)
     for part in path:
         data = data[part] if _holds(data, part) else None
-        nodes = [form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)]
+        nodes = [
+            form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)
+        ]
     return Place(
         unit=next((node["unit"] for node in nodes if "unit" in node), ""),
         description=next((node["description"] for node in nodes if "description" in node), ""),
         keys=next((tuple(node["properties"]) for node in nodes if "properties" in node), ()),
         size=next((node["maxItems"] for node in nodes if _fixed(node)), None),
-        item=next((_item(node) for node in nodes if node.get("type") == "array"), "values"),
+        item=next((_item(node) for node in nodes if node.get("type") == "array"), ""),
+        types=tuple(constant for node in nodes if isinstance(constant := _type_of(node), str)),
     )
 
 
@@ -68,8 +72,11 @@ def _forms(node: dict[str, Any], root: dict[str, Any], data: Any) -> list[dict[s
 
 
 def _is_type(form: dict[str, Any], data: Any) -> bool:
-    constant = form.get("properties", {}).get("type", {}).get("const")
-    return constant is not None and isinstance(data, dict) and data.get("type") == constant
+    return _type_of(form) is not None and isinstance(data, dict) and data.get("type") == _type_of(form)
+
+
+def _type_of(form: dict[str, Any]) -> Any:
+    return form.get("properties", {}).get("type", {}).get("const")
 
 
 def _children(node: dict[str, Any], part: str | int) -> list[dict[str, Any]]:
@@ -89,4 +96,4 @@ def _fixed(node: dict[str, Any]) -> bool:
 
 def _item(node: dict[str, Any]) -> str:
     items = node.get("prefixItems") or [node.get("items", {})]
-    return "numbers" if all(item.get("type") in ("number", "integer") for item in items) else "values"
+    return "numbers" if all(item.get("type") in ("number", "integer") for item in items) else ""

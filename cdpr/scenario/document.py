@@ -13,13 +13,13 @@ from cdpr.scenario.problems import Mark, Path
 class Document:
     """Plain dictionaries, lists and scalars with their marks.
 
-    A robot file that a scenario names is grafted into the scenario's document and keeps its own marks; a changed
-    value carries the mark of the change.
+    A robot file that a scenario names is grafted into the scenario's document and keeps its own marks; a value that
+    comes from outside carries the mark of the change.
     """
 
     data: dict[str, Any]
     source: str
-    folder: str = "."  # where relative file names start
+    folder: str = ""  # where relative file names start
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
     dropped: list[str] = field(
@@ -43,7 +43,7 @@ class Document:
         return node
 
     def mark(self, path: Path) -> Mark:
-        """Return where the value at `path` stands; for one that is not given, where the nearest parent's key stands."""
+        """Return where the value at `path` stands; if it is not given, the key of the section around it."""
         if path in self.values:
             return self.values[path]
         for end in range(len(path) - 1, 0, -1):

@@ -39,8 +39,8 @@ def _named(value: str) -> str:
 def _turns(value: str) -> str:
     if not re.fullmatch(r"([xyz]){3}|([XYZ]){3}", value) or value[0] == value[1] or value[1] == value[2]:
         raise ValueError(
-            "three axes are expected, all upper case (moving axes, such as XYZ) or all lower case (fixed axes, such as "
-            f"xyz), no axis twice in a row, got {value[:20]!r}"
+            "three axes are expected, all upper case (moving axes, such as XYZ) or all lower case (fixed "
+            f"axes, such as xyz), no axis twice in a row, got {value[:20]!r}"
         )
     return value
 
@@ -56,5 +56,5 @@ EulerOrder = Annotated[
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 
-# Stands in fields that are left out until the loader fills in the initial pose: after loading they are never None.
+# Stands where a pose was left out until the loader fills in the initial one: after loading it is never None.
 INITIAL: Any = None

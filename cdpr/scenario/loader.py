@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
-from pydantic import BaseModel, ValidationError
-
-from cdpr.errors import PluginError
 from cdpr.model import Robot
-from cdpr.plugins.registry import Registry, Role, registry
-from cdpr.scenario.checks import Checker
+from cdpr.plugins.registry import Registry, registry
+from cdpr.scenario.build import build_robot, build_scenario
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
-from cdpr.scenario.messages import explain
-from cdpr.scenario.options import read_options
-from cdpr.scenario.overrides import CORE_KEYS, Overrides, apply, choices, read_overrides
-from cdpr.scenario.problems import Mark, Path, Problems
+from cdpr.scenario.overrides import Change, Overrides, apply, choices, read_overrides
+from cdpr.scenario.problems import Mark, Problems, shown
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario
-from cdpr.scenario.schema import ScenarioSection
-from cdpr.scenario.trajectory_schema import complete
 from cdpr.scenario.yaml_nodes import parse
 
 Kind = Literal["robot", "scenario"]
 
-M = TypeVar("M", bound=BaseModel)
+ROBOT_KEYS = {"cables", "platform"}
+SCENARIO_KEYS = {"robot", "simulation", "initial", "trajectory"}
 
 
 def load_scenario(
@@ -42,105 +35,132 @@ def load_scenario(
 ) -> Scenario:
     """Load and check a scenario.
 
-    `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after `--set`
-    ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes the type of the
-    solver or controller, the options of the old one are left out and listed in `Scenario.unused`. With `text`, that is
-    read in place of the file, and `path` only names it and is where relative file names start. `plugins` are the
-    installed ones unless given.
+    `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after
+    `--set` ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes
+    the type of the solver or controller, the options of the old one are left out and listed in
+    `Scenario.unused`. With `text`, that is read in place of the file; `path` then only names it in messages,
+    and its folder is where relative file names start. `plugins` are the installed ones unless given.
 
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
-    document = _open(os.fspath(path), text, "scenario")
-    return build(document, overrides, backend, solver, controller, plugins or registry())
+    problems = Problems()
+    document = _open(os.fspath(path), text, "scenario", problems)
+    chosen = choices(backend, solver, controller, problems)
+    return _scenario(document, overrides, chosen, plugins or registry(), problems)
 
 
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
     """Load and check a robot file; arguments and errors as for `load_scenario`."""
-    return _build_robot(_open(os.fspath(path), text, "robot"), overrides)
+    problems = Problems()
+    return _robot(_open(os.fspath(path), text, "robot", problems), overrides, problems)
 
 
 def load_any(
     path: str | os.PathLike[str], *, overrides: Overrides = (), plugins: Registry | None = None
 ) -> Scenario | Robot:
     """Load and check a file that may be a scenario or a robot."""
-    document = _open(os.fspath(path), None, None)
-    if _kind(document) == "robot":
-        return _build_robot(document, overrides)
-    return build(document, overrides, None, None, None, plugins or registry())
-
-
-def build(
-    document: Document,
-    overrides: Overrides,
-    backend: str | None,
-    solver: str | None,
-    controller: str | None,
-    plugins: Registry,
-) -> Scenario:
-    """Change `document` as asked, check it and make the scenario."""
     problems = Problems()
+    document = _open(os.fspath(path), None, None, problems)
+    if _kind(document) == "robot":
+        return _robot(document, overrides, problems)
+    return _scenario(document, overrides, [], plugins or registry(), problems)
+
+
+def change_scenario(
+    scenario: Scenario, overrides: Overrides, backend: str | None, solver: str | None, controller: str | None
+) -> Scenario:
+    """Return a copy with changes, checked like a file."""
+    problems = Problems()
+    chosen = choices(backend, solver, controller, problems)
+    return _scenario(scenario._document.copy(), overrides, chosen, scenario._plugins, problems)
+
+
+def _scenario(
+    document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
+) -> Scenario:
     document.data.setdefault("name", _stem(document.source))
-    for change in [*choices(backend, solver, controller), *read_overrides(overrides, problems)]:
+    for change in [*chosen, *read_overrides(overrides, problems)]:
         if change.path[0] == "robot" and len(change.path) > 1:
             _include_robot(document, problems)
         apply(document, change, problems)
     _include_robot(document, problems)
-
-    data, options = _split(document)
-    sections = _validate(ScenarioSection, data, document, problems)
-    _report_nulls(data, (), document, problems)
-    checker = Checker(document, problems)
-    checker.robot(("robot",))
-    checker.scenario()
-    controller_options = _options("controller", options, document, problems, plugins)
-    solver_options = _options("solver", options, document, problems, plugins)
-    backend_options = _backend_options(document, problems, plugins)
-    problems.raise_any()
-
-    assert sections is not None
-    assert controller_options is not None
-    assert solver_options is not None
-    sections = sections.model_copy(update={"trajectory": complete(sections.trajectory, sections.initial)})
-    return Scenario(
-        sections=sections,
-        robot=sections.robot.to_robot(),
-        controller_options=controller_options,
-        solver_options=solver_options,
-        source=document.source,
-        unused=(*(f"robot.{key}" for key in sections.robot.unused()), *document.dropped),
-        _backend_options=backend_options,
-        _document=document,
-        _plugins=plugins,
-    )
+    return build_scenario(document, plugins, problems)
 
 
-def _build_robot(document: Document, overrides: Overrides) -> Robot:
-    problems = Problems()
+def _robot(document: Document, overrides: Overrides, problems: Problems) -> Robot:
     document.data.setdefault("name", _stem(document.source))
     for change in read_overrides(overrides, problems):
         apply(document, change, problems)
-    section = _validate(RobotSection, document.data, document, problems)
-    _report_nulls(document.data, (), document, problems)
-    Checker(document, problems).robot(())
-    problems.raise_any()
-    assert section is not None
-    return section.to_robot()
+    return build_robot(document, problems)
 
 
-def _open(path: str, text: str | None, kind: Kind | None) -> Document:
-    """Read and parse the file that the user named."""
-    problems = Problems()
-    content: bytes | str | None = text
-    if content is None:
-        try:
-            content = read(path)
-        except UnreadableError as error:
-            problems.add(Mark(path), (), str(error))
-            problems.raise_any()
-    assert content is not None
-    document = parse(content, path, problems)
-    if document and kind and _kind(document) != kind:
-        hint = {"robot": "a scenario names it with 'robot: FILE'", "scenario": "a robot file is expected"}
-        problems.add(Mark(path), (), f"this is a {_kind(document)} file; {hint[_kind(document)]}")
+def _open(path: str, text: str | None, kind: Kind | None, problems: Problems) -> Document:
+    """Read and parse the file that the user named; raises if it cannot be used at all."""
+    try:
+        document = parse(read(path) if text is None else text, path, problems)
+    except UnreadableError as error:
+        problems.add(Mark(path), (), str(error))
+        document = None
+    if document is None:
         problems.raise_any()
-    ...
+        raise AssertionError("a file without document has a problem")
+    found = _kind(document)
+    if kind and found and found != kind:
+        hint = "a scenario names it with 'robot: FILE'" if found == "robot" else "a robot file is expected"
+        problems.add(Mark(path), (), f"this is a {found} file; {hint}")
+        problems.raise_any()
+    return document
+
+
+def _kind(document: Document) -> Kind | None:
+    """Tell what a file is by its top-level keys; None where they do not tell."""
+    keys = set(document.data)
+    if keys & SCENARIO_KEYS:
+        return "scenario"
+    return "robot" if keys & ROBOT_KEYS else None
+
+
+def _include_robot(document: Document, problems: Problems) -> None:
+    """Replace the name of a robot file by what the file holds."""
+    name: Any = document.data.get("robot")
+    if name is None or isinstance(name, dict):
+        return
+    other = Problems()
+    robot = _read_robot(name, document, other)
+    for problem in other.items:
+        problems.add(problem.mark, ("robot", *problem.path), problem.text)
+    if robot is None:
+        problems.unreadable.add(("robot",))
+        document.put(("robot",), {}, document.mark(("robot",)))
+    else:
+        robot.data.setdefault("name", _stem(robot.source))
+        document.graft(("robot",), robot)
+
+
+def _read_robot(name: Any, document: Document, problems: Problems) -> Document | None:
+    mark = document.mark(("robot",))
+    if not isinstance(name, str) or not name:
+        keys = ", ".join(RobotSection.model_fields)
+        problems.add(mark, (), f"a file name or a mapping of {keys} expected, got {shown(name)}")
+        return None
+    if os.path.isabs(name):
+        problems.add(
+            mark, (), f"a file name relative to this file is expected, got the absolute {shown(name)}"
+        )
+        return None
+    file = os.path.join(document.folder, name)
+    try:
+        robot = parse(read(file), file, problems)
+    except UnreadableError as error:
+        problems.add(mark, (), str(error))
+        return None
+    if robot and _kind(robot) == "scenario":
+        problems.add(mark, (), f"'{file}' is a scenario; a robot file is expected")
+        return None
+    return robot
+
+
+def _stem(path: str) -> str:
+    """Make a name of a file's name."""
+    stem = os.path.splitext(os.path.basename(path))[0]
+    return re.sub(r"[^\w.-]+", "_", stem).lstrip(".-")[:64] or "unnamed"

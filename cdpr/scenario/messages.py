@@ -1,7 +1,7 @@
 """From pydantic's errors to one line for each thing that is wrong, in the words of a scenario.
 
-Pydantic reports a union once per branch and a short tuple once per missing item, and says neither unit nor allowed
-keys. Here a union yields the errors of the branch that was meant, or one line that names all branches.
+Pydantic reports a union once per branch and a short tuple once per missing item, and says neither unit nor
+allowed keys. Here a union yields the errors of the branch that was meant, or one line that names all.
 """
 
 from __future__ import annotations
@@ -62,9 +62,15 @@ class _Fault:
     kinds: tuple[str, ...] = ()  # kinds of value that all branches together expect
 
 
-def explain(error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()) -> list[Message]:
+def explain(
+    error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()
+) -> list[Message]:
     """Return what is wrong with `data`; `core_keys` are further keys that stand beside those of `model`."""
-    faults = [_fault(row, data) for row in error.errors(include_url=False) if row["type"] != "default_factory_not_called"]
+    faults = [
+        _fault(row, data)
+        for row in error.errors(include_url=False)
+        if row["type"] != "default_factory_not_called"
+    ]
     faults = [replace(fault, kinds=_kinds(fault, model, data)) for fault in faults]
     messages: dict[Path, Message] = {}
     for fault in _collapse(faults, 0):
@@ -79,10 +85,9 @@ def _fault(row: Any, data: Any) -> _Fault:
     node = data
     kind = row["type"]
     for i, part in enumerate(row["loc"]):
-        if isinstance(node, dict) and part in node:
-            node = node[part]
-            path = (*path, part)
-        elif isinstance(node, list) and isinstance(part, int) and part < len(node):
+        if (isinstance(node, dict) and part in node) or (
+            isinstance(node, list) and isinstance(part, int) and part < len(node)
+        ):
             node = node[part]
             path = (*path, part)
         elif kind == "missing" and i == len(row["loc"]) - 1:
@@ -98,7 +103,7 @@ def _fault(row: Any, data: Any) -> _Fault:
 
 
 def _collapse(faults: list[_Fault], depth: int) -> list[_Fault]:
-    """Leave, for each union, the faults of the branch that was meant, or one fault that names all branches."""
+    """Leave, for each union, the faults of the branch that was meant, or one that names all branches."""
     result = [fault for fault in faults if len(fault.unions) <= depth]
     roots = dict.fromkeys(fault.unions[depth][0] for fault in faults if len(fault.unions) > depth)
     for root in roots:
@@ -127,9 +132,9 @@ def _kinds(fault: _Fault, model: type[BaseModel], data: Any) -> tuple[str, ...]:
         return (f"one of {_listed(fault.context['expected'])}",)
     place = look(model, fault.path, data)
     if fault.type in ("tuple_type", "list_type"):
-        return (f"{place.size} {place.item}" if place.size else f"a list of {place.item}",)
+        return (f"{place.size} {place.item}" if place.size else f"a list{place.item and ' of '}{place.item}",)
     if KINDS[fault.type] == "a mapping" and place.keys:
-        return (f"a mapping of {', '.join(place.keys)}",)
+        return (f"a mapping ({', '.join(place.keys)})",)
     return (KINDS[fault.type],)
 
 
@@ -142,8 +147,8 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         return Message(path, f"required but not given{meaning}{unit}")
     if fault.type == "extra_forbidden":
         return _unknown_key(path, (*core_keys, *look(model, path[:-1], data).keys))
-    if fault.type in ("union_tag_invalid", "union_tag_not_found"):
-        return _unknown_type(fault)
+    if fault.type in ("union_tag_invalid", "union_tag_not_found", "model_attributes_type") and place.types:
+        return _unknown_type(fault, place.types)
     if fault.type == "literal_error" and len(fault.kinds) == 1:
         hint = nearest(str(fault.value), _words(fault.context["expected"]))
         return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
@@ -167,21 +172,21 @@ def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:
     return Message(path, f"unknown key {shown(key)}: {nearest(key, allowed)}{listed}", at_key=True)
 
 
-def _unknown_type(fault: _Fault) -> Message:
+def _unknown_type(fault: _Fault, types: tuple[str, ...]) -> Message:
+    listed = f"allowed: {', '.join(types)}"
     if not isinstance(fault.value, dict):
-        return Message(fault.path, f"a mapping with the key 'type' expected, got {shown(fault.value)}")
-    allowed = _words(fault.context.get("expected_tags", ""))
-    given = fault.value.get("type")
-    listed = f"allowed: {', '.join(allowed)}" if allowed else "it chooses the kind"
+        return Message(fault.path, f"a mapping with a type expected ({listed}), got {shown(fault.value)}")
+    path = (*fault.path, "type")
     if "type" not in fault.value:
-        return Message((*fault.path, "type"), f"required but not given; {listed}")
-    return Message((*fault.path, "type"), f"unknown type {shown(given)}: {nearest(str(given), allowed)}{listed}")
+        return Message(path, f"required but not given; {listed}")
+    given = fault.value["type"]
+    return Message(path, f"unknown type {shown(given)}: {nearest(str(given), types)}{listed}")
 
 
 def _wrong_size(fault: _Fault, place: Place, unit: str) -> str:
     found = len(fault.value) if isinstance(fault.value, list) else 0
     if place.size is not None:
-        return f"{place.size} {place.item} expected{unit}, got {found}"
+        return f"{place.size} {place.item or 'items'} expected{unit}, got {found}"
     if "max_length" in fault.context and found > fault.context["max_length"]:
         return f"{fault.context['max_length']} items at most expected, got {found}"
     return f"{fault.context.get('min_length', 1)} or more items expected, got {found}"

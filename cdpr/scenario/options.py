@@ -1,8 +1,9 @@
-"""The options of plugins: checked by the model that the plugin declares, wherever they stand in a scenario."""
+"""The options of plugins, checked by the models that the plugins declare."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -11,31 +12,67 @@ from cdpr.errors import PluginError
 from cdpr.plugins.registry import Registry, Role, describe
 from cdpr.scenario.document import Document
 from cdpr.scenario.messages import explain
+from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.problems import Path, Problems
+from cdpr.scenario.schema import Simulation
 
 
-def read_options(
-    role: Role,
-    name: str,
-    data: dict[str, Any],
-    path: Path,
-    core_keys: tuple[str, ...],
-    document: Document,
-    problems: Problems,
-    plugins: Registry,
-) -> BaseModel | None:
-    """Return the options of a known plugin, None if they are wrong."""
-    entry = plugins.get(role, name)
-    model = entry.info.options
-    try:
-        return model.model_validate_json(json.dumps(data))
-    except ValidationError as error:
-        for message in explain(error, model, data, core_keys):
-            place = (*path, *message.path)
-            mark = document.key_mark(place) if message.at_key else document.mark(place)
-            problems.add(mark, place, message.text)
+@dataclass(frozen=True)
+class OptionsReader:
+    """Reads the options of one document; whatever is wrong goes to `problems`, and None is returned."""
+
+    document: Document
+    problems: Problems
+    plugins: Registry
+
+    def of_section(self, role: Role, options: dict[str, Any]) -> BaseModel | None:
+        """Return the options that stand beside `type` in the section `role`."""
+        name = self.document.get((role, "type"))
+        name = DEFAULT_TYPE[role] if name is None else name
+        if not self._known(role, name, (role, "type")):
+            return None
+        return self._read(role, name, options, (role,), CORE_KEYS[role])
+
+    def of_backends(self) -> dict[str, BaseModel]:
+        """Return the options of all backends that are named, and of the chosen one in any case."""
+        given = self.document.get(("backend_options",))
+        given = dict(given) if isinstance(given, dict) else {}
+        chosen = self.document.get(("simulation", "backend"))
+        chosen = Simulation.model_fields["backend"].default if chosen is None else chosen
+        if self._known("backend", chosen, ("simulation", "backend")):
+            given.setdefault(chosen, {})
+        result: dict[str, BaseModel] = {}
+        for name, options in given.items():
+            path = ("backend_options", name)
+            if (name == chosen or self._known("backend", name, path)) and isinstance(options, dict):
+                read = self._read("backend", name, options, path, ())
+                if read is not None:
+                    result[name] = read
+        return result
+
+    def _known(self, role: Role, name: Any, path: Path) -> bool:
+        if not isinstance(name, str):
+            return False  # reported as a wrong type by our own models
+        try:
+            self.plugins.get(role, name)
+        except PluginError as error:
+            self.problems.add(self.document.key_mark(path), path, str(error), plugin=True)
+            return False
+        return True
+
+    def _read(
+        self, role: Role, name: str, data: dict[str, Any], path: Path, core_keys: tuple[str, ...]
+    ) -> BaseModel | None:
+        entry = self.plugins.get(role, name)
+        model = entry.info.options
+        try:
+            return model.model_validate_json(json.dumps(data))
+        except ValidationError as error:
+            for message in explain(error, model, data, core_keys):
+                place = (*path, *message.path)
+                mark = self.document.key_mark(place) if message.at_key else self.document.mark(place)
+                self.problems.add(mark, place, message.text)
+        except Exception as error:  # the model is foreign code
+            text = f"the options of {role} '{name}' of {entry.distribution} {entry.version} cannot be checked"
+            self.problems.add(self.document.mark(path), path, f"{text}: {describe(error)}", plugin=True)
         return None
-    except Exception as error:  # the model is foreign code
-        raise PluginError(
-            f"{role} '{name}' of {entry.distribution} {entry.version}: its options cannot be checked: {describe(error)}"
-        ) from error

@@ -19,7 +19,7 @@ class Euler(Section):
         description="angles of the three turns, in the sequence of `order`", json_schema_extra=unit("rad")
     )
     order: EulerOrder = Field(
-        description="axes as in scipy: upper case for moving axes (XYZ: R = Rx Ry Rz), lower case for fixed axes"
+        description="axes as in scipy: upper case moving axes (XYZ: R = Rx Ry Rz), lower case fixed axes"
     )
 
 

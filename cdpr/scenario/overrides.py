@@ -5,15 +5,17 @@ They are written into the document before anything is checked, so that they pass
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Mark, Path, Problems, dotted, shown
+from cdpr.scenario.scalars import MAX_DIGITS
 from cdpr.scenario.schema import ControllerSection, SolverSection
-from cdpr.scenario.yaml_nodes import MAX_DEPTH, parse_value
+from cdpr.scenario.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
@@ -38,34 +40,45 @@ class Change:
 
 
 def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
-    """Return the changes that `overrides` ask for: a mapping of keys to values, or texts `key=value` in YAML."""
-    changes: list[Change] = []
+    """Return the changes that `overrides` ask for: keys mapped to values, or texts `key=value` in YAML."""
     if isinstance(overrides, Mapping):
-        given = [(str(key), value, f"--set {key}={_brief(value)}") for key, value in overrides.items()]
-    else:
-        texts = [overrides] if isinstance(overrides, str) else list(overrides)
-        given = [(text.partition("=")[0].strip(), text, f"--set {_brief(text)}") for text in texts]
-    for key, value, source in given:
+        return _changes(
+            [(key, value, f"--set {key}={_brief(value)}", _plain) for key, value in overrides.items()],
+            problems,
+        )
+    texts = [overrides] if isinstance(overrides, str) else overrides
+    return _changes(
+        [(text.partition("=")[0], text, f"--set {_brief(text)}", _parsed) for text in texts], problems
+    )
+
+
+def choices(
+    backend: str | None, solver: str | None, controller: str | None, problems: Problems
+) -> list[Change]:
+    """Return the changes that choose plugins."""
+    given = [
+        ("simulation.backend", backend, f"--backend {_brief(backend)}", _plain),
+        ("solver.type", solver, f"--solver {_brief(solver)}", _plain),
+        ("controller.type", controller, f"--controller {_brief(controller)}", _plain),
+    ]
+    return _changes([row for row in given if row[1] is not None], problems)
+
+
+def _changes(rows: list[tuple[str, Any, str, Callable[[Any], Any]]], problems: Problems) -> list[Change]:
+    changes: list[Change] = []
+    for key, value, source, convert in rows:
         mark = Mark(source)
-        if not KEY.fullmatch(key):
-            problems.add(mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected")
+        if not KEY.fullmatch(key.strip()):
+            problems.add(
+                mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected"
+            )
             continue
-        path: Path = tuple(int(index) if index else word for index, word in PART.findall(key))
+        path: Path = tuple(int(index) if index else word for index, word in PART.findall(key.strip()))
         try:
-            changes.append(Change(path, _plain(value) if isinstance(overrides, Mapping) else _parsed(value), mark))
+            changes.append(Change(path, convert(value), mark))
         except ValueError as error:
             problems.add(mark, path, str(error))
     return changes
-
-
-def choices(backend: str | None, solver: str | None, controller: str | None) -> list[Change]:
-    """Return the changes that choose plugins."""
-    given: list[tuple[Path, str, str | None]] = [
-        (("simulation", "backend"), "backend", backend),
-        (("solver", "type"), "solver", solver),
-        (("controller", "type"), "controller", controller),
-    ]
-    return [Change(path, name, Mark(f"--{option} {_brief(name)}")) for path, option, name in given if name is not None]
 
 
 def apply(document: Document, change: Change, problems: Problems) -> None:
@@ -96,7 +109,7 @@ def _drop_options(document: Document, section: str, name: Any) -> None:
 
 
 def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Problems) -> str | int | None:
-    """Return `part` as key of this mapping or index of this list; None, and a problem, if it can be neither."""
+    """Return `part` as key of this mapping or index of this list; None and a problem if it is neither."""
     if isinstance(node, dict) and isinstance(part, str):
         return part
     if isinstance(node, list) and str(part).isdecimal():
@@ -126,6 +139,12 @@ def _plain(value: Any, depth: int = 1) -> Any:
         raise ValueError(f"nested more than {MAX_DEPTH} deep")
     if hasattr(value, "tolist"):  # a numpy array or scalar
         value = value.tolist()
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if isinstance(value, str) and SURROGATE.search(value):
+        raise ValueError(f"a text of valid characters is expected, got {shown(value)}")
+    if isinstance(value, int) and abs(value) >= 10**MAX_DIGITS:
+        raise ValueError("the whole number is too large")
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):

@@ -53,8 +53,8 @@ class Problems:
             self.items.append(Problem(mark, path, text, plugin))
 
     def has(self, path: Path) -> bool:
-        """Tell whether something was said about exactly this key."""
-        return any(problem.path == path for problem in self.items)
+        """Tell whether something was said about this key or a section around it."""
+        return any(problem.path and problem.path == path[: len(problem.path)] for problem in self.items)
 
     def raise_any(self) -> None:
         """Raise what was collected: PluginError if nothing but plugins is missing, else ScenarioError."""

@@ -7,19 +7,20 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from cdpr.model import DOF_NAMES, Box, Cable, Platform, Robot, Sphere
+from cdpr.model import Box, Cable, Platform, Robot, Sphere
 from cdpr.model.robot import frozen_array
 from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
 
 MAX_CABLES = 256
 
-# Published inertias are rounded: what must hold exactly may miss by this share of the largest principal moment.
+# Published inertias are rounded: the conditions may be missed by this share of the largest principal moment.
 TRIANGLE_TOLERANCE = 1e-6
 DEFINITE_TOLERANCE = 1e-12
 
 OPTIONAL_PROPERTIES = ("diameter", "axial_stiffness", "linear_density", "length", "speed_max")
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
+ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
 Inertia = tuple[Number, Number, Number, Number, Number, Number]
 
 
@@ -42,10 +43,10 @@ def _possible_inertia(inertia: Inertia) -> Inertia:
 
 
 def _all_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
-    if dof != DOF_NAMES:
+    if dof != ALL_DOF:
         raise ValueError(
-            f"only [{', '.join(DOF_NAMES)}], in this order, is supported so far; robots with fewer degrees of freedom "
-            "come in a later version"
+            f"only [{', '.join(ALL_DOF)}], in this order, is supported so far; robots with fewer degrees of "
+            "freedom come in a later version"
         )
     return dof
 
@@ -81,7 +82,7 @@ class PlatformSection(Section):
 
     mass: Positive = Field(description="mass of the platform", json_schema_extra=unit("kg"))
     inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] = Field(
-        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (entries of the tensor)",
+        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (tensor entries)",
         json_schema_extra=unit("kg m^2"),
     )
     center_of_mass: Vector3 = Field(
@@ -133,7 +134,9 @@ class CableSection(Section):
     platform: Vector3 = Field(
         description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m")
     )
-    tension: CableTension = Field(CableTension(), description="limits of this cable alone")
+    tension: CableTension | None = Field(
+        None, description="limits of this cable alone; the robot's unless said"
+    )
     diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
@@ -152,7 +155,7 @@ class RobotSection(Section):
 
     name: Name = Field("robot", description="name of the robot; the file's name unless said")
     dof: Annotated[tuple[DofName, ...], AfterValidator(_all_directions)] = Field(
-        DOF_NAMES, description="directions that the cables control; so far all six: [x, y, z, rx, ry, rz]"
+        ALL_DOF, description="directions that the cables control; so far all six: [x, y, z, rx, ry, rz]"
     )
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")
@@ -177,8 +180,15 @@ class RobotSection(Section):
             unilateral=self.unilateral,
         )
 
+    def named(self) -> RobotSection:
+        """Return the same robot with every cable's name written out."""
+        cables = [
+            cable.model_copy(update={"name": cable_name(cable, i)}) for i, cable in enumerate(self.cables)
+        ]
+        return self.model_copy(update={"cables": cables})
+
     def unused(self) -> list[str]:
-        """Return the properties given for some cable that no cable model uses yet, such as `cables[*].diameter`."""
+        """Return the properties, given for some cable, that no cable model uses yet: `cables[*].diameter`."""
         return [
             f"cables[*].{name}"
             for name in OPTIONAL_PROPERTIES
@@ -187,7 +197,7 @@ class RobotSection(Section):
 
     def _cable(self, i: int) -> Cable:
         cable = self.cables[i]
-        low, high = limits(self.tension, cable.tension, i)
+        low, high = limits(self.tension, cable, i)
         length = cable.length or LengthLimits()
         return Cable(
             name=cable_name(cable, i),
@@ -209,12 +219,13 @@ def cable_name(cable: CableSection, i: int) -> str:
     return cable.name or f"cable_{i + 1}"
 
 
-def limits(robot: TensionSection, cable: CableTension, i: int) -> tuple[float, float]:
+def limits(robot: TensionSection, cable: CableSection, i: int) -> tuple[float, float]:
     """Return the lowest and the highest tension of cable i, N: its own limits, else the robot's."""
+    own = cable.tension or CableTension()
 
     def common(value: float | list[float]) -> float:
         return value[i] if isinstance(value, list) else value
 
-    low = common(robot.min) if cable.min is None else cable.min
-    high = common(robot.max) if cable.max is None else cable.max
+    low = common(robot.min) if own.min is None else own.min
+    high = common(robot.max) if own.max is None else own.max
     return low, high

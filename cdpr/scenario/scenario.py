@@ -91,7 +91,7 @@ class Scenario:
         return self._plugins.get("backend", name).info.options()
 
     def resolved_yaml(self) -> str:
-        """Return YAML that stands alone and loads to an equal scenario: robot inlined, defaults written out."""
+        """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario."""
         return dump(self._plain())
 
     def with_changes(
@@ -103,21 +103,23 @@ class Scenario:
         controller: str | None = None,
     ) -> Scenario:
         """Return a changed copy, checked like a file; arguments as for `load_scenario`."""
-        from cdpr.scenario.loader import build  # the loader makes scenarios, so it imports this module
+        from cdpr.scenario.loader import change_scenario  # the loader imports this module
 
-        return build(self._document.copy(), overrides, backend, solver, controller, self._plugins)
+        return change_scenario(self, overrides, backend, solver, controller)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
             return NotImplemented
-        return self._plain() == other._plain()
+        return self.resolved_yaml() == other.resolved_yaml()
 
     def __hash__(self) -> int:
         return hash(self.resolved_yaml())
 
     def _plain(self) -> dict[str, Any]:
         """Return the sections as plain data in the order of the schema."""
-        data = self.sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
+        data = self.sections.model_dump(
+            mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"}
+        )
         data["controller"] |= self.controller_options.model_dump(mode="json", by_alias=True)
         data["solver"] |= self.solver_options.model_dump(mode="json", by_alias=True)
         given = {

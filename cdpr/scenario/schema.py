@@ -38,7 +38,7 @@ class Simulation(Section):
     )
     physics_step: Positive = Field(
         default_factory=lambda data: data["control_step"],
-        description="time step of the engine; control_step is an integer multiple of it, and equal unless said",
+        description="time step of the engine: control_step divided by an integer; control_step unless said",
         json_schema_extra=unit("s"),
     )
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of everything random")
@@ -83,8 +83,8 @@ class SolverSection(Section):
     type: str = Field("qp", description="tension solver, any installed one; its options stand beside it")
     infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
         "best_effort",
-        description="what to do while no admissible tensions balance the wrench: the nearest wrench within the limits, "
-        "the previous tensions, or end the run",
+        description="what to do while no admissible tensions balance the wrench: apply the nearest wrench "
+        "that some do balance, hold the previous tensions, or stop the run",
     )
 
 

@@ -28,7 +28,7 @@ class Hold(Section):
 
 
 class Knot(Section):
-    """One end of a quintic: pose and derivatives, world axes. What is left out is the initial pose, at rest."""
+    """One end of a quintic: pose and derivatives, world axes. What is left out: the initial pose, at rest."""
 
     position: Vector3 = Field(
         INITIAL,
@@ -44,11 +44,6 @@ class Knot(Section):
     angular_acceleration: Vector3 = Field(
         ZERO, description="angular acceleration", json_schema_extra=unit("rad/s^2")
     )
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether both velocities are zero."""
-        return not any(self.velocity) and not any(self.angular_velocity)
 
 
 class Quintic(Section):
@@ -71,8 +66,8 @@ class Quintic(Section):
 class Waypoint(Section):
     """A pose to pass at a time, world axes.
 
-    Derivatives left out are chosen smooth at inner points and are zero at the first and the last one; after loading
-    None therefore means "smooth".
+    Derivatives left out are chosen smooth at inner points and are zero at the first and the last one: after
+    loading, None means "smooth".
     """
 
     time: NonNegative = Field(
@@ -93,11 +88,6 @@ class Waypoint(Section):
         None, description="angular acceleration", json_schema_extra=unit("rad/s^2")
     )
 
-    @property
-    def at_rest(self) -> bool:
-        """Whether both velocities are zero or left out."""
-        return not any(self.velocity or ZERO) and not any(self.angular_velocity or ZERO)
-
 
 class Waypoints(Section):
     """A smooth path through poses at given times, then the last one is held."""
@@ -106,7 +96,7 @@ class Waypoints(Section):
     start: NonNegative = Field(0.0, description=_START, json_schema_extra=unit("s"))
     points: list[Waypoint] = Field(
         min_length=1,
-        description="the poses in the order of time; the initial pose, at rest, comes first unless one has time 0",
+        description="poses in the order of time; the initial one, at rest, comes first unless one has time 0",
     )
 
     @property
@@ -121,7 +111,7 @@ _Pose = TypeVar("_Pose", Hold, Knot, Waypoint)
 
 
 def complete(trajectory: Hold | Quintic | Waypoints, initial: Initial) -> Hold | Quintic | Waypoints:
-    """Fill in what was left out: the initial pose, the first waypoint, and rest at the ends of the waypoints."""
+    """Fill in what was left out: the initial pose, the first waypoint, rest at the ends of the waypoints."""
 
     def posed(section: _Pose) -> _Pose:
         return section.model_copy(

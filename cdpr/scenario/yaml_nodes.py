@@ -1,7 +1,7 @@
 """Strict YAML: from text to a `Document`, refusing what a scenario never needs before it costs anything.
 
-PyYAML only scans and parses; its events are composed here, one by one, so that the limits hold while reading and no
-constructor ever runs. There are no aliases (no bombs), no tags (no code), no merge keys and no duplicate keys.
+PyYAML only scans and parses; its events are composed here, one by one, so that the limits hold while reading
+and no constructor ever runs. No aliases (no bombs), no tags (no code), no merge keys, no duplicate keys.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any 
     except _RefusedError as refused:
         problems.add(refused.mark, refused.path, refused.text)
         return None
-    return Document(data, source, os.path.dirname(source) or ".", composer.keys, composer.values)
+    return Document(data, source, os.path.dirname(source), composer.keys, composer.values)
 
 
 def parse_value(text: str) -> Any:
@@ -68,7 +68,8 @@ def parse_value(text: str) -> Any:
     except _RefusedError as refused:
         raise ValueError(refused.text) from None
     if problems.items:
-        raise ValueError(f"{dotted(problems.items[0].path)}: {problems.items[0].text}")
+        first = problems.items[0]
+        raise ValueError(f"{dotted(first.path)}: {first.text}" if first.path else first.text)
     return value
 
 

@@ -47,6 +47,7 @@ class Loop:
 
     Attributes:
         row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
+        count: how many samples the last run made.
     """
 
     def __init__(self, parts: Parts) -> None:
@@ -63,7 +64,6 @@ class Loop:
         self.wrench = view("wrench")
         self.tension = view("tension")
         self.W = np.zeros((6, robot.m))
-        self.previous = np.zeros(13)
         self.sample = parts.trajectory.sampler(self.desired)
         self.stage = TensionStage(
             robot,
@@ -77,9 +77,31 @@ class Loop:
             view("status", "at_limit"),
         )
         arm = float(np.linalg.norm(robot.platform.center_of_mass))
-        geometry = (arm, backend.state, self.previous, self.W, view("length"), view("rate"))
+        geometry = (arm, backend.state, self.state, self.W, view("length"), view("rate"))
         self.observe = partial(observe, robot.anchors, parts.control_step, *geometry)
         self.observe_start = partial(observe, robot.anchors, 0.0, *geometry)  # no time has passed
+
+    def warm_up(self, start: Array) -> None:
+        """Call every part once and put all back to `start` (13,).
+
+        What a first call costs (compiling, loading from disk) is then over before a clock runs.
+        """
+        parts = self.parts
+        try:
+            self._first()
+            self.sample(0.0)
+            parts.controller.control(0.0, self.state, self.desired, self.wrench)
+            self.stage.distribute()
+            parts.backend.command[...] = self.tension
+            parts.backend.step(parts.substeps)
+            self.observe()
+        except SimulationStopped:
+            pass  # the run itself will say so, at its proper time
+        self.row[:] = 0.0
+        parts.controller.reset()
+        parts.solver.reset()
+        parts.backend.command[...] = 0.0
+        parts.backend.reset(start)
 
     def run(
         self,
@@ -95,20 +117,19 @@ class Loop:
         """
         parts, row = self.parts, self.row
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
-        state, live, desired, wrench = self.state, backend.state, self.desired, self.wrench
+        state, desired, wrench = self.state, self.desired, self.wrench
         tension, command, advance = self.tension, backend.command, backend.step
         sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
         clock = backend.engine_time
         last = len(rows) - 1
+        self.count = 0
         k, flush_at, flush_time = 0, BLOCK, monotonic() + BLOCK_SECONDS
         started = monotonic()
         try:
-            self.previous[:] = live
-            self._check(self.observe_start())
+            self._first()
             while True:
                 time = k * period
                 row[0] = time
-                state[:] = live
                 sample(time)
                 control(time, state, desired, wrench)
                 distribute()
@@ -116,7 +137,7 @@ class Loop:
                 if k == last:
                     k += 1
                     return k
-                command[:] = tension
+                command[...] = tension
                 k += 1
                 advance(substeps)
                 fault = look()
@@ -137,6 +158,15 @@ class Loop:
         finally:
             self.count = k
             flush(k)
+
+    @property
+    def time(self) -> float:
+        """Time that the last run reached, s."""
+        return self.count * self.parts.control_step
+
+    def _first(self) -> None:
+        self.state[:] = self.parts.backend.state
+        self._check(self.observe_start())
 
     def _check(self, fault: int) -> None:
         if fault:

@@ -31,32 +31,32 @@ FAULTS = {
 
 @kernel
 def observe(
-    anchors: Array, period: float, arm: float, state: Array, previous: Array, W: Array, length: Array, rate: Array
+    anchors: Array, period: float, arm: float, live: Array, state: Array, W: Array, length: Array, rate: Array
 ) -> int:
-    """Write wrench matrix (6, m), lengths and rates (m,) at `state` (13,); return 0 or a key of FAULTS.
+    """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
 
-    `previous` (13,) is the state one control `period` (s) ago and is overwritten; `arm` (m) is the distance of the
+    `state` (13,) holds the state of one control `period` (s) ago and becomes a copy of `live`; `arm` (m) is the distance of the
     centre of mass from the origin, which lets the origin swing about it within a step.
     """
     fault = 0
     for i in range(13):
-        if not math.isfinite(state[i]):
+        if not math.isfinite(live[i]):
             fault = 1
     if fault == 0:
-        q = quaternion(state, 3)
+        q = quaternion(live, 3)
         if abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) > NORM_TOLERANCE:
             fault = 2
         speed, spin, jump, change, spin_change = 0.0, 0.0, 0.0, 0.0, 0.0
-        turn = logarithm(multiply(q, conjugate(quaternion(previous, 3))))
+        turn = logarithm(multiply(q, conjugate(quaternion(state, 3))))
         twist = 0.0
         for i in range(3):
-            v, w = state[7 + i], state[10 + i]
+            v, w = live[7 + i], live[10 + i]
             speed += v * v
             spin += w * w
-            jump += (state[i] - previous[i] - period * v) ** 2
-            change += (v - previous[7 + i]) ** 2
+            jump += (live[i] - state[i] - period * v) ** 2
+            change += (v - state[7 + i]) ** 2
             twist += (turn[i] - period * w) ** 2
-            spin_change += (w - previous[10 + i]) ** 2
+            spin_change += (w - state[10 + i]) ** 2
         allowed = JUMP_FACTOR * math.sqrt(change) + JUMP_SPEED + period * spin * arm
         # A turn by more than pi comes back as its shorter twin: only smaller ones can be compared.
         spin_allowed = JUMP_FACTOR * math.sqrt(spin_change) + JUMP_SPEED + period * spin
@@ -65,10 +65,10 @@ def observe(
             fault = 3
         elif math.sqrt(jump) > period * allowed or (comparable and math.sqrt(twist) > period * spin_allowed):
             fault = 4
-        cable_geometry(anchors, state, W, length, rate)
+        cable_geometry(anchors, live, W, length, rate)
         for i in range(anchors.shape[0]):
             if not length[i] > 0.0:
                 fault = 5
     for i in range(13):
-        previous[i] = state[i]
+        state[i] = live[i]
     return fault

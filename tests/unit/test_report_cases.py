@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from cdpr.log.layout import Layout
 from cdpr.log.run import Event, Header, Run
@@ -18,7 +17,7 @@ SCENARIO = "# a <scenario> & more\nrobot: robots/caroca.yaml\nsimulation:\n  dur
 
 
 def anchors_of(m: int) -> Array:
-    """Anchors of a robot in a frame of 7 x 4 x 3.5 m: upper cables to the lower corners and the other way round."""
+    """Anchors of a robot in a frame of 7 x 4 x 3.5 m: crossed, upper cables to lower corners."""
     corners = [(sx, sy, sz) for sz in (1, -1) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     rows = []
     for i in range(m):
@@ -96,7 +95,10 @@ def _fill(run: Run, table: Array, noise: float) -> None:
     angle = float(np.linalg.norm(turn))
     attitude = np.array([from_axis_angle(turn / angle, angle * float(x)) for x in rise[:, 0]])
     put("desired_orientation", attitude)
-    put("orientation", np.array([from_axis_angle(turn / angle, angle * float(x)) for x in rise[:, 0] + lag[:, 0]]))
+    put(
+        "orientation",
+        np.array([from_axis_angle(turn / angle, angle * float(x)) for x in rise[:, 0] + lag[:, 0]]),
+    )
 
     A, B = (np.array(run.header.anchors)[:, part] for part in (slice(0, 3), slice(3, 6)))
     vectors = A - position[:, None, :] - B
@@ -161,7 +163,9 @@ CASES = {
     "two rows": lambda: make_run(rows=2),
     "one cable": lambda: make_run(rows=50, m=1),
     "12 cables": lambda: make_run(m=12),
-    "long names": lambda: make_run(names=tuple(f"upper_platform_winch_number_{i}_{w}" for i, w in enumerate(["left", "right"] * 4))),
+    "long names": lambda: make_run(
+        names=tuple(f"upper_platform_winch_number_{i}_{w}" for i, w in enumerate(["left", "right"] * 4))
+    ),
     "far limits": lambda: make_run(limits=(1.0, 20000.0)),
     "noisy": lambda: make_run(noise=1.0),
     "100000 rows": lambda: make_run(rows=100_000),

@@ -1,0 +1,130 @@
+"""What one closed-loop step costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
+
+A step is trajectory, computed torque, exact QP, checks, cable kernel, engine, recorder and full-rate log on disk, at
+1 kHz on caroca. Every 256 steps the loop stops for a chunk of pinv calls, so that both see the same machine; the ratio
+is that of the medians over all chunks. Set-up is not part of it. Run: python benchmarks/step.py [--json]
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+from cdpr.log.recorder import Recorder
+from cdpr.scenario import load_scenario
+from cdpr.simulation.build import build, make_header
+from cdpr.simulation.loop import Loop
+
+SCENARIO = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
+SECONDS = 20.0
+PINV_CALLS = 100
+WARM_UP = 5  # chunks
+BACKENDS = ("reference", "mujoco")
+
+
+def pinv_cost(matrix: np.ndarray) -> float:
+    """Seconds of one pinv, over one chunk."""
+    start = perf_counter()
+    for _ in range(PINV_CALLS):
+        np.linalg.pinv(matrix)
+    return (perf_counter() - start) / PINV_CALLS
+
+
+def step_cost(backend: str, substeps: int) -> dict[str, float]:
+    """Medians over interleaved chunks: a step and a pinv, s, and their ratio."""
+    scenario = load_scenario(
+        SCENARIO,
+        backend=backend,
+        overrides={"simulation.duration": SECONDS, "simulation.physics_step": 1e-3 / substeps},
+    )
+    loop = Loop(build(scenario))
+    steps, pinvs = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(make_header(scenario), scenario.simulation.steps, Path(folder))
+        done, since = 0, perf_counter()
+
+        def chunk(k: int) -> None:
+            nonlocal done, since
+            recorder.flush(k)
+            if k > done:
+                steps.append((perf_counter() - since) / (k - done))
+            pinvs.append(pinv_cost(loop.W))
+            done, since = k, perf_counter()
+
+        loop.run(recorder.rows, chunk)
+        recorder.close(loop.count)
+    step, pinv = median(steps[WARM_UP:]), median(pinvs[WARM_UP:])
+    return {"step_us": 1e6 * step, "pinv_us": 1e6 * pinv, "ratio": step / pinv}
+
+
+def call_cost(call: Callable[[], object]) -> float:
+    """Median seconds of a call over chunks."""
+    costs = []
+    for _ in range(30):
+        start = perf_counter()
+        for _ in range(200):
+            call()
+        costs.append((perf_counter() - start) / 200)
+    return median(costs)
+
+
+def stage_costs(backend: str) -> dict[str, float]:
+    """Each stage called alone, in a held pose, as a share of one pinv."""
+    scenario = load_scenario(SCENARIO, backend=backend, overrides={"trajectory": {"type": "hold"}})
+    parts = build(scenario)
+    loop = Loop(parts)
+    rows = np.empty((scenario.simulation.steps + 1, len(loop.row)))
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(make_header(scenario), scenario.simulation.steps, Path(folder))
+        loop.run(recorder.rows, lambda _: None)
+        start = perf_counter()
+        for k in range(256, len(rows), 256):
+            recorder.flush(k)
+        log = (perf_counter() - start) / (k - 256 + 256)
+        recorder.close(loop.count)
+
+    def record() -> None:
+        rows[0] = loop.row
+
+    pinv = median(pinv_cost(loop.W) for _ in range(30))
+    costs = {
+        "trajectory": call_cost(lambda: loop.sample(1.0)),
+        "controller": call_cost(lambda: parts.controller.control(1.0, loop.state, loop.desired, loop.wrench)),
+        "solver and checks": call_cost(loop.stage.distribute),
+        "plant": call_cost(lambda: parts.backend.step(1)),
+        "geometry and guards": call_cost(loop.observe),
+        "recorder": call_cost(record),
+        "log": log,
+    }
+    return {name: cost / pinv for name, cost in costs.items()}
+
+
+def main() -> None:
+    result = {}
+    for backend in BACKENDS:
+        result[backend] = {
+            **step_cost(backend, 1),
+            "ratio_10_substeps": step_cost(backend, 10)["ratio"],
+            "stages": stage_costs(backend),
+        }
+    if "--json" in sys.argv:
+        print(json.dumps(result, indent=2))
+        return
+    for backend, costs in result.items():
+        print(
+            f"{backend}: {costs['ratio']:.2f} pinv a step ({costs['step_us']:.1f} us against {costs['pinv_us']:.1f} us), "
+            f"{costs['ratio_10_substeps']:.2f} with 10 physics steps"
+        )
+        for stage, share in costs["stages"].items():
+            print(f"  {stage:<20} {share:.3f}")
+
+
+if __name__ == "__main__":
+    main()

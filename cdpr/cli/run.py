@@ -1,0 +1,170 @@
+"""`cdpr run`."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.errors import CdprError, ExitCode
+
+if TYPE_CHECKING:
+    from cdpr.log.run import Run
+
+PROGRESS_SECONDS = 0.1  # between two updates of the bar
+
+
+@click.command("run")
+@click.argument("scenario", type=click.Path())
+@click.option("--backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
+@click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
+@click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the scenario.")
+@click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
+@click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
+@click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+def command(
+    scenario: str,
+    backend: str | None,
+    solver: str | None,
+    controller: str | None,
+    changes: tuple[str, ...],
+    out: str | None,
+    real_time: bool,
+    report: bool,
+    as_json: bool,
+) -> None:
+    """Simulate SCENARIO and write log, summary and report."""
+    from pathlib import Path
+
+    from cdpr.scenario import load_scenario
+
+    loaded = load_scenario(
+        scenario, overrides=changes, backend=backend, solver=solver, controller=controller
+    )
+    # Only a sound scenario is worth the time that these take to import.
+    from cdpr.log.run_folder import RunFolder
+    from cdpr.model.jit import on_first_compilation
+    from cdpr.simulation import simulate
+    from cdpr.simulation.build import make_header
+
+    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
+    stop: CdprError | None = None
+    with _terminated_like_interrupted() as signals, _progress() as progress:
+        try:
+            run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
+        except CdprError as error:
+            if error.run is None:
+                raise
+            stop, run = error, error.run  # type: ignore[assignment]
+    if report:
+        _write_report(run)
+    if as_json:
+        click.echo(json.dumps({**run.summary(), "message": run.message, "folder": run.folder}, indent=2))
+    else:
+        _print(run)
+    if stop is not None:
+        click.echo(f"stopped: {stop}", err=True)
+        raise click.exceptions.Exit(ExitCode.TERMINATED if signal.SIGTERM in signals else stop.exit_code)
+
+
+@contextmanager
+def _terminated_like_interrupted() -> Iterator[list[int]]:
+    """Let SIGTERM end the run as Ctrl-C does: log closed, summary printed. Yields the signals that came."""
+    came: list[int] = []
+
+    def handle(number: int, frame: object) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, handle)
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None] | None]:
+    """A progress bar on stderr, where that is a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from time import monotonic
+
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
+        task = bar.add_task("")
+        due = 0.0
+
+        def update(done: int, total: int) -> None:
+            nonlocal due
+            if monotonic() >= due:
+                bar.update(task, completed=done, total=total, refresh=True)
+                due = monotonic() + PROGRESS_SECONDS
+
+        yield update
+
+
+def _write_report(run: Run) -> None:
+    from pathlib import Path
+
+    from cdpr.errors import PluginError
+    from cdpr.report.html import write_report
+
+    assert run.folder is not None
+    try:
+        write_report(run, Path(run.folder) / "report.html")
+    except PluginError as error:
+        click.echo(f"no report: {error}", err=True)
+
+
+def _print(run: Run) -> None:
+    """Print the summary for people, the folder last."""
+    header, figures = run.header, run.summary()
+    click.echo(
+        f"{header.scenario}: {len(header.cables)} cables, {header.backend}, {header.controller}, {header.solver}; "
+        f"control {_ms(header.control_step)}, physics {_ms(header.physics_step)}"
+    )
+    for line in _lines(figures):
+        click.echo(f"  {line}")
+    for event in run.events:
+        until = f" to {event.until:.6g}" if event.until is not None else ""
+        click.echo(f"  at {event.time:.6g}{until} s: {event.text}")
+    if run.unused:
+        click.echo(f"  not used by this run: {', '.join(run.unused)}")
+    click.echo(run.folder)
+
+
+def _lines(figures: dict[str, Any]) -> Iterator[str]:
+    yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}"
+    for name, key, scale, unit in (
+        ("position error", "position_error_m", 1e3, "mm"),
+        ("orientation error", "orientation_error_rad", 1e3, "mrad"),
+    ):
+        if key in figures:
+            values = "   ".join(f"{part} {scale * value:.4g} {unit}" for part, value in figures[key].items())
+            yield f"{name:<20}{values}"
+    if "tension_N" in figures:
+        tension = figures["tension_N"]
+        yield (
+            f"{'tension':<20}min {tension['min']:.5g} N   max {tension['max']:.5g} N   "
+            f"largest step {tension['largest_step']:.4g} N"
+        )
+    yield f"{'infeasible steps':<20}{figures['infeasible_steps']} of {figures['samples']}"
+    if "real_time_factor" in figures:
+        yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
+
+
+def _ms(seconds: float) -> str:
+    return f"{1e3 * seconds:.6g} ms"

@@ -1,0 +1,62 @@
+"""`cdpr validate`."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from cdpr.errors import CdprError, ExitCode
+
+
+@click.command("validate")
+@click.argument("files", nargs=-1, required=True, type=click.Path())
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key before checking.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> None:
+    """Check scenario and robot files.
+
+    All problems of all FILES are shown, each with its place; nothing is simulated.
+    """
+    rows: list[dict[str, Any]] = []
+    codes: set[ExitCode] = set()
+    for file in files:
+        name = click.format_filename(file)
+        try:
+            row = _facts(file, changes)
+        except CdprError as error:
+            codes.add(error.exit_code)
+            rows.append({"file": name, "ok": False, "problems": str(error).splitlines()})
+            click.echo(str(error), err=True)
+        else:
+            rows.append({"file": name, "ok": True, **row})
+            if not as_json:
+                click.echo(f"{name}: ok ({_brief(row)})")
+    if as_json:
+        click.echo(json.dumps(rows, indent=2))
+    if codes:
+        # A missing plugin is no fault of the files, unless they have others.
+        raise click.exceptions.Exit(ExitCode.PLUGIN if codes == {ExitCode.PLUGIN} else ExitCode.BAD_INPUT)
+
+
+def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
+    """Load one file and return what there is to say of it."""
+    from cdpr.scenario import Scenario, load_any
+
+    loaded = load_any(file, overrides=changes)
+    if not isinstance(loaded, Scenario):
+        return {"kind": "robot", "name": loaded.name, "cables": loaded.m}
+    return {
+        "kind": "scenario",
+        "name": loaded.name,
+        "cables": loaded.robot.m,
+        "duration": loaded.simulation.duration,
+        "unused": list(loaded.unused),
+    }
+
+
+def _brief(row: dict[str, Any]) -> str:
+    cables = f"{row['cables']} cable{'' if row['cables'] == 1 else 's'}"
+    duration = f", {row['duration']:g} s" if "duration" in row else ""
+    return f"{row['kind']}, {cables}{duration}"

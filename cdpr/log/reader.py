@@ -1,0 +1,215 @@
+"""Reads a log back.
+
+A row is believed only if its chunk holds, bit for bit, what would be written for the rows in it: that one
+test covers checksum, numbers, times and every constant byte.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import warnings
+import zlib
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from mcap import records
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+
+from cdpr.errors import LogError
+from cdpr.log import run_json
+from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.mcap_file import FORMAT, MAGIC, METADATA, OPENING, LogFormat, Written
+from cdpr.log.recorder import LOG_NAME
+from cdpr.log.run import Event, Header, Run
+from cdpr.model.robot import Array
+
+_CHANNEL = slice(CHUNK_HEAD.size + 9, CHUNK_HEAD.size + 11)  # of a chunk's first message
+
+
+def load_run(path: str | Path) -> Run:
+    """Load a run from its folder or its log.
+
+    Status, events and timings come from `run.json`; where a log stands alone, a complete one counts as
+    finished and any other as running. A log that was cut off or is damaged gives the rows before that place,
+    and a warning.
+
+    Raises:
+        LogError: there is no log, it is not ours, or nothing of it can be read.
+    """
+    log, folder = locate(path)
+    found = scan(log)
+    if found.problem is not None:
+        warnings.warn(
+            f"{log}: {found.problem}; {len(found.rows)} rows kept."
+            f" `cdpr repair {path}` makes a complete log of them",
+            stacklevel=2,
+        )
+    known = None if folder is None else run_json.read(folder)
+    if known is None:
+        known = {"status": "finished" if found.problem is None else "running"}
+    try:
+        return Run(
+            header=found.header,
+            rows=found.rows,
+            status=known["status"],
+            message=known.get("message", ""),
+            events=tuple(Event(**event) for event in known.get("events", ())),
+            timings=dict(known.get("timings", {})),
+            unused=tuple(known.get("unused", ())),
+            folder=None if folder is None else str(folder),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise LogError(
+            f"{folder}/{run_json.NAME}: not as cdpr writes it ({error!r});"
+            " without that file the log still loads"
+        ) from error
+
+
+def locate(path: str | Path) -> tuple[Path, Path | None]:
+    """Return the log that `path`, a run folder or a log, stands for, and the run folder if there is one."""
+    path = Path(path)
+    if path.is_dir():
+        log = path / LOG_NAME
+        if not log.exists():
+            raise LogError(f"{path}: holds no {LOG_NAME}; give the folder of a run, or a log")
+        return log, path
+    if not path.exists():
+        raise LogError(f"{path}: no such file or folder; give the folder of a run, or a log")
+    return path, path.parent if path.name == LOG_NAME else None
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What stands in a log."""
+
+    header: Header
+    rows: Array  # (K, width), up to the first damage
+    problem: str | None  # None where the log is complete
+
+
+class _DamageError(Exception):
+    """The log ends or goes wrong here."""
+
+
+def scan(log: Path) -> Scan:
+    """Read a log as far as it is whole.
+
+    Raises:
+        LogError: it cannot be opened, is not ours, or its header is damaged.
+    """
+    try:
+        with log.open("rb") as file:
+            header = _read_header(file, log)
+            form = LogFormat(header)
+            file.seek(0)
+            intact = file.read(len(form.description)) == form.description
+            walk = _Walk(file, form)
+            problem = walk.run()
+    except OSError as error:
+        raise LogError(f"{log}: cannot be read: {error.strerror or error}") from error
+    rows = np.concatenate([np.empty((0, header.layout.width)), *walk.blocks])
+    rows[:, header.layout.columns["time"]] = (np.arange(len(rows)) * header.control_step)[:, None]
+    return Scan(header, rows, problem if intact else "the description at its start is damaged")
+
+
+def _read_header(file: BinaryIO, log: Path) -> Header:
+    opening = file.read(len(OPENING))
+    if not opening:
+        raise LogError(f"{log}: is empty: the run ended before it wrote anything")
+    if not opening.startswith(MAGIC[: len(opening)]):
+        raise LogError(f"{log}: is not an MCAP file")
+    head = file.read(9)
+    if len(head) < 9:
+        raise LogError(f"{log}: ends within its first bytes: nothing can be read from it")
+    if opening != OPENING or head[0] != Opcode.METADATA:
+        raise LogError(f"{log}: is an MCAP file, but no log of cdpr, or damaged at its start")
+    length = min(int.from_bytes(head[1:], "little"), os.fstat(file.fileno()).st_size)
+    try:
+        metadata = records.Metadata.read(ReadDataStream(BytesIO(file.read(length))))
+        values = metadata.metadata
+        version, text, crc = values["format"], values["header"], values["header_crc32"]
+        if metadata.name != METADATA or f"{zlib.crc32(text.encode()):08x}" != crc:
+            raise ValueError("checksum")
+    except (McapError, KeyError, ValueError, struct.error) as error:
+        raise LogError(f"{log}: its header is damaged or cut off: nothing can be read from it") from error
+    if version != FORMAT:
+        raise LogError(
+            f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it"
+        )
+    try:
+        return Header.from_dict(json.loads(text))
+    except (KeyError, TypeError, ValueError) as error:
+        raise LogError(f"{log}: was written by another version of cdpr: {error}") from error
+
+
+class _Walk:
+    """Goes through the chunks of a log, from the first to the ending or to the first damage."""
+
+    def __init__(self, file: BinaryIO, form: LogFormat) -> None:
+        self._file = file
+        self._form = form
+        self._size = os.fstat(file.fileno()).st_size
+        self._position = len(form.description)
+        self._chunks: list[Written] = []
+        self._counts = [0] * len(form.templates)  # source rows so far, by group
+        self.blocks: list[Array] = []
+
+    def run(self) -> str | None:
+        """Fill `blocks`; return what is wrong, None if nothing is."""
+        self._file.seek(self._position)
+        try:
+            while True:
+                head = self._take(CHUNK_HEAD.size)
+                if head[0] != Opcode.CHUNK:
+                    break
+                self._chunk(head)
+            expected = self._form.ending(self._chunks, self._counts[0], self._position)
+            if head + self._file.read(len(expected)) != expected:
+                raise _DamageError("damaged or cut off")
+        except _DamageError as damage:
+            return f"{damage} at byte {self._position} of {self._size}"
+        return None
+
+    def _chunk(self, head: bytes) -> None:
+        length = 9 + int.from_bytes(head[1:9], "little")
+        data = head + self._take(length - len(head))
+        channel = int.from_bytes(data[_CHANNEL], "little")
+        groups = [i for i, template in enumerate(self._form.templates) if template.group.channel == channel]
+        if not groups:
+            raise _DamageError("damaged")
+        template = self._form.templates[groups[0]]
+        n, rest = divmod(length - CHUNK_HEAD.size, template.row.size)
+        if rest or n == 0:
+            raise _DamageError("damaged")
+        written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self._position)
+        index: bytes | None = None
+        if groups[0] == 0:
+            block = template.decode(data[CHUNK_HEAD.size :])
+            expected = bytes(self._form.block(block, written.first))
+            if expected[:length] != data:
+                raise _DamageError("damaged")
+            self.blocks.append(block)
+            index = expected[length:]
+        elif zlib.crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
+            raise _DamageError("damaged")
+        self._counts[groups[0]] += n
+        self._chunks.append(written)
+        index_length = len(template.group.topics) * template.index_length(n)
+        if index not in (self._take(index_length), None):
+            raise _DamageError("damaged")
+        self._position += length + index_length
+
+    def _take(self, size: int) -> bytes:
+        left = self._size - self._file.tell()
+        if size < 0:
+            raise _DamageError("damaged")
+        if size > left:
+            raise _DamageError("cut off")
+        return self._file.read(size)

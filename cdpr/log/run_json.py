@@ -1,0 +1,77 @@
+"""run.json: how a run went. It is always whole, and says "running" until the run has ended."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from cdpr.errors import LogError
+from cdpr.log.run import Run
+from cdpr.log.writer import unwritable
+
+NAME = "run.json"
+
+
+def describe(run: Run) -> dict[str, Any]:
+    """Return what run.json says of a run, apart from when and how it was started."""
+    header = run.header.to_dict()
+    del header["scenario_yaml"]  # stands beside it as scenario.yaml
+    return {
+        "status": run.status,
+        "message": run.message,
+        "summary": run.summary(),
+        "events": [asdict(event) for event in run.events],
+        "timings": run.timings,
+        "unused": list(run.unused),
+        "header": header,
+    }
+
+
+def now() -> datetime:
+    """Return the time of day in UTC."""
+    return datetime.now(UTC)
+
+
+def write(folder: Path, content: dict[str, Any]) -> None:
+    """Replace run.json in one step. Numbers that are not finite become null."""
+    text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    path = folder / NAME
+    temporary = folder / f"{NAME}.tmp"
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise unwritable(path, error) from error
+
+
+def read(folder: Path) -> dict[str, Any] | None:
+    """Return the content of run.json, None where there is none."""
+    path = folder / NAME
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(content, dict):
+            raise ValueError("not an object")
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise LogError(f"{path}: cannot be read: {error}; without that file the log still loads") from error
+    return content
+
+
+def _plain(value: Any) -> Any:
+    """`value` in the types of strict JSON."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

@@ -1,0 +1,48 @@
+"""What stands for what, in figures and tables alike: colours, dashes, names and the numbers of events."""
+
+from __future__ import annotations
+
+from itertools import cycle
+from typing import Any
+
+from cdpr.log.run import Event, Run
+from cdpr.tension import Status
+
+INK = "#222222"
+SOFT = "#6b6b6b"
+
+# Red, green and blue for x, y and z, in tones that colour-blind readers tell apart; the desired motion darker.
+AXES = ("#d1402a", "#00a06e", "#2f7fd1")
+DARK = ("#6b1204", "#00452f", "#0b2f5c")
+DESIRED = (0, (3.5, 2.5))
+
+# Petroff (2021), arXiv:2107.02270: eight colours made to be told apart by all. From the ninth cable on, dashes.
+CABLES = ("#1845fb", "#ff5e02", "#c91f16", "#c849a9", "#adad7d", "#86c8dd", "#578dff", "#656364")
+DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (3.0, 1.0)))
+
+SHADES = {
+    Status.INFEASIBLE: ("infeasible", "#f8d3cb"),
+    Status.NOT_FOUND: ("not found", "#fbe7ad"),
+    Status.UNSUPPORTED: ("unsupported", "#d9d9d9"),
+    Status.BAD_INPUT: ("bad input", "#dcd0ee"),
+}
+
+
+def cable_looks(run: Run) -> list[dict[str, Any]]:
+    """Return colour and dashes of each cable."""
+    looks = cycle({"color": colour, "linestyle": dashes} for dashes in DASHES for colour in CABLES)
+    return [look for _, look in zip(run.header.cables, looks, strict=False)]
+
+
+def shorten(name: str, length: int = 26) -> str:
+    """Cut the middle out of a long name: the ends tell cables apart."""
+    name = " ".join(name.split())
+    if len(name) <= length:
+        return name
+    half = (length - 1) // 2
+    return f"{name[: length - 1 - half]}…{name[-half:]}"
+
+
+def events(run: Run) -> list[Event]:
+    """Return the events in the order of time; the first has number 1."""
+    return sorted(run.events, key=lambda event: event.time)

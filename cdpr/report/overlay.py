@@ -1,0 +1,70 @@
+"""What went wrong and when, drawn over every time history: shaded intervals and numbered events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.report.canvas import Axes, Line2D, Path, PathPatch
+from cdpr.report.decimate import intervals
+from cdpr.report.legend import Entry
+from cdpr.report.marks import INK, SHADES, events
+
+CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
+APART = 0.05  # of the time axis: room that the number of an event needs
+
+
+def span(run: Run) -> tuple[float, float]:
+    """Range of the time axis, never empty, s."""
+    start = float(run.time[0]) if len(run.time) else 0.0
+    stop = float(run.time[-1]) if len(run.time) else 0.0
+    return start, max(stop, start + run.header.control_step)
+
+
+def overlay_entries(run: Run) -> list[Entry]:
+    """Legend of what `draw_overlay` draws."""
+    entries: list[Entry] = [
+        (name, {"color": colour, "linewidth": 7.0, "solid_capstyle": "butt"})
+        for status, (name, colour) in SHADES.items()
+        if np.any(run.solver_status == status)
+    ]
+    if run.events:
+        entries.append(("event (number)", {"color": INK, "linewidth": 0.8, "linestyle": ":"}))
+    return entries
+
+
+def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
+    """Shade where the solver had no valid answer; draw a line at each event and, if `numbered`, its number on top."""
+    across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
+    step = run.header.control_step
+    for status, (_, colour) in SHADES.items():
+        corners: list[tuple[float, float]] = []
+        for first, stop in intervals(run.solver_status == status):
+            a, b = run.time[first], run.time[first] + step * (stop - first)
+            corners += [(a, 0), (a, 1), (b, 1), (b, 0), (a, 0)]
+        if corners:
+            shape = Path(corners, CODES * (len(corners) // len(CODES)))
+            axes.add_artist(PathPatch(shape, transform=across, facecolor=colour, linewidth=0, zorder=0.5))
+    start, stop = span(run)
+    times = [min(max(event.time, start), stop) for event in events(run)]
+    if times:
+        t, y = np.repeat(times, 3), np.tile([0.0, 1.0, np.nan], len(times))
+        look = {"color": INK, "linewidth": 0.8, "linestyle": ":", "zorder": 1.5}
+        axes.add_artist(Line2D(t, y, transform=across, **look))
+    if numbered:
+        for time, text in number_groups(times, APART * (stop - start)):
+            font = {"fontsize": 8.0, "fontweight": "bold"}
+            axes.text(time, 1.02, text, transform=across, ha="center", va="bottom", **font)
+
+
+def number_groups(times: Sequence[float], apart: float) -> list[tuple[float, str]]:
+    """Return where on the time axis which numbers stand: '1', or '2–4' for ascending times less than `apart` apart."""
+    groups: list[tuple[float, int, int]] = []
+    for number, time in enumerate(times, 1):
+        if groups and time - groups[-1][0] < apart:
+            groups[-1] = (*groups[-1][:2], number)
+        else:
+            groups.append((time, number, number))
+    return [(time, str(first) if first == last else f"{first}–{last}") for time, first, last in groups]

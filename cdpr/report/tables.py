@@ -1,0 +1,159 @@
+"""The text of a report as HTML: status, figures, events, cables. What comes from a scenario is escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.model.robot import Array
+from cdpr.report.marks import SHADES, cable_looks
+from cdpr.report.marks import events as in_order
+
+MOST_EVENTS = 200
+
+BANNERS = {
+    "finished": ("good", "Finished"),
+    "diverged": ("bad", "Diverged"),
+    "infeasible": ("bad", "Stopped as infeasible"),
+    "interrupted": ("warn", "Interrupted"),
+    "failed": ("bad", "Failed"),
+    "running": ("warn", "Did not end: the process still runs or was killed"),
+}
+
+
+def banner(run: Run) -> str:
+    """How the run ended, and its message."""
+    mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
+    bad = int(np.count_nonzero(run.solver_status))
+    if mood == "good" and bad:
+        mood, text = "warn", f"{text}, but {bad} of {len(run.time)} steps had no valid tensions"
+    message = f": {escape(run.message)}" if run.message else ""
+    return f'<p class="banner {mood}" role="status"><strong>{text}</strong>{message}</p>'
+
+
+def summary(run: Run) -> str:
+    """The figures of `Run.summary` in the units people read, and wall-clock times in the last row."""
+    figures = run.summary()
+    out = "<h2>Summary</h2>\n"
+    if not figures["samples"]:
+        return out + "<p>The run has no sample.</p>"
+    errors = [
+        (f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final")))
+        for name, unit, scale, key in (
+            ("Position error", "mm", 1e3, "position_error_m"),
+            ("Orientation error", "mrad", 1e3, "orientation_error_rad"),
+        )
+    ]
+    out += _table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
+    tension = figures["tension_N"]
+    rows = [
+        ("Smallest tension (N)", number(tension["min"])),
+        ("Largest tension (N)", number(tension["max"])),
+        ("Largest change of a tension from one sample to the next (N)", number(tension["largest_step"])),
+        ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
+        ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
+        ("Steps without valid tensions", _bad_steps(run)),
+        ("Samples; simulated time", f"{figures['samples']}; {number(figures['simulated_s'])} s"),
+    ]
+    if run.timings:
+        times = [
+            f"{escape(name.removesuffix('_s'))} {number(value)} s" for name, value in run.timings.items()
+        ]
+        if "real_time_factor" in figures:
+            times.append(f"{number(figures['real_time_factor'])} times real time")
+        rows.append(("Wall clock", escape(", ".join(times))))
+    return out + _table(rows)
+
+
+def _bad_steps(run: Run) -> str:
+    counts = [
+        (int(np.count_nonzero(run.solver_status == status)), name) for status, (name, _) in SHADES.items()
+    ]
+    return ", ".join(f"{count} {name}" for count, name in counts if count) or "0"
+
+
+def provenance(run: Run) -> str:
+    """What was run, by which versions, and which keys of the scenario had no effect."""
+    head = run.header
+    rows = [
+        ("Scenario", escape(head.scenario)),
+        ("Robot", f"{escape(head.robot)}; {len(head.cables)} cables, platform of {head.mass:g} kg"),
+        ("Backend", escape(head.backend)),
+        ("Controller", escape(head.controller)),
+        ("Tension solver", escape(head.solver)),
+        ("Control step; physics step", f"{1e3 * head.control_step:g} ms; {1e3 * head.physics_step:g} ms"),
+        ("Gravity (m/s²)", escape(", ".join(f"{g:g}" for g in head.gravity))),
+        ("Seed", str(head.seed)),
+        ("Versions", escape(", ".join(f"{name} {version}" for name, version in head.versions.items()))),
+        ("Keys not used", ", ".join(f"<code>{escape(key)}</code>" for key in run.unused) or "none"),
+    ]
+    return "<h2>What was run</h2>\n" + _table(rows)
+
+
+def events(run: Run) -> str:
+    """The events with the numbers that mark them in the figures."""
+    out = "<h2>Events</h2>\n"
+    if not run.events:
+        return out + "<p>None.</p>"
+    rows = []
+    for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
+        until = "" if event.until is None else f" to {number(event.until)}"
+        rows.append((str(i), number(event.time) + until, escape(event.kind), escape(event.text)))
+    out += _table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
+    if len(run.events) > MOST_EVENTS:
+        out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
+    return (
+        out
+        + "\n<p>In the figures dotted lines mark these times. Shaded are the steps without valid tensions.</p>"
+    )
+
+
+def cables(run: Run) -> str:
+    """Limits and what each cable reached."""
+    head = run.header
+    rows = []
+    for i, (name, look) in enumerate(zip(head.cables, cable_looks(run), strict=True)):
+        key = f'<span class="key" style="background:{look["color"]}"></span>'
+        limits = (head.tension_min[i], head.tension_max[i])
+        rows.append(
+            (key + escape(name), *map(number, (*limits, *_ends(run.tension[:, i]), *_ends(run.length[:, i]))))
+        )
+    titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")
+    return f'<h2>Cables</h2>\n<div class="scroll">{_table(rows, titles)}</div>'
+
+
+def scenario(run: Run) -> str:
+    """The resolved scenario, folded."""
+    return (
+        "<h2>Scenario</h2>\n<details><summary>The resolved scenario</summary>\n"
+        f"<pre>{escape(run.header.scenario_yaml)}</pre></details>"
+    )
+
+
+def number(value: float) -> str:
+    """Four significant digits; powers of ten only where zeros would be in the way."""
+    if not np.isfinite(value):
+        return "not finite"
+    return f"{value:.4g}".replace("-", "−")
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
+
+
+def _table(rows: Iterable[tuple[str, ...]], titles: tuple[str, ...] = (), *, numeric: bool = True) -> str:
+    """Rows of HTML cells; the first cell of each is its heading."""
+    kind = ' class="n"' if numeric and titles else ""
+    out = ["<table>"]
+    if titles:
+        rest = "".join(f"<th{kind}>{title}</th>" for title in titles[1:])
+        out.append(f"<thead><tr><th>{titles[0]}</th>{rest}</tr></thead>")
+    out.append("<tbody>")
+    for row in rows:
+        rest = "".join(f"<td{kind}>{cell}</td>" for cell in row[1:])
+        out.append(f'<tr><th scope="row">{row[0]}</th>{rest}</tr>')
+    return "\n".join([*out, "</tbody></table>"])

@@ -1,0 +1,101 @@
+"""From a document to a checked scenario or robot."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from cdpr.model import Robot
+from cdpr.plugins.registry import Registry
+from cdpr.scenario.checks import Checker
+from cdpr.scenario.document import Document
+from cdpr.scenario.messages import explain
+from cdpr.scenario.options import OptionsReader
+from cdpr.scenario.overrides import CORE_KEYS
+from cdpr.scenario.problems import Path, Problems
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.scenario import Scenario
+from cdpr.scenario.schema import ScenarioSection
+from cdpr.scenario.trajectory_schema import complete
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def build_robot(document: Document, problems: Problems) -> Robot:
+    """Check the document of a robot file and make the robot."""
+    section = _validate(RobotSection, document.data, document, problems)
+    _report_nulls(document.data, (), document, problems)
+    Checker(document, problems).robot(())
+    problems.raise_any()
+    assert section is not None
+    return section.to_robot()
+
+
+def build_scenario(document: Document, plugins: Registry, problems: Problems) -> Scenario:
+    """Check the document of a scenario, its robot already in it, and make the scenario."""
+    data, options = _split(document.data)
+    sections = _validate(ScenarioSection, data, document, problems)
+    _report_nulls(data, (), document, problems)
+    checker = Checker(document, problems)
+    checker.robot(("robot",))
+    checker.scenario()
+    reader = OptionsReader(document, problems, plugins)
+    controller_options = reader.of_section("controller", options.get("controller", {}))
+    solver_options = reader.of_section("solver", options.get("solver", {}))
+    backend_options = reader.of_backends()
+    problems.raise_any()
+    assert sections is not None
+    assert controller_options is not None
+    assert solver_options is not None
+    robot = sections.robot.named()
+    trajectory = complete(sections.trajectory, sections.initial)
+    return Scenario(
+        sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory}),
+        robot=robot.to_robot(),
+        controller_options=controller_options,
+        solver_options=solver_options,
+        source=document.source,
+        unused=(*(f"robot.{key}" for key in robot.unused()), *document.dropped),
+        _backend_options=backend_options,
+        _document=document,
+        _plugins=plugins,
+    )
+
+
+def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    """Take the plugins' options out: they are checked by the plugins' models, not by ours."""
+    own = dict(data)
+    options: dict[str, dict[str, Any]] = {}
+    for section, core in CORE_KEYS.items():
+        given = data.get(section, {})
+        if isinstance(given, dict):
+            own[section] = {key: value for key, value in given.items() if key in core}
+            options[section] = {key: value for key, value in given.items() if key not in core}
+    backends = data.get("backend_options")
+    if isinstance(backends, dict):
+        own["backend_options"] = {
+            name: {} if isinstance(given, dict) else given for name, given in backends.items()
+        }
+    return own, options
+
+
+def _validate(model: type[M], data: dict[str, Any], document: Document, problems: Problems) -> M | None:
+    """Check `data`; as JSON, since strict models then take lists for tuples but convert nothing else."""
+    try:
+        return model.model_validate_json(json.dumps(data))
+    except ValidationError as error:
+        for message in explain(error, model, data):
+            mark = document.key_mark(message.path) if message.at_key else document.mark(message.path)
+            problems.add(mark, message.path, message.text)
+        return None
+
+
+def _report_nulls(node: Any, path: Path, document: Document, problems: Problems) -> None:
+    """Refuse keys without a value also where the model could do without one."""
+    if node is None and not problems.has(path):
+        problems.add(document.mark(path), path, "no value is given; give one or remove the key")
+    items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, item in items:
+        _report_nulls(item, (*path, key), document, problems)

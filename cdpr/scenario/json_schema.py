@@ -1,0 +1,99 @@
+"""JSON Schemas (draft 2020-12) of scenario and robot files, for editors.
+
+They are looser than the loader: what only several keys together show is left to `cdpr validate`. Names of plugins are
+examples, so that a plugin which is not installed here is no error in the editor; the options of the installed ones
+are known.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from cdpr.plugins.registry import Registry, Role, registry
+from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.schema import ScenarioSection
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+Schema = dict[str, Any]
+
+
+def robot_schema() -> Schema:
+    """Return the schema of robot files."""
+    schema = _tidy(RobotSection.model_json_schema(), without_null=True)
+    return {"$schema": DIALECT, "title": "cdpr robot", **schema}
+
+
+def scenario_schema(plugins: Registry | None = None) -> Schema:
+    """Return the schema of scenario files, with the options of `plugins`, the installed ones unless given."""
+    plugins = plugins or registry()
+    schema = _tidy(ScenarioSection.model_json_schema(), without_null=True)
+    definitions, sections = schema["$defs"], schema["properties"]
+    robot = sections["robot"]
+    sections["robot"] = {
+        "description": robot.pop("description"),
+        "anyOf": [{"type": "string", "description": "name of a robot file, relative to this file"}, robot],
+    }
+    definitions["Simulation"]["properties"]["backend"]["examples"] = plugins.names("backend")
+    for role, definition in (("controller", "ControllerSection"), ("solver", "SolverSection")):
+        definitions[definition] = _plugin_section(role, definitions[definition], plugins, definitions)
+    sections["backend_options"] = {
+        "description": sections["backend_options"]["description"],
+        "type": "object",
+        "properties": {
+            name: _options("backend", name, plugins, definitions) for name in plugins.names("backend")
+        },
+        "additionalProperties": {"type": "object"},
+    }
+    return {"$schema": DIALECT, "title": "cdpr scenario", **schema}
+
+
+def _plugin_section(role: Role, core: Schema, plugins: Registry, definitions: Schema) -> Schema:
+    """Return a section whose further keys depend on `type`; those of an unknown type are not judged."""
+    names = plugins.names(role)
+    keys = {key: core["properties"][key] for key in CORE_KEYS[role]}
+    keys["type"] = {**keys["type"], "examples": names}
+    rules: list[Schema] = []
+    for name in names:
+        options = _options(role, name, plugins, definitions)
+        is_type: Schema = {"properties": {"type": {"const": name}}}
+        if name != DEFAULT_TYPE[role]:
+            is_type["required"] = ["type"]
+        allowed = {**options, "properties": {**options.get("properties", {}), **keys}}
+        rules.append({"if": is_type, "then": allowed})
+    return {"type": "object", "description": core["description"], "properties": keys, "allOf": rules}
+
+
+def _options(role: Role, name: str, plugins: Registry, definitions: Schema) -> Schema:
+    """Return the schema of a plugin's options, its definitions moved to ours under names of their own."""
+    model = plugins.get(role, name).info.options
+    try:
+        schema = model.model_json_schema(ref_template=f"#/$defs/{role}.{name}.{{model}}")
+    except Exception:  # foreign models may hold types that JSON Schema cannot express
+        return {"type": "object"}
+    for key, definition in schema.pop("$defs", {}).items():
+        definitions[f"{role}.{name}.{key}"] = _tidy(definition, without_null=False)
+    return _tidy(schema, without_null=False)
+
+
+def _tidy(node: Any, *, without_null: bool) -> Any:
+    """Drop generated titles, put units into descriptions, and leave out null where the loader refuses it."""
+    if isinstance(node, list):
+        return [_tidy(item, without_null=without_null) for item in node]
+    if not isinstance(node, dict):
+        return node
+    node = copy.copy(node)
+    if isinstance(node.get("title"), str):
+        del node["title"]
+    if isinstance(node.get("unit"), str) and "description" in node:
+        node["description"] = f"{node['description']} [{node['unit']}]"
+    if without_null:
+        if "default" in node and node["default"] is None:
+            del node["default"]
+        forms = [form for form in node.get("anyOf", []) if form != {"type": "null"}]
+        if len(forms) == 1:
+            del node["anyOf"]
+            node = {**forms[0], **node}
+    return {key: _tidy(value, without_null=without_null) for key, value in node.items()}

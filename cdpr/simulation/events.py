@@ -1,0 +1,34 @@
+"""What happened in a run, read from its rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.log.run import Event
+from cdpr.model.robot import Array
+from cdpr.tension.stage import MEANING
+from cdpr.tension.status import Status
+
+# More events than anyone reads: the rest is counted in the last one.
+MOST = 200
+
+
+def tension_events(time: Array, status: Array, step: float) -> list[Event]:
+    """One event for each uninterrupted span of samples with the same solver status that is not OK.
+
+    `time` and `status` are (K,), `step` is the control period, s, for which a sample's tensions are held.
+    """
+    if not len(time):
+        return []
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(status) != 0]))
+    stops = np.concatenate([starts[1:], [len(status)]])
+    spans = [(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if status[a] != Status.OK]
+    events = []
+    for start, stop in spans[:MOST]:
+        kind = Status(int(status[start]))
+        text = f"{MEANING[kind]} ({stop - start} samples)"
+        events.append(Event(float(time[start]), kind.name.lower(), text, until=float(time[stop - 1] + step)))
+    if len(spans) > MOST:
+        start = spans[MOST][0]
+        events.append(Event(float(time[start]), "more", f"{len(spans) - MOST} further spans without distribution"))
+    return events
