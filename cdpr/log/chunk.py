@@ -14,7 +14,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from cdpr.log.ros2 import encode
+from cdpr.log.ros2 import ENCAPSULATION, encode
 from cdpr.log.topics import Group
 from cdpr.model.robot import Array
 
@@ -109,6 +109,7 @@ class Chunk:
         rows = self._records.reshape(n, row.size)
         rows[:] = row
         self._heads = np.zeros(n, _HEAD)
+        self._heads["encapsulation"] = int.from_bytes(ENCAPSULATION, "little")
         self._heads_from = self._heads.view(template.head_from)
         self._heads_to = rows.view(template.head_to)[:, 0]
         self._values_to = rows.view(template.values_to)[:, 0]

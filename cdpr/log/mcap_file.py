@@ -1,6 +1,6 @@
 """The log file: which records stand where. Equal header and rows give equal bytes.
 
-    description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, scenario.yaml attached
+    description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, scenario.yaml
     blocks        256 rows each: one chunk with every message of these rows, and its message indexes
     pictures      after each 16 blocks and at the end: the chunks of /tf and /cdpr/markers for these rows
     ending        data end, summary, footer
@@ -47,9 +47,12 @@ class Written:
 
 
 class LogFormat:
-    """Every byte of a log that belongs to one Header."""
+    """Every byte of a log that belongs to one Header.
 
-    def __init__(self, header: Header) -> None:
+    A reader gives the `text` that it found for the header, which may be an older version's.
+    """
+
+    def __init__(self, header: Header, text: str | None = None) -> None:
         main = run_topics(header)
         groups = (main, *visual_topics(header, main.channel + len(main.topics)))
         self.templates = tuple(Template(group) for group in groups)  # the rows' own, then the pictures'
@@ -65,7 +68,7 @@ class LogFormat:
             records.Channel(i, topic.name, "cdr", {}, kinds.index(topic.kind) + 1)
             for i, topic in enumerate(topics, main.channel)
         ]
-        text = json.dumps(header.to_dict(), sort_keys=True)
+        text = text or json.dumps(header.to_dict(), sort_keys=True)
         self._metadata = records.Metadata(
             METADATA, {"format": FORMAT, "header": text, "header_crc32": f"{zlib.crc32(text.encode()):08x}"}
         )

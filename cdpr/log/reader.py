@@ -106,8 +106,8 @@ def scan(log: Path) -> Scan:
     """
     try:
         with log.open("rb") as file:
-            header = _read_header(file, log)
-            form = LogFormat(header)
+            header, text = _read_header(file, log)
+            form = LogFormat(header, text)
             file.seek(0)
             intact = file.read(len(form.description)) == form.description
             walk = _Walk(file, form)
@@ -119,7 +119,7 @@ def scan(log: Path) -> Scan:
     return Scan(header, rows, problem if intact else "the description at its start is damaged")
 
 
-def _read_header(file: BinaryIO, log: Path) -> Header:
+def _read_header(file: BinaryIO, log: Path) -> tuple[Header, str]:
     opening = file.read(len(OPENING))
     if not opening:
         raise LogError(f"{log}: is empty: the run ended before it wrote anything")
@@ -144,7 +144,7 @@ def _read_header(file: BinaryIO, log: Path) -> Header:
             f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it"
         )
     try:
-        return Header.from_dict(json.loads(text))
+        return Header.from_dict(json.loads(text)), text
     except (KeyError, TypeError, ValueError) as error:
         raise LogError(f"{log}: was written by another version of cdpr: {error}") from error
 

@@ -50,7 +50,7 @@ DEFINITIONS = {
 }
 
 _FORMATS = {"bool": "<?", "uint8": "<B", "int32": "<i", "uint32": "<I", "float32": "<f", "float64": "<d"}
-_ENCAPSULATION = b"\0\1\0\0"  # plain CDR, little-endian; alignment counts from its end
+ENCAPSULATION = b"\0\1\0\0"  # plain CDR, little-endian; alignment counts from its end
 
 
 def fields(kind: str) -> list[tuple[str, str]]:
@@ -77,11 +77,11 @@ def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, dict[str, int]]:
     Fields left out of `value` are zero or empty. A field is named by its path, "pose.position.x" or
     "markers.0.points"; of a message or a sequence, the place is that of its first number.
     """
-    data = bytearray(_ENCAPSULATION)
+    data = bytearray(ENCAPSULATION)
     places: dict[str, int] = {}
 
     def number(form: str, value: Any) -> int:
-        data.extend(bytes((len(_ENCAPSULATION) - len(data)) % struct.calcsize(form)))
+        data.extend(bytes((len(ENCAPSULATION) - len(data)) % struct.calcsize(form)))
         data.extend(struct.pack(form, value))
         return len(data) - struct.calcsize(form)
 

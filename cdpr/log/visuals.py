@@ -88,7 +88,9 @@ def _marker_rows(header: Header, rows: Array) -> Array:
     with np.errstate(all="ignore"):  # a diverged run is drawn too, as far as it goes
         R = rotations.matrix(rows[:, layout.columns["orientation"]].T)  # (3, 3, n)
         points[:, :, 0] = anchors[:, :3]
-        points[:, :, 1] = rows[:, None, layout.columns["position"]] + anchors[:, 3:] @ R.transpose(2, 1, 0)
+        points[:, :, 1] = rows[:, None, layout.columns["position"]]
+        for j in range(3):  # R @ B_i, without matmul, whose last bit depends on the machine
+            points[:, :, 1] += R[:, None, j].T * anchors[:, None, 3 + j]
         colours[:] = _ramp(rows[:, layout.columns["tension"]], header)[:, :, None]
     return source
 

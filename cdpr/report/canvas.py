@@ -59,7 +59,7 @@ STYLE: dict[str, Any] = {
     "axes.grid.axis": "both",
     "axes.grid.which": "major",
     "axes.formatter.useoffset": False,
-    "axes.formatter.limits": (-3, 5),
+    "axes.formatter.limits": (-5, 5),
     "axes.formatter.use_mathtext": False,
     "axes.formatter.use_locale": False,
     "axes.spines.top": False,

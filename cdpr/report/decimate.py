@@ -19,8 +19,8 @@ def extrema(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]
         bins: number of bins of equal sample count.
 
     Returns:
-        Times and values, both (P, c) with P <= K or P <= 2 bins + 2. Every point is a sample and stands at its
-        own time. What is not finite becomes NaN; a bin without a finite sample gives NaN, a gap in the line.
+        Times and values, both (P, c) with P <= K or P <= 2 bins + 2. Every point is a sample at its own time.
+        What is not finite becomes NaN; a bin without a finite sample gives NaN, a gap in the line.
     """
     values = np.where(np.isfinite(values), values, np.nan)
     rows, columns = values.shape

@@ -56,11 +56,14 @@ def render(run: Run) -> str:
             "Scenario": _section("scenario", tables.scenario(run)),
         }
         summary = tables.summary(run)
-    plugins = ", ".join((head.backend, head.controller, head.solver))
+    subtitle = (
+        f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
+        f"controller {head.controller}, tension solver {head.solver}"
+    )
     links = [f'<li><a href="#{name.lower()}">{name}</a></li>' for name in ("Summary", "Run", *parts)]
     return Template(PAGE.read_text(encoding="utf-8")).substitute(
         title=escape(f"{head.scenario}: report of a run"),
-        subtitle=escape(f"{head.robot}, {len(head.cables)} cables; {plugins}"),
+        subtitle=escape(subtitle),
         banner=tables.banner(run),
         navigation="\n".join(links),
         summary=summary,
@@ -94,64 +97,64 @@ def drawings() -> list[Drawing]:
             "Robot",
             "Robot and path",
             sketch.robot,
-            "Frame anchors, cables and platform at the start (grey) and at the end (colour), and the path of the "
-            "platform's origin; parallel projection, to scale. Look for cables that cross one another, the "
-            "platform or the frame.",
+            "Frame anchors, cables and platform at the start (grey) and at the end (colour), and the path "
+            "of the platform's origin; parallel projection, to scale. Look for cables that cross one "
+            "another, the platform or the frame.",
         ),
         Drawing(
             "Tensions",
             "Cable tensions",
             plots.tensions,
-            "The tension of each cable, held over a control period. On a dashed line a limit is active: at t_min "
-            "the cable is about to go slack, at t_max its winch has no reserve. On a real robot, jumps from one "
-            "sample to the next excite vibration.",
+            "The tension of each cable, held over a control period. On a dashed line a limit is active: at "
+            "t_min the cable is about to go slack, at t_max its winch has no reserve. On a real robot, "
+            "jumps from one sample to the next excite vibration.",
         ),
         Drawing(
             "Errors",
             "Tracking errors",
             plots.errors,
-            "Desired minus actual, world axes. The orientation error is the rotation vector that turns the actual "
-            "into the desired attitude. An error that stays at rest points to a load or a mass that the "
-            "controller does not know; one that follows the acceleration points to an inertia.",
+            "Desired minus actual, world axes. The orientation error is the rotation vector that turns the "
+            "actual into the desired attitude. An error that stays at rest points to a load or a mass that "
+            "the controller does not know; one that follows the acceleration points to an inertia.",
         ),
         Drawing(
             "Pose",
             "Position and attitude",
             plots.pose,
-            "The platform's origin in world axes, and its attitude as roll, pitch, yaw about the fixed axes x, y, "
-            "z: R = R<sub>z</sub>(yaw) R<sub>y</sub>(pitch) R<sub>x</sub>(roll). Near a pitch of ±90° roll and "
-            "yaw cannot be told apart; the orientation error is free of that.",
+            "The platform's origin in world axes, and its attitude as roll, pitch, yaw about the fixed axes "
+            "x, y, z: R = R<sub>z</sub>(yaw) R<sub>y</sub>(pitch) R<sub>x</sub>(roll). Near a pitch of ±90° "
+            "roll and yaw cannot be told apart; the orientation error is free of that.",
         ),
         Drawing(
             "Velocity",
             "Velocity and angular velocity",
             plots.velocity,
-            "Velocity of the platform's origin and angular velocity, world axes. Ripple that the desired motion "
-            "does not have points to gains too high for the control step, or to tensions that jump.",
+            "Velocity of the platform's origin and angular velocity, world axes. Ripple that the desired "
+            "motion does not have points to gains too high for the control step, or to tensions that jump.",
         ),
         Drawing(
             "Acceleration",
             "Acceleration and angular acceleration",
             plots.acceleration,
-            "World axes. The actual one is the mean over the control period after each sample, from the change of "
-            "velocity; the last sample has none. A gap between the two is a wrench that the controller did not "
-            "foresee, or that the cables did not deliver.",
+            "World axes. The actual one is the mean over the control period after each sample, from the "
+            "change of velocity; the last sample has none. A gap between the two is a wrench that the "
+            "controller did not foresee, or that the cables did not deliver.",
         ),
         Drawing(
             "Lengths",
             "Cable lengths and rates",
             plots.cables,
-            "The distance between the two anchors of each cable, and its rate, positive where the cable pays out. "
-            "The largest rate is the speed that the winch must reach.",
+            "The distance between the two anchors of each cable, and its rate, positive where the cable "
+            "pays out. The largest rate is the speed that the winch must reach.",
         ),
         Drawing(
             "Distribution",
             "Tension distribution",
             plots.distribution,
-            "Margin: the smallest distance of a tension from its limits, negative outside. Residual: the norm of "
-            "W t − w, with wrench matrix W, tensions t and the wrench w that the controller asked for; moments "
-            "are divided by the characteristic length, {length} m. Its axis is logarithmic, with zero drawn at "
-            "10<sup>−16</sup>. Near round-off the cables deliver what was asked; where the residual rises, the "
-            "platform gets another wrench.",
+            "Margin: the smallest distance of a tension from its limits, negative outside. Residual: the "
+            "norm of W t − w, with wrench matrix W, tensions t and the wrench w that the controller asked "
+            "for; moments are divided by the characteristic length, {length} m. Its axis is logarithmic, "
+            "with zero drawn at 10<sup>−16</sup>. Near round-off the cables deliver what was asked; where "
+            "the residual rises, the platform gets another wrench.",
         ),
     ]

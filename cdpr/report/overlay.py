@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +14,16 @@ from cdpr.report.legend import Entry
 from cdpr.report.marks import INK, SHADES, events
 
 CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
-APART = 0.05  # of the time axis: room that the number of an event needs
+EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
+FEW = 25  # samples that are drawn as dots
+APART = 0.07  # of the time axis: room that the number of an event needs
 
 
 def span(run: Run) -> tuple[float, float]:
-    """Range of the time axis, never empty, s."""
-    start = float(run.time[0]) if len(run.time) else 0.0
-    stop = float(run.time[-1]) if len(run.time) else 0.0
-    return start, max(stop, start + run.header.control_step)
+    """Range of the time axis, s: never empty, and with room for the dots of a run of a few samples."""
+    room = 0.5 * run.header.control_step if len(run.time) <= FEW else 0.0
+    start, stop = (float(run.time[0]), float(run.time[-1])) if len(run.time) else (0.0, 0.0)
+    return start - room, stop + room
 
 
 def overlay_entries(run: Run) -> list[Entry]:
@@ -31,18 +34,18 @@ def overlay_entries(run: Run) -> list[Entry]:
         if np.any(run.solver_status == status)
     ]
     if run.events:
-        entries.append(("event (number)", {"color": INK, "linewidth": 0.8, "linestyle": ":"}))
+        entries.append(("event (number)", EVENT))
     return entries
 
 
 def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
-    """Shade where the solver had no valid answer; draw a line at each event and, if `numbered`, its number on top."""
+    """Shade where the solver had no valid answer; draw a line at each event and, if asked, its number."""
     across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
     step = run.header.control_step
     for status, (_, colour) in SHADES.items():
         corners: list[tuple[float, float]] = []
-        for first, stop in intervals(run.solver_status == status):
-            a, b = run.time[first], run.time[first] + step * (stop - first)
+        for first, end in intervals(run.solver_status == status):
+            a, b = run.time[first], run.time[first] + step * (end - first)
             corners += [(a, 0), (a, 1), (b, 1), (b, 0), (a, 0)]
         if corners:
             shape = Path(corners, CODES * (len(corners) // len(CODES)))
@@ -51,16 +54,14 @@ def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
     times = [min(max(event.time, start), stop) for event in events(run)]
     if times:
         t, y = np.repeat(times, 3), np.tile([0.0, 1.0, np.nan], len(times))
-        look = {"color": INK, "linewidth": 0.8, "linestyle": ":", "zorder": 1.5}
-        axes.add_artist(Line2D(t, y, transform=across, **look))
+        axes.add_artist(Line2D(t, y, transform=across, zorder=1.5, **EVENT))
     if numbered:
         for time, text in number_groups(times, APART * (stop - start)):
-            font = {"fontsize": 8.0, "fontweight": "bold"}
-            axes.text(time, 1.02, text, transform=across, ha="center", va="bottom", **font)
+            axes.text(time, 1.02, text, transform=across, ha="center", va="bottom", fontweight="bold")
 
 
 def number_groups(times: Sequence[float], apart: float) -> list[tuple[float, str]]:
-    """Return where on the time axis which numbers stand: '1', or '2–4' for ascending times less than `apart` apart."""
+    """Return where which numbers stand: '1', or '2–4' for (ascending) times less than `apart` apart."""
     groups: list[tuple[float, int, int]] = []
     for number, time in enumerate(times, 1):
         if groups and time - groups[-1][0] < apart:

@@ -15,10 +15,10 @@ from cdpr.report.canvas import Axes, Chart, Line2D, MaxNLocator
 from cdpr.report.decimate import extrema
 from cdpr.report.legend import LINE, Entry, legend_width, write_legend
 from cdpr.report.marks import SOFT
-from cdpr.report.overlay import draw_overlay, overlay_entries, span
+from cdpr.report.overlay import FEW, draw_overlay, overlay_entries, span
 
 # Inches. All figures of one run have the same width and the same time axis, one above the other.
-WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.78, 0.24, 0.46, 0.2
+WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.85, 0.24, 0.46, 0.2
 
 STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times a power of ten
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -77,7 +77,7 @@ def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") ->
         draw_overlay(axes, run, numbered=panel is panels[0])
         entries = [*panel.legend, *_draw(axes, run, panel), *more]
         write_legend(chart, entries, (WIDTH - right, top))
-        axes.yaxis.set_label_coords(-0.55 / box[2], 0.5)
+        axes.yaxis.set_label_coords(-0.66 / box[2], 0.5)
         axes.tick_params(labelbottom=panel is panels[-1])
         if panel is panels[-1]:
             axes.set_xlabel("time (s)")
@@ -93,15 +93,16 @@ def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") ->
 def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
     """Draw curves, limits and ticks of one panel; return what its limits add to the legend."""
     low, high, note = _view(panel, diverged=run.status == "diverged")
-    dot = "o" if len(run.time) <= 25 else ""
+    dot = "o" if len(run.time) <= FEW else ""
     for curves in panel.curves:
         times, points = extrema(run.time, _shown(panel, curves))
         looks = zip(cycle(curves.colours), cycle(curves.dashes), times.T, points.T, strict=False)
         for colour, dashes, t, values in looks:
-            look = {"color": colour, "linestyle": dashes, "linewidth": curves.width}
+            look: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": curves.width}
             axes.add_artist(Line2D(t, values, marker=dot, markersize=3.0, **look))
     axes.set_xlim(*span(run))
     axes.set_ylim(low, high)
+    axes.ticklabel_format(axis="x", scilimits=(-3, 6))
     axes.set_ylabel(panel.label)
     axes.xaxis.set_major_locator(MaxNLocator(nbins=9, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(nbins=6, steps=STEPS, integer=panel.log))
@@ -110,12 +111,12 @@ def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
     # A common power of ten stands beside the axis, out of the way of the events' numbers.
     axes.yaxis.get_offset_text().set_horizontalalignment("right")
     if note:
-        axes.text(0.99, 0.95, note, transform=axes.transAxes, ha="right", va="top", color=SOFT)
+        axes.text(0.015, 0.95, note, transform=axes.transAxes, ha="left", va="top", color=SOFT)
     return [entry for limit in panel.limits for entry in _draw_limit(axes, limit, low, high)]
 
 
 def _draw_limit(axes: Axes, limit: Limit, low: float, high: float) -> list[Entry]:
-    look = {"color": SOFT, "linestyle": (0, (6.0, 3.0)), "linewidth": 1.0}
+    look: dict[str, Any] = {"color": SOFT, "linestyle": (0, (6.0, 3.0)), "linewidth": 1.0}
     inside = [low <= value <= high for value in limit.values]
     for value, colour, shown in zip(limit.values, cycle(limit.colours), inside, strict=False):
         if shown:
@@ -129,27 +130,27 @@ def _view(panel: Panel, *, diverged: bool) -> tuple[float, float, str]:
     """Return the range of the vertical axis, and a note where it does not hold all.
 
     A run that diverged ends in values that would flatten all that led to them: there the range is that of its
-    first nine tenths, widened.
+    first three quarters, widened.
     """
     values = np.concatenate([_shown(panel, curves) for curves in panel.curves], axis=1)
     low, high = _range(values)
     note = ""
     if diverged:
-        before, after = _range(values[: int(0.9 * len(values))])
+        before, after = _range(values[: int(0.75 * len(values))])
         room = max(after - before, panel.least)
         if high - low > 10.0 * room > 0.0:
-            note = f"diverges: {low:.2g} to {high:.2g}"
+            note = f"out of view: up to {max(-low, high):.2g}"
             low, high = max(low, before - room), min(high, after + room)
-    room = max(high - low, panel.least, 1e-9 * max(abs(low), abs(high)), 1e-15)
+    room = max(high - low, panel.least, 1e-4 * max(abs(low), abs(high)), 1e-15)
     for value in (value for limit in panel.limits for value in limit.values):
-        if low - room <= value <= high + room:
+        if low - 1.5 * room <= value <= high + 1.5 * room:
             low, high = min(low, value), max(high, value)
     padding = 0.06 * (high - low) + 0.5 * max(room - (high - low), 0.0)
     return low - padding, high + padding, note
 
 
 def _shown(panel: Panel, curves: Curves) -> Array:
-    """Return the values as the axis counts them: powers of ten on a logarithmic one, where 0 counts as 1e-16."""
+    """Return the values or, for a logarithmic axis, their powers of ten; there 0 counts as 1e-16."""
     values = np.where(np.abs(curves.values) < 1e100, curves.values, np.nan)  # beyond, axes overflow
     return np.log10(np.maximum(values, 1e-16)) if panel.log else values
 

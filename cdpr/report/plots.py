@@ -76,14 +76,14 @@ def distribution(run: Run) -> Chart:
     margin, residual = (Curves(values[:, None], (INK,)) for values in (run.margin, run.residual))
     limit = Limit("at a limit (0 N)", (0.0,))
     panels = (
-        Panel("margin (N)", (margin,), least=1e-3, limits=(limit,)),
+        Panel("margin (N)", (margin,), least=1.0, limits=(limit,)),
         Panel("residual (N)", (residual,), least=2.0, log=True),
     )
     return stack(run, panels)
 
 
 def roll_pitch_yaw(run: Run) -> Array:
-    """Return roll, pitch, yaw of the desired and of the actual attitude, (2, K, 3), rad, without jumps of a turn."""
+    """Return roll, pitch, yaw, desired and actual, (2, K, 3), rad, without jumps of a turn."""
     desired = np.unwrap(_rpy(run.desired_orientation), axis=0)
     apart = _rpy(run.orientation) - desired
     return np.stack([desired, desired + (apart + np.pi) % (2.0 * np.pi) - np.pi])
@@ -145,7 +145,7 @@ def _tension(run: Run, height: float) -> Panel:
 
 
 def _limit(name: str, values: Sequence[float]) -> Limit:
-    """One grey line where all cables share the limit, else a line for each value, coloured as its first cable."""
+    """One grey line if all cables share the limit, else one for each value, coloured as its first cable."""
     distinct = sorted(set(values))
     if len(distinct) == 1:
         return Limit(f"{name} {distinct[0]:g} N", distinct)

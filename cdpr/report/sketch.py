@@ -13,18 +13,19 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.canvas import Axes, Chart, Line2D, Path, PathPatch, styled
 from cdpr.report.decimate import extrema
-from cdpr.report.legend import LETTER, Entry, legend_width, write_legend
+from cdpr.report.legend import LETTER, LINE, Entry, legend_width, write_legend
 from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
 from cdpr.report.panels import TOP, WIDTH
 
-HEIGHT = 4.3  # in
+LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 # Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
 AZIMUTH, ELEVATION = np.radians(-62.0), np.radians(18.0)
+VERTICAL = 0.3  # in, margin above and below
 
-FRAME = {"color": "#d4d4d4", "linewidth": 0.7}
-START = {"color": "#a0a0a0", "linewidth": 0.8}
-PATH = {"color": INK, "linewidth": 1.7}
-DESIRED_PATH = {"color": "#22b573", "linewidth": 1.0, "linestyle": DESIRED}
+FRAME: dict[str, Any] = {"color": "#d4d4d4", "linewidth": 0.7}
+START: dict[str, Any] = {"color": "#a0a0a0", "linewidth": 0.8}
+PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
+DESIRED_PATH: dict[str, Any] = {"color": "#22b573", "linewidth": 1.0, "linestyle": DESIRED}
 
 CUBE = np.array(list(product((-0.5, 0.5), repeat=3)))
 EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]
@@ -36,32 +37,35 @@ def robot(run: Run) -> Chart:
     """Draw the frame's anchors, cables and platform at start and end, and the way between them."""
     anchors = np.array(run.header.anchors)
     A, B = anchors[:, :3], anchors[:, 3:]
-    size = float(np.linalg.norm(np.ptp(A, axis=0))) or 1.0
-    shown = np.linalg.norm(run.position - A.mean(axis=0), axis=1) < 2.0 * size  # also false where not finite
+    sane = np.concatenate([A, run.desired_position])
+    size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
+    middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
+    shown = np.linalg.norm(run.position - middle, axis=1) < size  # false also where not finite
     rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(run.orientation).all(axis=1))]
     inside = np.concatenate([A, run.position[rows]])
     low, high = inside.min(axis=0), inside.max(axis=0)
     view = _projection(high - low)
     box = (low + high) / 2 + CUBE * (high - low)
-    short = all(len(name) <= 8 for name in run.header.cables)
+    short = all(len(name) <= 4 for name in run.header.cables)
     names = [name if short else str(i) for i, name in enumerate(run.header.cables, 1)]
 
-    chart = Chart(figsize=(WIDTH, HEIGHT))
-    right = legend_width(run)
-    room = np.array((WIDTH - right, HEIGHT))
-    axes = chart.add_axes((0.0, 0.0, room[0] / WIDTH, 1.0))
+    ends = run.position[rows[:1] + rows[-1:]]
+    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * _radius(run) for s in (-1.0, 1.0))])
+    right, sides = legend_width(run), 0.25 + LETTER * max(map(len, names))
+    height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
+    chart = Chart(figsize=(WIDTH, height))
+    axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
     axes.set_axis_off()
-    sides = 0.25 + LETTER * max(map(len, names))
-    reach = _fit(axes, box @ view[:2].T, room, np.array((sides, 0.3)))
+    reach = _fit(axes, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
     _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
     entries = [_world_axes(axes, view, low, size)]
     if rows:
         entries += _motion(axes, run, view, rows, A, B)
-    _anchor_names(axes, A @ view[:2].T, names, reach)
+    _anchor_names(axes, A @ view[:2].T, names, hull.mean(axis=0), reach)
     if not short:
         named = zip(names, run.header.cables, cable_looks(run), strict=True)
         entries += [(f"{i}: {shorten(name, 23)}", look) for i, name, look in named]
-    write_legend(chart, entries, (WIDTH - right, HEIGHT - TOP))
+    write_legend(chart, entries, (WIDTH - right, height - TOP))
     return chart
 
 
@@ -73,6 +77,12 @@ def _projection(extent: Array) -> Array:
         return np.array([(y, z, x), (x, z, -y), (x, y, z)][flat[0]])
     ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
     return np.array([(-sa, ca, 0.0), (-se * ca, -se * sa, ce), (ce * ca, ce * sa, se)])
+
+
+def _height(points: Array, width: float) -> float:
+    """Height of a figure whose drawing fills `width`, in."""
+    across, up = np.ptp(points, axis=0)
+    return float(np.clip(2.0 * VERTICAL + width * up / max(across, 1e-9), LOWEST, HIGHEST))
 
 
 def _fit(axes: Axes, points: Array, room: Array, margin: Array) -> float:
@@ -151,13 +161,20 @@ def _platform(axes: Axes, run: Run, view: Array, p: Array, R: Array, look: dict[
         _segments(axes, view, spokes, color=look["edgecolor"], linewidth=1.6, zorder=look["zorder"])
 
 
+def _radius(run: Run) -> float:
+    """Radius of a sphere that holds the platform, m."""
+    shape = run.header.shape or {}
+    half_box = float(np.linalg.norm(shape.get("box", 0.0))) / 2
+    anchors = np.linalg.norm(np.array(run.header.anchors)[:, 3:], axis=1)
+    return max(half_box, float(shape.get("sphere", 0.0)), float(anchors.max()))
+
+
 def _closed(points: Array) -> Path:
     return Path(np.concatenate([points, points[:1]]), closed=True)
 
 
-def _anchor_names(axes: Axes, points: Array, names: list[str], reach: float) -> None:
+def _anchor_names(axes: Axes, points: Array, names: list[str], middle: Array, reach: float) -> None:
     """Write the cables' names away from the middle; anchors close together in the view share a label."""
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
     left = list(range(len(points)))
     while left:
         group = [i for i in left if np.linalg.norm(points[i] - points[left[0]]) < 1.5 * reach]

@@ -105,10 +105,7 @@ def events(run: Run) -> str:
     out += _table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
     if len(run.events) > MOST_EVENTS:
         out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
-    return (
-        out
-        + "\n<p>In the figures dotted lines mark these times. Shaded are the steps without valid tensions.</p>"
-    )
+    return out + "\n<p>Dotted lines mark them in the figures; steps without valid tensions are shaded.</p>"
 
 
 def cables(run: Run) -> str:

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from cdpr.model import rotations
 from cdpr.scenario.document import Document
-from cdpr.scenario.fields import ZERO
+from cdpr.scenario.fields import ZERO, Section
 from cdpr.scenario.problems import Path, Problems
 from cdpr.scenario.robot_schema import CableSection, CableTension, TensionSection, cable_name, limits
 from cdpr.scenario.schema import Initial, Simulation
@@ -57,9 +57,12 @@ class Checker:
             self._rest_outside(trajectory, simulation.duration)
 
     def _part(self, kind: Any, path: Path) -> Any:
-        """Return the part at `path` if it is right by itself, else None."""
+        """Return the part at `path` if it is right but for unknown keys, else None."""
+        data = self.document.get(path)
+        if isinstance(data, dict) and isinstance(kind, type) and issubclass(kind, Section):
+            data = {key: value for key, value in data.items() if key in kind.model_fields}
         try:
-            return TypeAdapter(kind).validate_json(json.dumps(self.document.get(path)))
+            return TypeAdapter(kind).validate_json(json.dumps(data))
         except ValidationError:
             return None
 

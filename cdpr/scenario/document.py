@@ -13,7 +13,7 @@ from cdpr.scenario.problems import Mark, Path
 class Document:
     """Plain dictionaries, lists and scalars with their marks.
 
-    A robot file that a scenario names is grafted into the scenario's document and keeps its own marks; a value that
+    A robot file that a scenario names is grafted into the scenario's document and keeps its own marks; what
     comes from outside carries the mark of the change.
     """
 

@@ -1,8 +1,8 @@
 """JSON Schemas (draft 2020-12) of scenario and robot files, for editors.
 
-They are looser than the loader: what only several keys together show is left to `cdpr validate`. Names of plugins are
-examples, so that a plugin which is not installed here is no error in the editor; the options of the installed ones
-are known.
+They are looser than the loader: what only several keys together show is left to `cdpr validate`. Names of
+plugins are examples, so that a plugin which is not installed here is no error in the editor; of the installed
+ones the options are known.
 """
 
 from __future__ import annotations
@@ -37,7 +37,11 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
         "anyOf": [{"type": "string", "description": "name of a robot file, relative to this file"}, robot],
     }
     definitions["Simulation"]["properties"]["backend"]["examples"] = plugins.names("backend")
-    for role, definition in (("controller", "ControllerSection"), ("solver", "SolverSection")):
+    sections_of_plugins: tuple[tuple[Role, str], ...] = (
+        ("controller", "ControllerSection"),
+        ("solver", "SolverSection"),
+    )
+    for role, definition in sections_of_plugins:
         definitions[definition] = _plugin_section(role, definitions[definition], plugins, definitions)
     sections["backend_options"] = {
         "description": sections["backend_options"]["description"],
@@ -75,7 +79,8 @@ def _options(role: Role, name: str, plugins: Registry, definitions: Schema) -> S
         return {"type": "object"}
     for key, definition in schema.pop("$defs", {}).items():
         definitions[f"{role}.{name}.{key}"] = _tidy(definition, without_null=False)
-    return _tidy(schema, without_null=False)
+    tidied: Schema = _tidy(schema, without_null=False)
+    return tidied
 
 
 def _tidy(node: Any, *, without_null: bool) -> Any:

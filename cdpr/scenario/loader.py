@@ -129,6 +129,7 @@ def _include_robot(document: Document, problems: Problems) -> None:
     robot = _read_robot(name, document, other)
     for problem in other.items:
         problems.add(problem.mark, ("robot", *problem.path), problem.text)
+    problems.unreadable |= {("robot", *path) for path in other.unreadable}
     if robot is None:
         problems.unreadable.add(("robot",))
         document.put(("robot",), {}, document.mark(("robot",)))

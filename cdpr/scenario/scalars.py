@@ -1,7 +1,7 @@
 """What an unquoted word of YAML means: the core schema of YAML 1.2, in its strictest reading.
 
 PyYAML follows YAML 1.1, where `no` is false, `010` is 8, `1:30` is 90 and `1e-3` is a text. Here only `true`,
-`false`, `null`, `~`, decimal integers and decimal floats mean anything; whatever else looks like a number stays
+`false`, `null`, `~`, decimal integers and decimal floats mean anything; whatever else looks like a number is
 a text, so that the models refuse it instead of computing with a number that nobody wrote.
 """
 

@@ -219,4 +219,5 @@ class _Composer:
             return resolve(event.value)
         except ValueError as error:
             self.problems.add(mark, path, str(error))
-            return 0  # any number: the problem is noted, and what depends on it must not add another
+            self.problems.unreadable.add(path)  # said once: no "a number expected" after this
+            return event.value

@@ -13,11 +13,15 @@ from cdpr.tension.status import Status
 MOST = 200
 
 
-def tension_events(time: Array, status: Array, step: float) -> list[Event]:
+CLIPPED = "the solver minds no limits; tensions beyond them were clipped"
+
+
+def tension_events(time: Array, status: Array, step: float, respects_limits: bool) -> list[Event]:
     """One event for each uninterrupted span of samples with the same solver status that is not OK.
 
     `time` and `status` are (K,), `step` is the control period, s, for which a sample's tensions are held.
     """
+    meaning = MEANING if respects_limits else {**MEANING, Status.NOT_FOUND: CLIPPED}
     if not len(time):
         return []
     starts = np.flatnonzero(np.concatenate([[True], np.diff(status) != 0]))
@@ -26,7 +30,7 @@ def tension_events(time: Array, status: Array, step: float) -> list[Event]:
     events = []
     for start, stop in spans[:MOST]:
         kind = Status(int(status[start]))
-        text = f"{MEANING[kind]} ({stop - start} samples)"
+        text = f"{meaning[kind]} ({stop - start} samples)"
         events.append(Event(float(time[start]), kind.name.lower(), text, until=float(time[stop - 1] + step)))
     if len(spans) > MOST:
         start = spans[MOST][0]

@@ -89,15 +89,16 @@ def simulate(
     except OutputError as unwritable:
         error = unwritable
     rows = recorder.rows[: loop.count]
-    events = tension_events(rows[:, 0], rows[:, header.layout.columns["status"]][:, 0], header.control_step)
-    status = "finished"
+    status = rows[:, header.layout.columns["status"]][:, 0]
+    events = tension_events(rows[:, 0], status, header.control_step, parts.respects_limits)
+    outcome = "finished"
     if error is not None:
-        status = STATUS.get(type(error), "failed")
-        events.append(Event(loop.time, status, str(error)))
+        outcome = STATUS.get(type(error), "failed")
+        events.append(Event(loop.time, outcome, str(error)))
     run = Run(
         header=header,
         rows=rows,
-        status=status,
+        status=outcome,
         message="" if error is None else str(error),
         events=tuple(events),
         timings={"setup_s": started - begun, "loop_s": looped - started},

@@ -1,0 +1,132 @@
+"""A plant that goes wrong is caught in the step in which it does, and what came before is kept."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.errors import Diverged
+from cdpr.simulation.build import build
+from cdpr.simulation.loop import Loop
+
+CAROCA = ROOT / "scenarios" / "caroca.yaml"
+MOVING = 20  # steps; at rest in its initial pose a reset body differs from a sound one by its clock only
+
+
+def nan(backend):
+    backend.state[8] = np.nan
+
+
+def infinite(backend):
+    backend.state[0] = np.inf
+
+
+def absurd_speed(backend):
+    backend.state[7] = 2e3
+
+
+def absurd_spin(backend):
+    backend.state[12] = 1e5
+
+
+def shrunk_quaternion(backend):
+    backend.state[3:7] *= 0.99
+
+
+def jump(backend):
+    backend.state[1] += 1e-3
+
+
+def turn(backend):
+    backend.state[3:7] = [np.cos(0.005), 0, 0, np.sin(0.005)]
+    backend.state[3:7] /= np.linalg.norm(backend.state[3:7])
+
+
+def reset(backend):
+    """What MuJoCo does by default with a bad acceleration: all is finite, and the start again."""
+    backend.reset(cdpr.load_scenario(CAROCA).initial.state())
+
+
+class Faulty:
+    """A backend whose state is spoilt after a chosen step."""
+
+    def __init__(self, backend, fault, when):
+        self._backend, self._fault, self._when, self.calls = backend, fault, when, 0
+
+    def __getattr__(self, name):
+        return getattr(self._backend, name)
+
+    def step(self, n):
+        self._backend.step(n)
+        self.calls += 1
+        if self.calls == self._when:
+            self._fault(self._backend)
+
+
+FAULTS = [nan, infinite, absurd_speed, absurd_spin, shrunk_quaternion, jump, turn, reset]
+
+
+@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_each_fault_is_found_in_its_own_step(backend, fault):
+    scenario = cdpr.load_scenario(
+        CAROCA, backend=backend, overrides={"simulation.duration": 1.5, "trajectory.duration": 1.5}
+    )
+    for when in np.random.default_rng(1).integers(MOVING, 1400, 12):
+        parts = build(scenario)
+        plant = Faulty(parts.backend, fault, when)
+        loop = Loop(dataclasses.replace(parts, backend=plant))
+        rows = np.empty((scenario.simulation.steps + 1, len(loop.row)))
+        with pytest.raises(Diverged, match=r"^t = "):
+            loop.run(rows, lambda _: None)
+        assert loop.count == when  # samples 0 ... when - 1 are kept
+        assert np.isfinite(rows[: loop.count]).all()
+
+
+def test_a_reset_at_the_start_pose_shows_in_the_engines_clock():
+    scenario = cdpr.load_scenario(CAROCA, backend="mujoco", overrides={"trajectory": {"type": "hold"}})
+    parts = build(scenario)
+    loop = Loop(dataclasses.replace(parts, backend=Faulty(parts.backend, reset, 7)))
+    rows = np.empty((scenario.simulation.steps + 1, len(loop.row)))
+    with pytest.raises(Diverged, match="clock reads 0 s"):
+        loop.run(rows, lambda _: None)
+    assert loop.count == 7
+
+
+def test_sound_runs_raise_no_alarm():
+    """Fast spins and throws, with long control periods: far from any limit of the guards."""
+    for step in (1e-3, 1e-2):
+        for backend in ("reference", "mujoco"):
+            run = cdpr.simulate(
+                CAROCA,
+                backend=backend,
+                controller="static",
+                overrides={
+                    "simulation": {"duration": 0.5, "control_step": step, "physics_step": 1e-3},
+                    "initial.velocity": [5.0, -3.0, 8.0],
+                    "initial.angular_velocity": [8.0, 20.0, -10.0],
+                    "controller.kp": 0.0,
+                    "controller.kd": 0.0,
+                    "robot.platform.center_of_mass": [0.1, 0.1, -0.1],
+                },
+            )
+            assert run.status == "finished"
+
+
+def test_a_diverged_run_is_kept_and_told(tmp_path):
+    """Far too high gains for the control period."""
+    overrides = {"controller.kp": 1e6, "controller.kd": 5e3, "initial.position": [0.1, 0, 1.2]}
+    with pytest.raises(cdpr.Diverged) as caught:
+        cdpr.simulate(CAROCA, overrides={**overrides, "robot.tension.max": 1e9}, out=tmp_path / "run")
+    run = caught.value.run
+    assert run.status == "diverged"
+    assert len(run.rows) > 1
+    assert run.events[-1].kind == "diverged"
+    loaded = cdpr.load_run(tmp_path / "run")
+    assert loaded.status == "diverged"
+    assert loaded.message == run.message
+    np.testing.assert_array_equal(loaded.rows, run.rows)

@@ -1,0 +1,308 @@
+"""Torn, flipped, foreign and empty logs: a valid prefix or one clear error, never a wrong row."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from log_cases import make_header, make_rows, same_bits, write_log
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+from cdpr.errors import LogError
+from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.reader import load_run, scan
+from cdpr.log.recorder import Recorder
+from cdpr.log.repair import repair
+from cdpr.log.run_folder import RunFolder
+from cdpr.model.robot import Array
+
+HEADER = make_header(2)
+ROWS = make_rows(HEADER, 2 * BLOCK + 44)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return write_log(tmp_path_factory.mktemp("whole") / "log.mcap", HEADER, ROWS).read_bytes()
+
+
+def check(path: Path, data: bytes) -> str | None:
+    """Load `data`: what is loaded is a prefix of the truth. Returns what the reader says is wrong."""
+    path.write_bytes(data)
+    try:
+        found = scan(path)
+    except LogError as error:
+        assert str(error).startswith(f"{path}: ")
+        assert "\n" not in str(error)
+        return str(error)
+    assert found.header == HEADER
+    assert same_bits(found.rows, ROWS[: len(found.rows)])
+    if found.problem is None:
+        assert len(found.rows) == len(ROWS)
+    return found.problem
+
+
+def truncations(data: bytes, every: int) -> list[int]:
+    """Lengths: the last 4 KiB, and 4 KiB about the end of each block."""
+    form = LogFormat(HEADER)
+    ends = [len(data)]
+    position = len(form.description)
+    for n in (BLOCK, BLOCK, 44):
+        template = form.templates[0]
+        position += template.chunk_length(n)
+        ends += [position, position + 2048]
+        position += 10 * template.index_length(n)
+        ends.append(position + 100)
+    return sorted({length for end in ends for length in range(end - 4096, min(end, len(data)), every)})
+
+
+def test_truncated(tmp_path: Path, whole: bytes) -> None:
+    for length in truncations(whole, 61):
+        assert check(tmp_path / "log.mcap", whole[:length]) is not None
+
+
+@pytest.mark.slow
+def test_truncated_at_every_byte(tmp_path: Path, whole: bytes) -> None:
+    for length in truncations(whole, 1):
+        assert check(tmp_path / "log.mcap", whole[:length]) is not None
+
+
+def test_truncated_in_the_description(tmp_path: Path, whole: bytes) -> None:
+    for length in range(0, 9000, 31):
+        check(tmp_path / "log.mcap", whole[:length])
+
+
+def test_what_is_cut_off_is_only_the_torn_block(tmp_path: Path, whole: bytes) -> None:
+    form = LogFormat(HEADER)
+    start = len(form.description)
+    length = form.templates[0].chunk_length(BLOCK)
+    for cut, rows in ((start + length - 1, 0), (start + length, BLOCK), (start + length + 1, BLOCK)):
+        (tmp_path / "log.mcap").write_bytes(whole[:cut])
+        assert len(scan(tmp_path / "log.mcap").rows) == rows
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_flipped_bits(tmp_path: Path, whole: bytes, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    form = LogFormat(HEADER)
+    places = [
+        *rng.integers(0, len(whole), 100),
+        *rng.integers(0, len(form.description), 50),
+        *rng.integers(len(whole) - 9000, len(whole), 50),
+    ]
+    harmless = 0
+    for place in places:
+        data = bytearray(whole)
+        data[place] ^= 1 << int(rng.integers(8))
+        harmless += check(tmp_path / "log.mcap", bytes(data)) is None
+    assert harmless < 10  # only the message indexes of the pictures are not looked at
+
+
+def test_flipped_bit_in_every_part_of_a_block(tmp_path: Path, whole: bytes) -> None:
+    form = LogFormat(HEADER)
+    start = len(form.description)
+    record = start + CHUNK_HEAD.size + 7 * form.templates[0].row.size
+    index = start + form.templates[0].chunk_length(BLOCK)
+    for place in (
+        *range(start, start + CHUNK_HEAD.size),
+        *range(record, record + form.templates[0].row.size, 3),
+        *range(index, index + 10 * form.templates[0].index_length(BLOCK), 999),
+    ):
+        data = bytearray(whole)
+        data[place] ^= 0x10
+        assert check(tmp_path / "log.mcap", bytes(data)) is not None
+        assert len(scan(tmp_path / "log.mcap").rows) == (BLOCK if place >= index else 0)
+
+
+def test_bytes_with_a_new_checksum_are_not_believed(tmp_path: Path, whole: bytes) -> None:
+    """A block out of place has a right checksum and wrong numbers."""
+    form = LogFormat(HEADER)
+    start = len(form.description)
+    length = form.templates[0].chunk_length(BLOCK) + 10 * form.templates[0].index_length(BLOCK)
+    swapped = whole[:start] + whole[start + length : start + 2 * length] + whole[start : start + length]
+    assert check(tmp_path / "log.mcap", swapped + whole[start + 2 * length :]) is not None
+    assert len(scan(tmp_path / "log.mcap").rows) == 0
+    skipped = whole[: start + length] + whole[start + 2 * length :]
+    assert check(tmp_path / "log.mcap", skipped) is not None
+    doubled = whole[: start + 2 * length] + whole[start + length :]
+    assert check(tmp_path / "log.mcap", doubled) is not None
+
+
+def test_rubbish_behind_a_complete_log_is_told(tmp_path: Path, whole: bytes) -> None:
+    assert check(tmp_path / "log.mcap", whole + b"x") is not None
+    assert len(scan(tmp_path / "log.mcap").rows) == len(ROWS)
+
+
+def test_not_our_log(tmp_path: Path) -> None:
+    foreign = tmp_path / "foreign.mcap"
+    with foreign.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "someone")
+        schema = writer.register_schema("x", "ros2msg", b"int32 x")
+        channel = writer.register_channel("/x", "cdr", schema)
+        writer.add_message(channel, 0, b"\0\1\0\0\0\0\0\0", 0)
+        writer.finish()
+    with pytest.raises(LogError, match=r"foreign\.mcap: is an MCAP file, but no log of cdpr"):
+        load_run(foreign)
+    text = tmp_path / "a.mcap"
+    text.write_text("robot: caroca\n")
+    with pytest.raises(LogError, match="is not an MCAP file"):
+        load_run(text)
+    (tmp_path / "log.mcap").write_bytes(b"")
+    with pytest.raises(LogError, match="is empty"):
+        load_run(tmp_path)
+    with pytest.raises(LogError, match="is empty"):
+        repair(tmp_path)
+    with pytest.raises(LogError, match=r"nothing: no such file or folder"):
+        load_run(tmp_path / "nothing")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(LogError, match=r"empty: holds no log\.mcap"):
+        load_run(tmp_path / "empty")
+
+
+def test_a_log_of_another_format_says_so(tmp_path: Path, whole: bytes) -> None:
+    path = tmp_path / "log.mcap"
+    path.write_bytes(whole.replace(b"format\x01\0\0\x001", b"format\x01\0\0\x009", 1))
+    with pytest.raises(LogError, match="has log format 9, this cdpr reads 1"):
+        load_run(path)
+
+
+def test_a_header_with_fields_of_a_later_version_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    to_dict = type(HEADER).to_dict
+    with monkeypatch.context() as later:
+        later.setattr(type(HEADER), "to_dict", lambda self: {**to_dict(self), "colour": "red"})
+        path = write_log(tmp_path / "log.mcap", HEADER, ROWS)
+    with pytest.raises(LogError, match="another version of cdpr"):
+        load_run(path)
+
+
+@pytest.mark.parametrize("cut", [-1, -9000, -120_000, 9000])
+def test_repair(tmp_path: Path, whole: bytes, cut: int) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER, ["cdpr", "run"])
+    log = folder.path / "log.mcap"
+    log.write_bytes(whole[:cut])
+    kept = len(scan(log).rows)
+    report = repair(folder.path)
+    assert (report.rows, report.interrupted, report.changed) == (kept, True, True)
+    assert report.problem is not None
+    assert report.torn is not None
+    assert report.torn.read_bytes() == whole[:cut]
+    assert sorted(path.name for path in folder.path.iterdir()) == [
+        "log.mcap",
+        "log.mcap.torn",
+        "run.json",
+        "scenario.yaml",
+    ]
+    with log.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert len(list(reader.iter_messages(["/clock"]))) == kept
+    run = load_run(folder.path)  # without a warning
+    assert (run.status, run.message) == ("interrupted", f"killed while it ran; {kept} rows kept")
+    assert same_bits(run.rows, ROWS[:kept])
+    assert log.read_bytes() == write_log(tmp_path / "again.mcap", HEADER, ROWS[:kept]).read_bytes()
+    before = {path: path.read_bytes() for path in folder.path.iterdir()}
+    report = repair(folder.path)
+    assert (report.problem, report.changed, report.rows) == (None, False, kept)
+    assert {path: path.read_bytes() for path in folder.path.iterdir()} == before
+    content = json.loads((folder.path / "run.json").read_text())
+    assert content["argv"] == ["cdpr", "run"]
+    assert content["summary"]["samples"] == kept
+
+
+def test_repair_of_a_log_alone_and_twice(tmp_path: Path, whole: bytes) -> None:
+    path = tmp_path / "a.mcap"
+    for number in ("", "-2"):
+        path.write_bytes(whole[:-5])
+        report = repair(path)
+        assert report.torn == tmp_path / f"a.mcap.torn{number}"
+        assert not report.interrupted
+        assert path.read_bytes() == whole
+
+
+def test_a_complete_log_of_a_killed_run(tmp_path: Path, whole: bytes) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER)
+    (folder.path / "log.mcap").write_bytes(whole)
+    run = load_run(folder.path)
+    assert run.status == "running"  # killed between the log's end and its own
+    report = repair(folder.path)
+    assert (report.problem, report.torn, report.interrupted) == (None, None, True)
+    assert load_run(folder.path).status == "interrupted"
+
+
+CHILD = """
+import sys, time
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from log_cases import make_header, make_rows
+from cdpr.log.recorder import BLOCK, Recorder
+from cdpr.log.run_folder import RunFolder
+header = make_header(2)
+rows = make_rows(header, 40 * BLOCK)
+folder = RunFolder(Path({out!r}), header)
+recorder = Recorder(header, len(rows), folder.path)
+recorder.rows[:-1] = rows
+print("ready", flush=True)
+for n in range(50, len(rows), 50):
+    recorder.flush(n)
+    print(n, flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [3, 77])
+def test_a_killed_run_loses_nothing_that_was_flushed(tmp_path: Path, number: int) -> None:
+    tests = str(Path(__file__).parent.parent)
+    script = CHILD.format(tests=tests, out=str(tmp_path / "run"))
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        lines = [child.stdout.readline() for _ in range(number)]
+        child.send_signal(signal.SIGKILL)
+    flushed = int(lines[-1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run = load_run(tmp_path / "run")
+    assert run.status == "running"
+    assert len(run.rows) >= flushed
+    truth: Array = make_rows(make_header(2), 40 * BLOCK)
+    assert same_bits(run.rows, truth[: len(run.rows)])
+
+
+def test_a_run_json_that_is_not_ours(tmp_path: Path, whole: bytes) -> None:
+    (tmp_path / "log.mcap").write_bytes(whole)
+    for text in ("{", "[]", "{}", '{"status": "finished", "events": [{"x": 1}]}', "\xff"):
+        (tmp_path / "run.json").write_text(text, encoding="latin-1")
+        with pytest.raises(LogError, match=r"run\.json: .*without that file the log still loads"):
+            load_run(tmp_path)
+    os.remove(tmp_path / "run.json")
+    assert load_run(tmp_path).status == "finished"
+
+
+def test_repair_while_the_run_goes_on_loses_nothing(tmp_path: Path) -> None:
+    """A mistake, but not a costly one: the run goes on in what is now log.mcap.torn."""
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    recorder.flush(300)
+    report = repair(tmp_path)
+    recorder.close(len(ROWS))
+    assert report.torn is not None
+    assert same_bits(load_run(report.torn).rows, ROWS)
+    assert same_bits(load_run(tmp_path).rows, ROWS[:300])
+
+
+def test_reading_is_quick_to_refuse_an_absurd_length(tmp_path: Path, whole: bytes) -> None:
+    start = len(LogFormat(HEADER).description)
+    data = bytearray(whole)
+    data[start + 8] = 0x7F  # the length of the first chunk: 9e18 bytes
+    started = time.perf_counter()
+    assert check(tmp_path / "log.mcap", bytes(data)) is not None
+    assert time.perf_counter() - started < 1.0

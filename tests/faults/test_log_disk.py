@@ -1,0 +1,167 @@
+"""Disks that are full, limited or read-only: an OutputError at once, and nothing that claims success."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import resource
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from log_cases import make_header, make_rows, same_bits, write_log
+
+from cdpr.errors import ExitCode, OutputError
+from cdpr.log import run_json
+from cdpr.log.export import export
+from cdpr.log.mcap_file import BLOCK
+from cdpr.log.reader import load_run, scan
+from cdpr.log.recorder import Recorder
+from cdpr.log.repair import repair
+from cdpr.log.run import Run
+from cdpr.log.run_folder import RunFolder
+from cdpr.log.writer import LogWriter
+
+HEADER = make_header(2)
+ROWS = make_rows(HEADER, 3 * BLOCK)
+
+
+def test_dev_full_at_the_first_byte() -> None:
+    with pytest.raises(OutputError, match="/dev/full: cannot be written: No space left on device") as caught:
+        LogWriter(Path("/dev/full"), HEADER)
+    assert caught.value.exit_code == ExitCode.NOT_WRITABLE == 8
+
+
+def test_dev_full_at_the_first_block(tmp_path: Path) -> None:
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    assert recorder._writer is not None
+    full = os.open("/dev/full", os.O_WRONLY)
+    os.dup2(full, recorder._writer._file.fileno())
+    os.close(full)
+    with pytest.raises(OutputError, match=r"log\.mcap: cannot be written: No space left on device"):
+        recorder.flush(BLOCK)
+    for again in (recorder.flush, recorder.close):
+        with pytest.raises(OutputError, match="No space left"):
+            again(len(ROWS))
+    assert same_bits(recorder.rows[:-1], ROWS)
+
+
+@pytest.fixture
+def file_size_limit() -> Iterator[Any]:
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, old)
+
+
+@pytest.mark.parametrize("blocks", [0, 1, 2])
+def test_file_size_limit_within_a_block(tmp_path: Path, file_size_limit: Any, blocks: int) -> None:
+    size = write_log(tmp_path / "whole.mcap", HEADER, ROWS).stat().st_size
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    file_size_limit(int(size * (blocks + 0.5) / 3.2))
+    with pytest.raises(OutputError, match="File too large"):
+        recorder.close(len(ROWS))
+    found = scan(tmp_path / "log.mcap")
+    assert found.problem is not None
+    assert same_bits(found.rows, ROWS[: blocks * BLOCK])
+
+
+def test_file_size_limit_within_the_ending(tmp_path: Path, file_size_limit: Any) -> None:
+    size = write_log(tmp_path / "whole.mcap", HEADER, ROWS).stat().st_size
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    file_size_limit(size - 1)
+    with pytest.raises(OutputError, match="File too large"):
+        recorder.close(len(ROWS))
+    assert len(scan(tmp_path / "log.mcap").rows) == len(ROWS)
+
+
+def test_a_close_that_fails(tmp_path: Path) -> None:
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    assert recorder._writer is not None
+
+    class Failing:
+        """A file whose last error comes only when it is closed, as on a network disk."""
+
+        def __init__(self, file: Any) -> None:
+            self.seek, self.write, self._close = file.seek, file.write, file.close
+
+        def close(self) -> None:
+            self._close()
+            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+
+    recorder._writer._file = Failing(recorder._writer._file)  # type: ignore[assignment]
+    with pytest.raises(OutputError, match="Disk quota exceeded"):
+        recorder.close(len(ROWS))
+
+
+def test_a_folder_that_is_gone_or_a_file(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"log\.mcap: cannot be written: No such file or directory"):
+        Recorder(HEADER, 3, tmp_path / "gone")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="is a file, not a folder"):
+        RunFolder(tmp_path / "file", HEADER)
+    with pytest.raises(OutputError, match="Not a directory"):
+        RunFolder(tmp_path / "file" / "run", HEADER)
+
+
+def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path, file_size_limit: Any) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER)
+    before = (folder.path / "run.json").read_bytes()
+    file_size_limit(100)
+    with pytest.raises(OutputError, match=r"run\.json: cannot be written: File too large"):
+        folder.finish(Run(HEADER, ROWS))
+    assert (folder.path / "run.json").read_bytes() == before
+    assert json.loads(before)["status"] == "running"
+    assert sorted(os.listdir(folder.path)) == ["run.json", "scenario.yaml"]
+
+
+def test_repair_without_room_leaves_all_as_it_was(tmp_path: Path, file_size_limit: Any) -> None:
+    data = write_log(tmp_path / "log.mcap", HEADER, ROWS).read_bytes()[:-1]
+    (tmp_path / "log.mcap").write_bytes(data)
+    file_size_limit(len(data) // 2)
+    with pytest.raises(OutputError, match="File too large"):
+        repair(tmp_path)
+    assert os.listdir(tmp_path) == ["log.mcap"]
+    assert (tmp_path / "log.mcap").read_bytes() == data
+
+
+@pytest.mark.parametrize("to", ["csv", "npz", "mat", "parquet"])
+def test_export_without_room_leaves_nothing(tmp_path: Path, file_size_limit: Any, to: str) -> None:
+    out = tmp_path / f"run.{to}"
+    export(Run(HEADER, ROWS[:2]), to, tmp_path / "small")  # so that imports do not meet the limit
+    file_size_limit(5000)
+    with pytest.raises(OutputError, match=f"run.{to}: cannot be written: File too large"):
+        export(Run(HEADER, ROWS), to, out)
+    assert not list(tmp_path.glob("run*"))
+
+
+def test_a_folder_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_log(tmp_path / "log.mcap", HEADER, ROWS)
+
+    def refuse(*args: Any, **kwargs: Any) -> Any:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)  # the tests may run as root, who is never refused
+    from cdpr.errors import LogError
+
+    with pytest.raises(LogError, match=r"log\.mcap: cannot be read: Permission denied"):
+        load_run(tmp_path)
+
+
+def test_numbers_that_are_not_finite_become_null_in_run_json(tmp_path: Path) -> None:
+    rows = ROWS.copy()
+    rows[5:, 1:] = np.nan
+    rows[6, 1] = np.inf
+    header = make_header(2, tension_max=(np.inf, 1.0))
+    with np.errstate(all="ignore"):
+        run_json.write(tmp_path, run_json.describe(Run(header, rows, "diverged", "NaN")))
+    text = (tmp_path / "run.json").read_text()
+    content = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in strict JSON"))
+    assert content["header"]["tension_max"] == [None, 1.0]
+    assert content["status"] == "diverged"

@@ -1,0 +1,118 @@
+"""`cdpr run` as a user sees it: output, files, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
+SHORT = ["--set", "simulation.duration=0.05", "--no-report"]
+
+
+def cdpr(*arguments, cwd, code=0, env=None):
+    """Run the command line; every error is text, never a traceback."""
+    done = subprocess.run(
+        [sys.executable, "-m", "cdpr", *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        env={**os.environ, **(env or {})},
+        timeout=120,
+    )
+    assert "Traceback" not in done.stderr
+    assert done.returncode == code, done.stderr
+    return done
+
+
+def test_it_prints_a_summary_and_the_folder_last(tmp_path):
+    done = cdpr("run", CAROCA, "--set", "simulation.duration=0.05", cwd=tmp_path)
+    assert "infeasible steps    0 of 51" in done.stdout
+    folder = tmp_path / done.stdout.splitlines()[-1]
+    assert folder.parent == tmp_path / "runs"
+    assert sorted(path.name for path in folder.iterdir()) == ["log.mcap", "report.html", "run.json", "scenario.yaml"]
+    told = json.loads((folder / "run.json").read_text())
+    assert told["status"] == "finished"
+    assert told["argv"][1:3] == ["run", CAROCA]
+
+
+def test_json_is_all_that_stands_on_stdout(tmp_path):
+    done = cdpr("run", CAROCA, *SHORT, "--backend", "mujoco", "--out", "here", "--json", cwd=tmp_path)
+    figures = json.loads(done.stdout)
+    assert figures["status"] == "finished"
+    assert figures["samples"] == 51
+    assert figures["folder"] == "here"
+    assert 0 < figures["position_error_m"]["max"] < 1e-3
+    assert figures["tension_N"]["min"] > 50
+
+
+def test_the_resolved_scenario_runs_to_the_same_bits(tmp_path):
+    cdpr("run", CAROCA, *SHORT, "--out", "a", cwd=tmp_path)
+    cdpr("run", "a/scenario.yaml", "--no-report", "--out", "b", cwd=tmp_path)
+    assert (tmp_path / "a/log.mcap").read_bytes() == (tmp_path / "b/log.mcap").read_bytes()
+
+
+def test_keys_that_the_run_does_not_use_are_told(tmp_path):
+    done = cdpr("run", CAROCA, *SHORT, "--set", "robot.cables[0].diameter=0.004", cwd=tmp_path)
+    assert "not used by this run: robot.cables[*].diameter" in done.stdout
+
+
+def test_a_taken_folder_is_refused(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work")
+    done = cdpr("run", CAROCA, *SHORT, "--out", "mine", cwd=tmp_path, code=8)
+    assert "mine" in done.stderr
+    assert (tmp_path / "mine" / "thesis.tex").read_text() == "years of work"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (["nowhere.yaml"], 2, "nowhere.yaml"),
+        ([CAROCA, "--set", "simulation.duration=-1"], 2, "--set simulation.duration=-1"),
+        ([CAROCA, "--backend", "mujuco"], 3, "did you mean 'mujoco'?"),
+        ([CAROCA, "--no-such-option"], 2, "no-such-option"),
+        ([CAROCA, *SHORT, "--set", "robot.tension.max=200", "--set", "solver.infeasible=stop"], 4, "stopped: t = 0 s"),
+        ([CAROCA, "--no-report", "--set", "robot.tension.max=1e9", "--set", "controller.kp=1e6",
+          "--set", "controller.kd=5e3", "--set", "initial.position=[0.1, 0, 1.2]"], 5, "stopped: t = "),
+    ],
+)  # fmt: skip
+def test_exit_codes(arguments, code, text, tmp_path):
+    done = cdpr("run", *arguments, cwd=tmp_path, code=code)
+    assert text in done.stderr
+
+
+def test_without_matplotlib_the_run_still_counts(tmp_path):
+    (tmp_path / "matplotlib.py").write_text("raise ImportError('blocked')")
+    done = cdpr(
+        "run", CAROCA, "--set", "simulation.duration=0.05", cwd=tmp_path, env={"PYTHONPATH": str(tmp_path)}
+    )
+    assert "no report: " in done.stderr
+    assert "pip install 'cdpr[plot]'" in done.stderr
+    assert not list(tmp_path.glob("runs/*/report.html"))
+
+
+def test_python_writes_nothing_unless_told(tmp_path, monkeypatch):
+    import cdpr as package
+
+    monkeypatch.chdir(tmp_path)
+    run = package.simulate(CAROCA, backend="mujoco", overrides={"simulation.duration": 0.05}, out=None)
+    assert list(tmp_path.iterdir()) == []
+    assert run.time.shape == (51,)
+    assert run.position.shape == (51, 3)
+    assert run.tension.shape == (51, 8)
+    assert run.plot().axes
+
+
+def test_real_time_is_no_faster_than_the_clock():
+    from time import monotonic
+
+    import cdpr as package
+
+    begun = monotonic()
+    package.simulate(CAROCA, overrides={"simulation.duration": 0.3}, real_time=True)
+    assert monotonic() - begun >= 0.299

@@ -1,0 +1,293 @@
+"""The log as others read it: mcap's own reader, mcap_ros2 and rosbags."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zlib
+from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from log_cases import make_header, make_rows, write_log
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Chunk, ChunkIndex, MessageIndex
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.typesys import Stores, get_typestore
+
+from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
+from cdpr.log.run import Header
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+FULL_RATE = {
+    "/clock": "rosgraph_msgs/msg/Clock",
+    "/cdpr/cable_states": "sensor_msgs/msg/JointState",
+    "/cdpr/cable_commands": "sensor_msgs/msg/JointState",
+    "/cdpr/platform/pose": "geometry_msgs/msg/PoseStamped",
+    "/cdpr/platform/pose_desired": "geometry_msgs/msg/PoseStamped",
+    "/cdpr/platform/twist": "geometry_msgs/msg/TwistStamped",
+    "/cdpr/platform/twist_desired": "geometry_msgs/msg/TwistStamped",
+    "/cdpr/platform/acceleration_desired": "geometry_msgs/msg/AccelStamped",
+    "/cdpr/platform/wrench": "geometry_msgs/msg/WrenchStamped",
+    "/cdpr/solver": "std_msgs/msg/Float64MultiArray",
+}
+PICTURES = {"/tf": "tf2_msgs/msg/TFMessage", "/cdpr/markers": "visualization_msgs/msg/MarkerArray"}
+
+
+def xyz(vector: Any) -> list[float]:
+    return [vector.x, vector.y, vector.z]
+
+
+def wxyz(q: Any) -> list[float]:
+    return [q.w, q.x, q.y, q.z]
+
+
+def values_of(topic: str, message: Any) -> dict[str, list[float]]:
+    """The fields of a row that a message holds."""
+    prefix = "desired_" if topic.endswith("_desired") else ""
+    match topic.removesuffix("_desired"):
+        case "/cdpr/cable_states":
+            joints = {"length": message.position, "rate": message.velocity, "tension": message.effort}
+            return {name: list(values) for name, values in joints.items()}
+        case "/cdpr/cable_commands":
+            assert len(message.position) == len(message.velocity) == 0
+            return {"tension": list(message.effort)}
+        case "/cdpr/platform/pose":
+            pose = message.pose
+            return {f"{prefix}position": xyz(pose.position), f"{prefix}orientation": wxyz(pose.orientation)}
+        case "/cdpr/platform/twist":
+            v, w = message.twist.linear, message.twist.angular
+            return {f"{prefix}velocity": xyz(v), f"{prefix}angular_velocity": xyz(w)}
+        case "/cdpr/platform/acceleration":
+            v, w = message.accel.linear, message.accel.angular
+            return {f"{prefix}acceleration": xyz(v), f"{prefix}angular_acceleration": xyz(w)}
+        case "/cdpr/platform/wrench":
+            return {"wrench": xyz(message.wrench.force) + xyz(message.wrench.torque)}
+        case "/cdpr/solver":
+            (dim,) = message.layout.dim
+            assert (dim.size, dim.stride, message.layout.data_offset) == (4, 4, 0)
+            names = dim.label.split(", ")
+            return {name: [value] for name, value in zip(names, message.data, strict=True)}
+    raise AssertionError(topic)
+
+
+def check_message(topic: str, message: Any, time: int, header: Header, row: Array) -> set[str]:
+    stamp = (
+        message.clock if topic == "/clock" else message.header.stamp if hasattr(message, "header") else None
+    )
+    if stamp is not None:
+        assert stamp.sec * 10**9 + stamp.nanosec == time
+    if hasattr(message, "header"):
+        assert message.header.frame_id == "world"
+    if hasattr(message, "name"):
+        assert tuple(message.name) == header.cables
+    if topic == "/clock":
+        return {"time"}
+    values = values_of(topic, message)
+    for name, value in values.items():
+        assert value == row[header.layout.columns[name]].tolist()
+    return set(values)
+
+
+@pytest.mark.parametrize("m", [1, 3, 8, 12])
+def test_every_column_stands_in_the_messages(tmp_path: Path, m: int) -> None:
+    header = make_header(m, shape={"sphere": 0.2} if m == 3 else None if m == 1 else {"box": [1.0, 2.0, 3.0]})
+    rows = make_rows(header, 600)
+    store = get_typestore(Stores.ROS2_JAZZY)
+    seen: dict[int, set[str]] = {}
+    with write_log(tmp_path / "log.mcap", header, rows).open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        for schema, channel, message, decoded in reader.iter_decoded_messages():
+            assert schema is not None
+            kind = (FULL_RATE | PICTURES)[channel.topic]
+            assert (schema.name, schema.encoding, channel.message_encoding) == (kind, "ros2msg", "cdr")
+            k = message.sequence
+            assert message.log_time == message.publish_time == round(k * header.control_step * 1e9)
+            again = store.deserialize_cdr(message.data, kind)
+            assert bytes(store.serialize_cdr(again, kind)) == message.data
+            if channel.topic in FULL_RATE:
+                columns = check_message(channel.topic, decoded, message.log_time, header, rows[k])
+                assert check_message(channel.topic, again, message.log_time, header, rows[k]) == columns
+                seen.setdefault(k, set()).update(columns)
+    assert sorted(seen) == list(range(600))
+    assert all(columns == set(header.layout.columns) for columns in seen.values())
+
+
+def test_order_and_count(tmp_path: Path) -> None:
+    header = make_header(2)
+    k = PICTURE_ROWS + BLOCK + 10
+    path = write_log(tmp_path / "log.mcap", header, make_rows(header, k))
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        listed = [(c.topic, m.sequence, m.log_time, m.data) for _, c, m in reader.iter_messages()]
+        in_file = [(c.topic, m.sequence) for _, c, m in reader.iter_messages(log_time_order=False)]
+        assert reader.get_header().profile == "ros2"
+    assert summary is not None
+    statistics = summary.statistics
+    assert statistics is not None
+    counts = {summary.channels[i].topic: n for i, n in statistics.channel_message_counts.items()}
+    expected = dict.fromkeys(FULL_RATE, k) | {"/tf": -(-k // 17), "/cdpr/markers": -(-k // 34)}
+    assert counts == expected
+    assert {topic: sum(t == topic for t, *_ in listed) for topic in expected} == expected
+    assert statistics.message_count == len(listed) == len(in_file)
+    assert (statistics.message_start_time, statistics.message_end_time) == (0, (k - 1) * 1_000_000)
+    assert (statistics.schema_count, statistics.channel_count) == (9, 12)
+    assert (statistics.attachment_count, statistics.metadata_count) == (1, 1)
+    assert statistics.chunk_count == len(summary.chunk_indexes) == 18 + 2 * 2
+    assert all(a[2] <= b[2] for a, b in pairwise(listed))
+    rows_order = [(topic, number) for topic, number in in_file if topic in FULL_RATE]
+    assert rows_order == [(topic, i) for i in range(k) for topic in FULL_RATE]
+    with path.open("rb") as file:
+        streamed = [
+            (c.topic, m.sequence, m.log_time, m.data) for _, c, m in NonSeekingReader(file).iter_messages()
+        ]
+    assert sorted(streamed) == sorted(listed)
+    with path.open("rb") as file:
+        part = [
+            m.sequence
+            for _, _, m in make_reader(file).iter_messages(
+                ["/cdpr/platform/wrench"], starting_at=300_000_000, ending_at=4_100_000_000
+            )
+        ]
+    assert part == list(range(300, 4101))
+
+
+def test_indexes_and_checksums(tmp_path: Path) -> None:
+    header = make_header(3)
+    path = write_log(tmp_path / "log.mcap", header, make_rows(header, 2 * BLOCK + 7))
+    data = path.read_bytes()
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    for index in summary.chunk_indexes:
+        chunk = read_record(data, index.chunk_start_offset, Chunk)
+        assert index.chunk_length == 9 + int.from_bytes(data[index.chunk_start_offset + 1 :][:8], "little")
+        assert (chunk.message_start_time, chunk.message_end_time) == times_of(index)
+        assert chunk.uncompressed_crc == zlib.crc32(chunk.data) != 0
+        messages = breakup_chunk(chunk, validate_crc=True)
+        times = [message.log_time for message in messages]
+        assert (min(times), max(times)) == times_of(index)
+        length = 0
+        for channel, offset in index.message_index_offsets.items():
+            entries = read_record(data, offset, MessageIndex)
+            assert entries.channel_id == channel
+            mine = [message for message in messages if message.channel_id == channel]
+            assert [time for time, _ in entries.records] == [message.log_time for message in mine]
+            for (_, place), message in zip(entries.records, mine, strict=True):
+                assert chunk.data[place] == 5
+                size = int.from_bytes(chunk.data[place + 1 : place + 9], "little")
+                assert chunk.data[place + 31 : place + 9 + size] == message.data
+            length += 9 + 6 + 16 * len(mine)
+        assert length == index.message_index_length
+        assert min(index.message_index_offsets.values()) == index.chunk_start_offset + index.chunk_length
+
+
+def times_of(index: ChunkIndex) -> tuple[int, int]:
+    return index.message_start_time, index.message_end_time
+
+
+def read_record(data: bytes, offset: int, kind: type) -> Any:
+    record = next(StreamReader(BytesIO(data[offset:]), skip_magic=True, emit_chunks=True).records)
+    assert isinstance(record, kind)
+    return record
+
+
+def test_the_file_explains_itself(tmp_path: Path) -> None:
+    header = make_header(4)
+    path = write_log(tmp_path / "log.mcap", header, make_rows(header, 3))
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        (attachment,) = reader.iter_attachments()
+        (metadata,) = reader.iter_metadata()
+    assert (attachment.name, attachment.media_type) == ("scenario.yaml", "application/yaml")
+    assert (attachment.log_time, attachment.create_time) == (0, 0)
+    assert attachment.data.decode() == header.scenario_yaml
+    assert metadata.name == "cdpr"
+    assert Header.from_dict(json.loads(metadata.metadata["header"])) == header
+
+
+def test_pictures(tmp_path: Path) -> None:
+    header = make_header(3)
+    rows = make_rows(header, 300)
+    columns = header.layout.columns
+    rows[34, columns["tension"]] = [1.0, 50.5, 1000.0]
+    decoded: dict[str, dict[int, Any]] = {"/tf": {}, "/cdpr/markers": {}}
+    with write_log(tmp_path / "log.mcap", header, rows).open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, channel, message, content in reader.iter_decoded_messages(list(PICTURES)):
+            decoded[channel.topic][message.sequence] = content
+    assert list(decoded["/tf"]) == list(range(0, 300, 17))  # at most 60 Hz
+    assert list(decoded["/cdpr/markers"]) == list(range(0, 300, 34))
+    (transform,) = decoded["/tf"][34].transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("world", "platform")
+    assert transform.header.stamp.nanosec == 34_000_000
+    assert xyz(transform.transform.translation) == rows[34, columns["position"]].tolist()
+    assert wxyz(transform.transform.rotation) == rows[34, columns["orientation"]].tolist()
+    cables, platform = decoded["/cdpr/markers"][34].markers
+    assert (cables.type, platform.type, cables.ns, platform.ns) == (5, 1, "cables", "platform")
+    assert xyz(platform.scale) == [0.4, 0.3, 0.2]
+    assert cables.header.stamp.nanosec == platform.header.stamp.nanosec == 34_000_000
+    assert xyz(platform.pose.position) == rows[34, columns["position"]].tolist()
+    assert wxyz(platform.pose.orientation) == rows[34, columns["orientation"]].tolist()
+    points = np.array([xyz(point) for point in cables.points]).reshape(3, 2, 3)
+    anchors = np.array(header.anchors)
+    R = rotations.matrix(rows[34, columns["orientation"]])
+    np.testing.assert_array_equal(points[:, 0], anchors[:, :3])
+    placed = rows[34, columns["position"]] + anchors[:, 3:] @ R.T
+    np.testing.assert_allclose(points[:, 1], placed, rtol=1e-12, atol=1e-9)
+    colours = [[c.r, c.g, c.b, c.a] for c in cables.colors]
+    assert colours == [[0, 0, 1, 1]] * 2 + [[0.5, 1, 0.5, 1]] * 2 + [[1, 0, 0, 1]] * 2
+
+
+@pytest.mark.parametrize("step", [1 / 3000, 0.01, 1 / 60, 0.1])
+def test_other_steps(tmp_path: Path, step: float) -> None:
+    header = make_header(2, control_step=step)
+    rows = make_rows(header, 301)
+    times: dict[str, list[int]] = {}
+    with write_log(tmp_path / "log.mcap", header, rows).open("rb") as file:
+        for _, channel, message in make_reader(file).iter_messages():
+            times.setdefault(channel.topic, []).append(message.log_time)
+    assert times["/clock"] == [round(k * step * 1e9) for k in range(301)]
+    for topic, rate in (("/tf", 60), ("/cdpr/markers", 30)):
+        gaps = np.diff(times[topic])
+        assert min(gaps) >= max(1e9 / rate, step * 1e9) - 2
+
+
+def test_odd_values_are_drawn_without_complaint(tmp_path: Path) -> None:
+    header = make_header(2, tension_min=(5.0, 0.0), tension_max=(5.0, float("inf")))
+    rows = make_rows(header, 80)
+    rows[34:, 1:] = np.nan
+    rows[68:, 1:] = 1e300
+    path = write_log(tmp_path / "log.mcap", header, rows)
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        drawn = [content for _, _, _, content in reader.iter_decoded_messages(["/cdpr/markers"])]
+    assert len(drawn) == 3
+    for content in drawn:
+        assert all(0.0 <= part <= 1.0 for c in content.markers[0].colors for part in (c.r, c.g, c.b, c.a))
+
+
+def test_no_rows(tmp_path: Path) -> None:
+    header = make_header(2)
+    path = write_log(tmp_path / "log.mcap", header, make_rows(header, 0))
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        assert list(reader.iter_messages()) == []
+    assert summary is not None
+    assert len(summary.channels) == 12
+
+
+def test_format_is_frozen() -> None:
+    """Where this fails, old logs can no longer be read: count FORMAT up, then mend the hash."""
+    header = make_header(2)
+    form = LogFormat(header, text="{}")
+    rows = np.arange(3.0 * header.layout.width).reshape(3, -1) / 8.0
+    digest = hashlib.sha256(form.description + bytes(form.block(rows, 300))).hexdigest()
+    assert digest[:16] == "cf6506f1d0f92721"

@@ -1,0 +1,84 @@
+"""The folder of a run and what run.json says."""
+
+from __future__ import annotations
+
+import json
+import re
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+from log_cases import make_header, make_rows, same_bits, write_log
+
+from cdpr.errors import OutputError
+from cdpr.log.reader import load_run
+from cdpr.log.run import Event, Run
+from cdpr.log.run_folder import RunFolder
+
+HEADER = make_header(2)
+
+
+def test_the_default_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    header = make_header(2, scenario="../lift & turn ä", backend="mujoco")
+    folder = RunFolder(None, header)
+    assert re.fullmatch(r"runs/\d{8}-\d{6}_lift-turn-ä_mujoco", str(folder.path))
+    assert (folder.path / "scenario.yaml").read_text(encoding="utf-8") == header.scenario_yaml
+
+
+def test_default_names_never_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    now = datetime(2026, 1, 2, 3, 4, 5)
+    monkeypatch.setattr("cdpr.log.run_json.now", lambda: now)
+    names = [RunFolder(None, HEADER).path.name for _ in range(3)]
+    first = "20260102-030405_test_reference"
+    assert names == [first, f"{first}-2", f"{first}-3"]
+
+
+def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
+    out = tmp_path / "a" / "b"
+    RunFolder(out, HEADER)
+    before = (out / "run.json").read_bytes()
+    with pytest.raises(OutputError, match="exists and is not empty; choose another --out or remove it"):
+        RunFolder(out, HEADER)
+    assert (out / "run.json").read_bytes() == before
+    (tmp_path / "empty").mkdir()
+    assert RunFolder(tmp_path / "empty", HEADER).path == tmp_path / "empty"
+
+
+def test_run_json_from_start_to_end(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER, ["cdpr", "run", "a.yaml"])
+    content = json.loads((folder.path / "run.json").read_text(encoding="utf-8"))
+    assert (content["status"], content["finished"]) == ("running", None)
+    assert content["header"]["cables"] == ["Seil α", "cable_2"]
+    assert "scenario_yaml" not in content["header"]
+    rows = make_rows(HEADER, 40)
+    run = Run(
+        header=HEADER,
+        rows=rows,
+        status="infeasible",
+        message="no tensions at 0.02 s",
+        events=(Event(0.02, "infeasible", "cable 1 slack", 0.03), Event(0.03, "stopped", "policy stop")),
+        timings={"loop_s": 0.5},
+        unused=("trajectory.blend",),
+        folder=str(folder.path),
+    )
+    folder.finish(run)
+    content = json.loads((folder.path / "run.json").read_text(encoding="utf-8"))
+    assert content["argv"] == ["cdpr", "run", "a.yaml"]
+    for key in ("started", "finished"):
+        assert datetime.fromisoformat(content[key]).utcoffset() is not None
+    assert content["summary"] == run.summary()
+    write_log(folder.path / "log.mcap", HEADER, rows)
+    again = load_run(folder.path)
+    assert same_bits(again.rows, rows)
+    for name in ("header", "status", "message", "events", "timings", "unused", "folder"):
+        assert getattr(again, name) == getattr(run, name)
+    assert sorted(path.name for path in folder.path.iterdir()) == ["log.mcap", "run.json", "scenario.yaml"]
+
+
+def test_the_log_alone_is_enough(tmp_path: Path) -> None:
+    rows = make_rows(HEADER, 10)
+    run = load_run(str(write_log(tmp_path / "somewhere.mcap", HEADER, rows)))
+    assert same_bits(run.rows, rows)
+    assert (run.header, run.status, run.folder) == (HEADER, "finished", None)

@@ -1,0 +1,266 @@
+import hashlib
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from test_report_cases import CASES, diverged_run, infeasible_run, make_run
+
+from cdpr.errors import OutputError
+from cdpr.log.run import Event, Run
+from cdpr.report.html import drawings, render, write_report
+from cdpr.report.tables import MOST_EVENTS, number
+
+HERE = Path(__file__).parent
+NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
+VOID = {"meta", "link", "br", "hr", "img", "input"}
+
+
+class Page(HTMLParser):
+    """Tags, ids, links and visible words of a page; fails where tags do not match."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.words = ""
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(str(value))
+            if name in ("href", "xlink:href", "src", "action", "data"):
+                self.links.append(str(value))
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "style" not in self.open:
+            self.words += data
+
+
+def row(text: str, title: str) -> list[str]:
+    """Cells of the row with this heading."""
+    found = re.search(rf'<tr><th scope="row">{re.escape(title)}</th>(.*)</tr>', text)
+    assert found, title
+    return re.findall(r"<td[^>]*>(.*?)</td>", found[1])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_page_is_sound_and_needs_nothing_else(case: str) -> None:
+    text = render(CASES[case]())
+    page = Page(text)
+    assert len(page.ids) == len(set(page.ids))
+    assert all(link.startswith("#") for link in page.links)
+    assert {link[1:] for link in page.links} <= set(page.ids)
+    assert {"script", "iframe", "img", "link", "object", "base"}.isdisjoint(page.tags)
+    rest = text
+    for namespace in NAMESPACES:
+        rest = rest.replace(f'="{namespace}"', "")
+    assert not re.search(r"https?:|//[a-z]|@import|url\((?!#)", rest)
+
+
+def test_every_figure_is_there_with_a_caption_and_in_the_navigation() -> None:
+    page = Page(render(make_run()))
+    names = [drawing.name for drawing in drawings()]
+    assert len(names) == 8
+    assert page.tags.count("svg") == page.tags.count("figcaption") == 8
+    for name in (*names, "Summary", "Run", "Events", "Cables", "Scenario"):
+        assert name.lower() in page.ids
+        assert f"#{name.lower()}" in page.links
+
+
+def test_figures_of_the_summary_are_in_human_units() -> None:
+    run = make_run()
+    figures = run.summary()
+    text = render(run)
+    for title, key in (
+        ("Position error (mm)", "position_error_m"),
+        ("Orientation error (mrad)", "orientation_error_rad"),
+    ):
+        assert row(text, title) == [number(1e3 * figures[key][part]) for part in ("max", "rms", "final")]
+    assert row(text, "Largest tension (N)") == [f"{figures['tension_N']['max']:.4g}"]
+    assert row(text, "Smallest margin to a limit (N)") == ["0"]
+    assert row(text, "Steps without valid tensions") == ["none"]
+    assert row(text, "Samples; simulated time") == ["4001; 4 s"]
+    assert row(text, "Keys not used") == ["<code>controller.kd</code>"]
+    assert row(text, "Control step; physics step") == ["1 ms; 1 ms"]
+    assert "numpy 2.4.6" in row(text, "Versions")[0]
+
+
+def test_each_cable_has_its_limits_and_extremes() -> None:
+    run = make_run()
+    text = render(run)
+    key = '<span class="key" style="background:#c91f16"></span>'
+    tension, length = run.tension[:, 2], run.length[:, 2]
+    ends = (20.0, 650.0, tension.min(), tension.max(), length.min(), length.max())
+    assert row(text, f"{key}cable_3") == [number(x) for x in ends]
+
+
+@pytest.mark.parametrize(
+    ("run", "mood", "words"),
+    [
+        (make_run(rows=9), "good", "Finished: reached 4 s"),
+        (infeasible_run(), "warn", "Finished, but 201 of 4001 steps had no valid tensions"),
+        (diverged_run(), "bad", "Diverged: stopped at 1.199 s"),
+        (CASES["interrupted"](), "warn", "Interrupted"),
+        (
+            replace(make_run(rows=9), status="infeasible", message="at 2 s"),
+            "bad",
+            "Stopped as infeasible: at 2 s",
+        ),
+        (replace(make_run(rows=9), status="running", message=""), "warn", "Did not end"),
+        (
+            replace(make_run(rows=9), status="failed", message="the <engine> died"),
+            "bad",
+            "Failed: the <engine> died",
+        ),
+    ],
+)
+def test_the_banner_says_how_the_run_ended(run: Run, mood: str, words: str) -> None:
+    text = render(run)
+    banner = re.search(r'<p class="banner (\w+)".*</p>', text)
+    assert banner
+    assert banner[1] == mood
+    assert words in Page(banner[0]).words
+
+
+def test_events_are_listed_with_time_kind_and_text() -> None:
+    text = render(infeasible_run())
+    assert row(text, "1") == ["0.9 to 1.1", "infeasible", "no tensions within the limits balance the wrench"]
+    assert row(text, "3") == ["3.2", "note", "the platform came to rest"]
+    assert row(text, "Steps without valid tensions") == ["200 infeasible, 1 not found"]
+
+
+def test_thousands_of_events_do_not_bury_the_page() -> None:
+    events = tuple(Event(0.001 * i, "infeasible", "again") for i in range(3000))
+    text = render(replace(make_run(), events=events))
+    assert text.count("<td>again</td>") == MOST_EVENTS
+    assert "And 2800 more" in text
+
+
+def test_all_that_comes_from_outside_is_escaped() -> None:
+    bad = "<script>alert(1)</script>\"'&"
+    run = make_run(rows=50, names=(bad, *(f"c{i}" for i in range(7))))
+    names = dict.fromkeys(("scenario", "robot", "backend", "controller", "solver", "scenario_yaml"), bad)
+    header = replace(run.header, **names, versions={bad: bad})
+    run = replace(
+        run,
+        header=header,
+        status=bad,
+        message=bad,
+        unused=(bad,),
+        events=(Event(0.01, bad, bad),),
+        timings={bad: 1.0},
+    )
+    text = render(run)
+    page = Page(text)
+    assert "<script" not in text
+    assert "script" not in page.tags
+    assert page.words.count(bad) >= 14
+
+
+def test_a_template_sign_in_a_name_is_only_a_sign() -> None:
+    run = make_run(rows=9)
+    text = render(replace(run, header=replace(run.header, scenario="$title {length} %s")))
+    assert "<h1>$title {length} %s: report of a run</h1>" in text
+
+
+def test_a_run_without_a_sample_has_a_report() -> None:
+    text = render(CASES["no row"]())
+    assert "The run has no sample." in text
+    assert "<svg" not in text
+
+
+def test_a_diverged_run_says_what_is_not_finite() -> None:
+    assert row(render(diverged_run()), "Position error (mm)")[2] == "not finite"
+
+
+def test_wall_clock_times_stand_in_one_row_only() -> None:
+    fast, slow = (render(replace(make_run(rows=200), timings={"loop_s": s})).splitlines() for s in (0.1, 7.0))
+    different = [a for a, b in zip(fast, slow, strict=True) if a != b]
+    assert len(different) == 1
+    assert "Wall clock" in different[0]
+    assert "Wall clock" not in render(replace(make_run(rows=200), timings={}))
+
+
+def test_two_processes_write_the_same_bytes(tmp_path: Path) -> None:
+    code = (
+        "import sys, test_report_cases as cases; from cdpr.report.html import write_report;"
+        "write_report(cases.infeasible_run(), sys.argv[1])"
+    )
+    digests = set()
+    for seed in ("1", "2"):
+        path = tmp_path / seed
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        subprocess.run([sys.executable, "-c", code, str(path)], cwd=HERE, env=environment, check=True)
+        digests.add(hashlib.sha256(path.read_bytes()).hexdigest())
+    assert len(digests) == 1
+
+
+def test_the_file_is_small(tmp_path: Path) -> None:
+    write_report(make_run(rows=4001), tmp_path / "report.html")
+    assert (tmp_path / "report.html").stat().st_size < 600_000
+
+
+def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"nowhere.*No such file"):
+        write_report(make_run(rows=2), tmp_path / "nowhere" / "report.html")
+
+
+def test_without_matplotlib_the_remedy_is_named() -> None:
+    code = (
+        "import sys; sys.modules['matplotlib'] = None\n"
+        "import test_report_cases as cases\n"
+        "from cdpr.errors import PluginError\n"
+        "from cdpr.report.html import write_report\n"
+        "run = cases.make_run(rows=3)\n"
+        "for use in (run.plot, lambda: write_report(run, 'never')):\n"
+        "    try:\n"
+        "        use()\n"
+        "    except PluginError as error:\n"
+        "        assert \"pip install 'cdpr[plot]'\" in str(error), error\n"
+        "    else:\n"
+        "        raise SystemExit('no PluginError')\n"
+    )
+    run = subprocess.run([sys.executable, "-c", code], cwd=HERE, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert not (HERE / "never").exists()
+
+
+def test_the_room_itself_is_light() -> None:
+    code = "import sys, cdpr.report.html; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.25479, "0.2548"),
+        (-3.0, "−3"),
+        (20000.0, "2e+04"),
+        (1e-12, "1e−12"),
+        (float("nan"), "not finite"),
+    ],
+)
+def test_numbers_are_short(value: float, text: str) -> None:
+    assert number(value) == text

@@ -1,0 +1,189 @@
+"""What the scenario tests share: texts that hold every key, plugins that stand for any, and the ways to fail."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from cdpr.errors import CdprError, PluginError, ScenarioError
+from cdpr.plugins import PluginInfo, PluginOptions
+from cdpr.plugins.registry import Registry
+from cdpr.scenario import Scenario, load_scenario
+
+ROBOT = """\
+name: tripod
+dof: [x, y, z, rx, ry, rz]
+unilateral: true
+platform:
+  mass: 150
+  inertia: [6.5, 20.0, 22.5, 0.1, 0.2, 0.3]
+  center_of_mass: [0.01, 0.02, 0.03]
+  shape: {box: [1.2, 0.6, 0.4]}
+tension: {min: 50, max: [10000, 9000, 8000]}
+cables:
+- name: left
+  frame: [-3.5, -2.0, 3.5]
+  platform: [0.6, -0.3, -0.2]
+  tension: {min: 40, max: 9500}
+  diameter: 0.006
+  axial_stiffness: 1e6
+  linear_density: 0.15
+  length: {min: 0.5, max: 12}
+  speed_max: 2.5
+- {frame: [3.5, -2.0, 3.5], platform: [-0.6, -0.3, 0.2]}
+- {frame: [3.5, 2.0, 3.5], platform: [0.6, 0.3, -0.2]}
+"""
+
+HEAD = """\
+name: every-key
+world: {gravity: [0, 0, -9.81]}
+simulation: {backend: plain, duration: 4.0, control_step: 0.001, physics_step: 5e-4, seed: 7}
+initial:
+  position: [0.0, 0.1, 1.2]
+  orientation: {quaternion: [1, 0, 0, 0]}
+  velocity: [0.1, 0, 0]
+  angular_velocity: [0, 0.1, 0]
+"""
+
+TAIL = """\
+controller: {type: gains, kp: 100, kd: [1, 2, 3, 4, 5, 6]}
+solver: {type: simple, infeasible: stop}
+backend_options:
+  tuned: {integrator: euler, tolerance: 1e-6}
+"""
+
+POINT = """
+    position: [1.5, 0.5, 1.6]
+    orientation: {rpy: [0, 0, 0.3]}
+    velocity: [0, 0, 0]
+    angular_velocity: [0, 0, 0]
+    acceleration: [0, 0, 0.5]
+    angular_acceleration: [0, 0.5, 0]
+"""
+
+QUINTIC = f"""\
+trajectory:
+  type: quintic
+  start: 0.5
+  duration: 3.0
+  from:{POINT}  to:{POINT.replace("{rpy: [0, 0, 0.3]}", "{euler: {angles: [0.1, 0.2, 0.3], order: XYZ}}")}"""
+
+WAYPOINTS = f"""\
+trajectory:
+  type: waypoints
+  start: 0.5
+  points:
+  - time: 1.0{POINT}  - time: 2.0{POINT}"""
+
+HOLD = """\
+trajectory:
+  type: hold
+  position: [1, 0, 1]
+  orientation: {rpy: [0, 0, 0.1]}
+"""
+
+
+def whole(trajectory: str, robot: str = ROBOT) -> str:
+    """A scenario text that stands alone."""
+    indented = "".join(f"  {line}\n" for line in robot.splitlines())
+    return f"{HEAD}robot:\n{indented}{trajectory}{TAIL}"
+
+
+BASE = whole(QUINTIC)
+TEXTS = {"quintic": BASE, "waypoints": whole(WAYPOINTS), "hold": whole(HOLD)}
+
+
+class GainsOptions(PluginOptions):
+    kp: float | tuple[float, float, float, float, float, float] = Field(
+        10.0, description="gain", json_schema_extra={"unit": "1/s^2"}
+    )
+    kd: float | tuple[float, float, float, float, float, float] = Field(5.0, json_schema_extra={"unit": "1/s"})
+    limit: float | None = Field(None, ge=0, json_schema_extra={"unit": "N"})
+
+
+class TunedOptions(PluginOptions):
+    integrator: Literal["euler", "rk4"] = "euler"
+    tolerance: float = Field(1e-8, gt=0)
+    label: str = ""
+
+    @model_validator(mode="after")
+    def _fits(self) -> TunedOptions:
+        if self.integrator == "rk4" and self.tolerance > 0.1:
+            raise ValueError("rk4 needs a tolerance of 0.1 at most")
+        return self
+
+
+class NeedyOptions(PluginOptions):
+    path: str = Field(description="file to run")
+
+
+class BrokenOptions(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _explodes(cls, data: object) -> object:
+        raise RuntimeError("foreign fault")
+
+
+def fake_plugins() -> Registry:
+    """Plugins as the installed ones might be: with and without options, not installed, and broken."""
+    registry = Registry()
+
+    def add(role, name, options=PluginOptions, requires=()):
+        info = PluginInfo(name=name, factory="nowhere:Nothing", summary="", options=options, requires=requires)
+        registry.add(role, info, "cdpr", "0")
+
+    add("backend", "plain")
+    add("backend", "reference")
+    add("backend", "tuned", TunedOptions, ("no_such_module",))
+    add("backend", "needy", NeedyOptions)
+    add("backend", "broken", BrokenOptions)
+    add("controller", "gains", GainsOptions)
+    add("controller", "computed_torque", GainsOptions)
+    add("controller", "none")
+    add("solver", "simple")
+    add("solver", "qp")
+    add("solver", "tuned", TunedOptions)
+    return registry
+
+
+PLUGINS = fake_plugins()
+
+
+def load(text: str = BASE, *overrides: str, **arguments) -> Scenario:
+    """Load a text under the name a.yaml with the fake plugins."""
+    return load_scenario("a.yaml", text=text, overrides=overrides, plugins=PLUGINS, **arguments)
+
+
+def problems(text: str = BASE, *overrides: str, **arguments) -> list[str]:
+    """Return the problems of a text that must be refused."""
+    with pytest.raises(CdprError) as caught:
+        load(text, *overrides, **arguments)
+    assert isinstance(caught.value, ScenarioError | PluginError)
+    return str(caught.value).splitlines()
+
+
+def problem(text: str = BASE, *overrides: str, **arguments) -> str:
+    """Return the one problem of a text that must be refused."""
+    found = problems(text, *overrides, **arguments)
+    assert len(found) == 1, found
+    return found[0]
+
+
+def line_of(text: str, part: str) -> int:
+    """Line, counted from 1, in which `part` first occurs."""
+    return text[: text.index(part)].count("\n") + 1
+
+
+def changed(text: str, old: str, new: str) -> str:
+    """Replace the first `old`, which must be there."""
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS)
+def test_the_texts_that_hold_every_key_load(text):
+    assert load(text).name == "every-key"
