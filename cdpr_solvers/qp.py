@@ -38,7 +38,7 @@ class MinimumNorm(TensionSolver):
 @kernel
 def minimum_norm(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, work: Array) -> int:
     """Write the distribution of least norm; return OK, INFEASIBLE or NOT_FOUND."""
-    n, m = W.shape
+    m = W.shape[1]
     basis = work[: m * m].reshape(m, m)
     o = m * m
     particular = work[o : o + m]

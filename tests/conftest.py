@@ -55,7 +55,8 @@ def random_state(rng: np.random.Generator, *, tilt: float = 0.3) -> np.ndarray:
     v = rng.uniform(-tilt, tilt, 3)
     angle = float(np.linalg.norm(v))
     q = rotations.from_axis_angle(v / angle, angle)
-    return np.concatenate([rng.uniform(-0.5, 0.5, 3) + [0, 0, 2], q, rng.normal(size=3), rng.normal(size=3)])
+    position = rng.uniform(-0.5, 0.5, 3) + np.array([0.0, 0.0, 2.0])
+    return np.concatenate([position, q, rng.normal(size=3), rng.normal(size=3)])
 
 
 @pytest.fixture(scope="session")

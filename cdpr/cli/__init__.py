@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from importlib import import_module
 
 import click
@@ -52,6 +53,8 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; every error meant for the user becomes text and an exit code, never a traceback."""
+    # A warning is a line for the user, not a place in our code.
+    warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
     try:
         code = cli.main(standalone_mode=False)
     except click.exceptions.Abort:

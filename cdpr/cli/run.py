@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import CdprError, ExitCode, Interrupted
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run
@@ -57,7 +57,15 @@ def command(
     on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
     folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
     stop: CdprError | None = None
-    with _terminated_like_interrupted() as signals, _progress() as progress:
+    with _signals() as signals, _bar() as bar:
+
+        def progress(done: int, total: int) -> None:
+            # Here no write is under way, and half a second is the longest that it takes to get here.
+            if signals.pending:
+                signals.pending = False
+                raise Interrupted("interrupted")
+            bar(done, total)
+
         try:
             run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
         except CdprError as error:
@@ -72,30 +80,39 @@ def command(
         _print(run)
     if stop is not None:
         click.echo(f"stopped: {stop}", err=True)
-        raise click.exceptions.Exit(ExitCode.TERMINATED if signal.SIGTERM in signals else stop.exit_code)
+        raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else stop.exit_code)
+
+
+class _Signals:
+    """Ctrl-C and SIGTERM: the first is remembered, so that the run can close its log; the second ends at once."""
+
+    pending = False
+    came = False
+    terminated = False
+
+    def handle(self, number: int, frame: object) -> None:
+        if self.came:
+            raise KeyboardInterrupt
+        self.pending = self.came = True
+        self.terminated = number == signal.SIGTERM
 
 
 @contextmanager
-def _terminated_like_interrupted() -> Iterator[list[int]]:
-    """Let SIGTERM end the run as Ctrl-C does: log closed, summary printed. Yields the signals that came."""
-    came: list[int] = []
-
-    def handle(number: int, frame: object) -> None:
-        came.append(number)
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, handle)
+def _signals() -> Iterator[_Signals]:
+    signals = _Signals()
+    before = {number: signal.signal(number, signals.handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield came
+        yield signals
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[int, int], None] | None]:
+def _bar() -> Iterator[Callable[[int, int], None]]:
     """A progress bar on stderr, where that is a terminal."""
     if not sys.stderr.isatty():
-        yield None
+        yield lambda done, total: None
         return
     from time import monotonic
 

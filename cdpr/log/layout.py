@@ -50,7 +50,7 @@ class Layout:
     @property
     def width(self) -> int:
         """Number of columns."""
-        return self.columns["at_limit"].stop
+        return sum(width or self.m for _, width in FIELDS)
 
     def span(self, first: str, last: str) -> slice:
         """Columns from the field `first` to the field `last`, both included."""

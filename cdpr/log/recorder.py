@@ -19,8 +19,8 @@ LOG_NAME = "log.mcap"
 class Recorder:
     """Rows of a run of `steps` steps, and their log where a run folder is given.
 
-    The loop fills `rows[k]` itself, one copy a step; the time in it is k * control_step. With n rows done,
-    it calls `flush(n)` when `n % BLOCK == 0`, which is cheapest, and when half a second has passed since it last
+    The loop fills `rows[k]` itself, one copy a step; the time in it is k * control_step. With n rows done, it
+    calls `flush(n)` when `n % BLOCK == 0`, which is cheapest, and when half a second has passed since it last
     did; and `close(n)` at the end. Without a folder there is nothing to write, and both only return.
 
     Raises OutputError where the log cannot be written; the rows in memory are not touched by that.

@@ -27,17 +27,18 @@ def summarise(run: Run) -> dict[str, Any]:
         "infeasible_steps": int(np.count_nonzero(run.solver_status)),
     }
     if samples:
-        tension = run.tension
-        steps = np.abs(np.diff(tension, axis=0))
-        figures["position_error_m"] = _error(run.position_error)
-        figures["orientation_error_rad"] = _error(run.orientation_error)
-        figures["tension_N"] = {
-            "min": float(tension.min()),
-            "max": float(tension.max()),
-            "largest_step": float(steps.max()) if len(steps) else 0.0,
-        }
-        figures["residual_max_N"] = float(run.residual.max())
-        figures["margin_min_N"] = float(run.margin.min())
+        with np.errstate(over="ignore", invalid="ignore"):  # a diverged run is summed up too
+            tension = run.tension
+            steps = np.abs(np.diff(tension, axis=0))
+            figures["position_error_m"] = _error(run.position_error)
+            figures["orientation_error_rad"] = _error(run.orientation_error)
+            figures["tension_N"] = {
+                "min": float(tension.min()),
+                "max": float(tension.max()),
+                "largest_step": float(steps.max()) if len(steps) else 0.0,
+            }
+            figures["residual_max_N"] = float(run.residual.max())
+            figures["margin_min_N"] = float(run.margin.min())
     loop = run.timings.get("loop_s")
     if loop:
         figures["real_time_factor"] = simulated / loop

@@ -41,7 +41,9 @@ class LogWriter:
             self._put(self._format.block(rows[self._rows : stop], self._rows))
 
     def close(self, rows: Array, stop: int) -> None:
-        """Bring the file up to row `stop` (excluded) and make it complete."""
+        """Bring the file up to row `stop` (excluded) and make it complete; the second time, do nothing."""
+        if self._file.closed and self._failure is None:
+            return
         while stop > self._rows:
             self._append_block(rows, min(stop, self._rows + BLOCK))
         if stop % PICTURE_ROWS:

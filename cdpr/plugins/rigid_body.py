@@ -17,8 +17,8 @@ from cdpr.plugins.backend import Backend
 class RigidBodyBackend(Backend):
     """A backend on an engine that integrates a free rigid body under an applied wrench.
 
-    The engine's file builds the world and implements `build`, `write`, `read` and `advance`; here the cable geometry and the
-    tensions are evaluated once a physics step. The engine sees a body whose frame lies at the centre of mass along the
+    The engine's file implements `build`, `write`, `read` and `advance`; here the cable geometry and the tensions are
+    evaluated once a physics step. The engine sees a body whose frame lies at the centre of mass along the
     principal axes, so its inertia is `frame.moments` and its centre of mass the origin.
 
     Attributes:

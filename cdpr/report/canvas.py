@@ -133,9 +133,9 @@ def inline_svg(figure: Figure, key: str, label: str) -> str:
         f'aria-label="{escape(label)}" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
     )
     text = root + text[text.index(">", text.index("<svg ")) + 1 :]
-    text = re.sub(
-        r' id="[a-z0-9]+_\d+"', "", text
-    )  # figure_1, line2d_7: never referred to, not unique on a page
+    # Ids such as line2d_7 are never referred to, nor unique on a page; indents are a tenth of the file.
+    text = re.sub(r' id="[a-z0-9.]+_\d+"', "", text)
+    text = re.sub(r"\n +", "\n", text)
     return re.sub(r' d="[^"]*"', _two_decimals, text)
 
 

@@ -51,7 +51,8 @@ def robot(run: Run) -> Chart:
 
     ends = run.position[rows[:1] + rows[-1:]]
     hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * _radius(run) for s in (-1.0, 1.0))])
-    right, sides = legend_width(run), 0.25 + LETTER * max(map(len, names))
+    labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
+    right, sides = legend_width(run), 0.25 + LETTER * max(len(text) for _, text in labels)
     height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
     chart = Chart(figsize=(WIDTH, height))
     axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
@@ -61,7 +62,7 @@ def robot(run: Run) -> Chart:
     entries = [_world_axes(axes, view, low, size)]
     if rows:
         entries += _motion(axes, run, view, rows, A, B)
-    _anchor_names(axes, A @ view[:2].T, names, hull.mean(axis=0), reach)
+    _write_labels(axes, labels, hull.mean(axis=0), reach)
     if not short:
         named = zip(names, run.header.cables, cable_looks(run), strict=True)
         entries += [(f"{i}: {shorten(name, 23)}", look) for i, name, look in named]
@@ -173,14 +174,22 @@ def _closed(points: Array) -> Path:
     return Path(np.concatenate([points, points[:1]]), closed=True)
 
 
-def _anchor_names(axes: Axes, points: Array, names: list[str], middle: Array, reach: float) -> None:
-    """Write the cables' names away from the middle; anchors close together in the view share a label."""
+def _anchor_labels(points: Array, names: list[str], near: float) -> list[tuple[Array, str]]:
+    """Return where which names stand; anchors less than `near` apart in the view share a label."""
+    labels: list[tuple[Array, str]] = []
     left = list(range(len(points)))
     while left:
-        group = [i for i in left if np.linalg.norm(points[i] - points[left[0]]) < 1.5 * reach]
+        group = [i for i in left if np.linalg.norm(points[i] - points[left[0]]) < near]
         left = [i for i in left if i not in group]
-        away = points[group[0]] - middle
-        x, y = points[group[0]] + reach * away / (float(np.linalg.norm(away)) or 1.0)
+        labels.append((points[group[0]], ", ".join(names[i] for i in group)))
+    return labels
+
+
+def _write_labels(axes: Axes, labels: list[tuple[Array, str]], middle: Array, reach: float) -> None:
+    """Write labels a little further from the middle than what they name."""
+    for point, name in labels:
+        away = point - middle
+        x, y = point + reach * away / (float(np.linalg.norm(away)) or 1.0)
         side = "left" if away[0] > 0.0 else "right"
-        text = axes.text(x, y, ", ".join(names[i] for i in group), ha=side, va="center", color=SOFT, zorder=5)
+        text = axes.text(x, y, name, ha=side, va="center", color=SOFT, zorder=5)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})

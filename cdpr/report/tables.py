@@ -56,12 +56,10 @@ def summary(run: Run) -> str:
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
         ("Steps without valid tensions", _bad_steps(run)),
-        ("Samples; simulated time", f"{figures['samples']}; {number(figures['simulated_s'])} s"),
+        ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
     ]
     if run.timings:
-        times = [
-            f"{escape(name.removesuffix('_s'))} {number(value)} s" for name, value in run.timings.items()
-        ]
+        times = [f"{name.removesuffix('_s')} {number(value)} s" for name, value in run.timings.items()]
         if "real_time_factor" in figures:
             times.append(f"{number(figures['real_time_factor'])} times real time")
         rows.append(("Wall clock", escape(", ".join(times))))
@@ -72,7 +70,7 @@ def _bad_steps(run: Run) -> str:
     counts = [
         (int(np.count_nonzero(run.solver_status == status)), name) for status, (name, _) in SHADES.items()
     ]
-    return ", ".join(f"{count} {name}" for count, name in counts if count) or "0"
+    return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"
 
 
 def provenance(run: Run) -> str:
@@ -100,8 +98,8 @@ def events(run: Run) -> str:
         return out + "<p>None.</p>"
     rows = []
     for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
-        until = "" if event.until is None else f" to {number(event.until)}"
-        rows.append((str(i), number(event.time) + until, escape(event.kind), escape(event.text)))
+        until = "" if event.until is None else f" to {event.until:.6g}"
+        rows.append((str(i), f"{event.time:.6g}{until}", escape(event.kind), escape(event.text)))
     out += _table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
     if len(run.events) > MOST_EVENTS:
         out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
@@ -131,10 +129,11 @@ def scenario(run: Run) -> str:
 
 
 def number(value: float) -> str:
-    """Four significant digits; powers of ten only where zeros would be in the way."""
+    """Four significant digits; powers of ten only for the very small and the very large."""
     if not np.isfinite(value):
         return "not finite"
-    return f"{value:.4g}".replace("-", "−")
+    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+    return text.replace("-", "−")
 
 
 def _ends(values: Array) -> tuple[float, float]:

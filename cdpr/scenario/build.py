@@ -9,13 +9,14 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry
-from cdpr.scenario.checks import Checker
 from cdpr.scenario.document import Document
 from cdpr.scenario.messages import explain
 from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS
 from cdpr.scenario.problems import Path, Problems
+from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.trajectory_schema import complete
@@ -27,7 +28,7 @@ def build_robot(document: Document, problems: Problems) -> Robot:
     """Check the document of a robot file and make the robot."""
     section = _validate(RobotSection, document.data, document, problems)
     _report_nulls(document.data, (), document, problems)
-    Checker(document, problems).robot(())
+    RobotChecks(document, problems).run(())
     problems.raise_any()
     assert section is not None
     return section.to_robot()
@@ -38,9 +39,8 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     data, options = _split(document.data)
     sections = _validate(ScenarioSection, data, document, problems)
     _report_nulls(data, (), document, problems)
-    checker = Checker(document, problems)
-    checker.robot(("robot",))
-    checker.scenario()
+    RobotChecks(document, problems).run(("robot",))
+    RunChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
@@ -75,9 +75,7 @@ def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, An
             options[section] = {key: value for key, value in given.items() if key not in core}
     backends = data.get("backend_options")
     if isinstance(backends, dict):
-        own["backend_options"] = {
-            name: {} if isinstance(given, dict) else given for name, given in backends.items()
-        }
+        own["backend_options"] = {name: {} if isinstance(given, dict) else given for name, given in backends.items()}
     return own, options
 
 

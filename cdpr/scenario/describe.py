@@ -38,9 +38,7 @@ def look(model: type[BaseModel], path: Path, data: Any) -> Place:
     nodes = _forms(root, root, data)
     for part in path:
         data = data[part] if _holds(data, part) else None
-        nodes = [
-            form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)
-        ]
+        nodes = [form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)]
     return Place(
         unit=next((node["unit"] for node in nodes if "unit" in node), ""),
         description=next((node["description"] for node in nodes if "description" in node), ""),

@@ -22,13 +22,12 @@ class Document:
     folder: str = ""  # where relative file names start
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
-    dropped: list[str] = field(
-        default_factory=list
-    )  # dotted keys taken out because another plugin was chosen
+    dropped: list[str] = field(default_factory=list)  # keys taken out as another plugin was chosen
 
     def copy(self) -> Document:
         """Return a copy that can be changed freely."""
-        return copy.deepcopy(self)
+        data = copy.deepcopy(self.data)
+        return Document(data, self.source, self.folder, dict(self.keys), dict(self.values), list(self.dropped))
 
     def get(self, path: Path) -> Any:
         """Return the value at `path`; None where there is none."""

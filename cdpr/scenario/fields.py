@@ -30,9 +30,7 @@ def _moderate(value: float) -> float:
 
 def _named(value: str) -> str:
     if not re.fullmatch(NAME_PATTERN, value):
-        raise ValueError(
-            f"a name of at most 64 letters, digits, '_', '-' and '.' is expected, got {value[:70]!r}"
-        )
+        raise ValueError(f"a name of at most 64 letters, digits, '_', '-' and '.' is expected, got {value[:70]!r}")
     return value
 
 
@@ -50,9 +48,7 @@ Positive = Annotated[float, Field(gt=0), AfterValidator(_moderate)]
 NonNegative = Annotated[float, Field(ge=0), AfterValidator(_moderate)]
 Vector3 = tuple[Number, Number, Number]
 Name = Annotated[str, AfterValidator(_named), Field(json_schema_extra={"pattern": NAME_PATTERN})]
-EulerOrder = Annotated[
-    str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})
-]
+EulerOrder = Annotated[str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})]
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 

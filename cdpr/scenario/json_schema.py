@@ -46,9 +46,7 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
     sections["backend_options"] = {
         "description": sections["backend_options"]["description"],
         "type": "object",
-        "properties": {
-            name: _options("backend", name, plugins, definitions) for name in plugins.names("backend")
-        },
+        "properties": {name: _options("backend", name, plugins, definitions) for name in plugins.names("backend")},
         "additionalProperties": {"type": "object"},
     }
     return {"$schema": DIALECT, "title": "cdpr scenario", **schema}
@@ -67,7 +65,8 @@ def _plugin_section(role: Role, core: Schema, plugins: Registry, definitions: Sc
             is_type["required"] = ["type"]
         allowed = {**options, "properties": {**options.get("properties", {}), **keys}}
         rules.append({"if": is_type, "then": allowed})
-    return {"type": "object", "description": core["description"], "properties": keys, "allOf": rules}
+    section = {"type": "object", "description": core["description"], "properties": keys}
+    return {**section, "allOf": rules} if rules else section
 
 
 def _options(role: Role, name: str, plugins: Registry, definitions: Schema) -> Schema:

@@ -145,9 +145,7 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
         problems.add(mark, (), f"a file name or a mapping of {keys} expected, got {shown(name)}")
         return None
     if os.path.isabs(name):
-        problems.add(
-            mark, (), f"a file name relative to this file is expected, got the absolute {shown(name)}"
-        )
+        problems.add(mark, (), f"a file name relative to this file is expected, got the absolute {shown(name)}")
         return None
     file = os.path.join(document.folder, name)
     try:

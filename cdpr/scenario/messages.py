@@ -62,14 +62,10 @@ class _Fault:
     kinds: tuple[str, ...] = ()  # kinds of value that all branches together expect
 
 
-def explain(
-    error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()
-) -> list[Message]:
+def explain(error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()) -> list[Message]:
     """Return what is wrong with `data`; `core_keys` are further keys that stand beside those of `model`."""
     faults = [
-        _fault(row, data)
-        for row in error.errors(include_url=False)
-        if row["type"] != "default_factory_not_called"
+        _fault(row, data) for row in error.errors(include_url=False) if row["type"] != "default_factory_not_called"
     ]
     faults = [replace(fault, kinds=_kinds(fault, model, data)) for fault in faults]
     messages: dict[Path, Message] = {}
@@ -158,7 +154,9 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         return Message(path, f"a finite number expected{unit}, got {found}")
     if fault.type in BOUNDS:
         words, key = BOUNDS[fault.type]
-        return Message(path, f"must be {words} {fault.context[key]:g}{unit}, got {found}")
+        limit = fault.context[key]
+        limit = f"{limit:g}" if isinstance(limit, float) else str(limit)
+        return Message(path, f"must be {words} {limit}{unit}, got {found}")
     if fault.type == "wrong_size":
         return Message(path, _wrong_size(fault, place, unit))
     if "error" in fault.context:  # a ValueError of one of the models' own checks

@@ -66,13 +66,17 @@ class OptionsReader:
         entry = self.plugins.get(role, name)
         model = entry.info.options
         try:
-            return model.model_validate_json(json.dumps(data))
-        except ValidationError as error:
-            for message in explain(error, model, data, core_keys):
-                place = (*path, *message.path)
-                mark = self.document.key_mark(place) if message.at_key else self.document.mark(place)
-                self.problems.add(mark, place, message.text)
+            try:
+                # Strict also where the plugin's author did not ask for it: no silent conversions.
+                return model.model_validate_json(json.dumps(data), strict=True)
+            except ValidationError as error:
+                messages = explain(error, model, data, core_keys)
         except Exception as error:  # the model is foreign code
             text = f"the options of {role} '{name}' of {entry.distribution} {entry.version} cannot be checked"
             self.problems.add(self.document.mark(path), path, f"{text}: {describe(error)}", plugin=True)
+            return None
+        for message in messages:
+            place = (*path, *message.path)
+            mark = self.document.key_mark(place) if message.at_key else self.document.mark(place)
+            self.problems.add(mark, place, message.text)
         return None

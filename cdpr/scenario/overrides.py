@@ -47,14 +47,10 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
             problems,
         )
     texts = [overrides] if isinstance(overrides, str) else overrides
-    return _changes(
-        [(text.partition("=")[0], text, f"--set {_brief(text)}", _parsed) for text in texts], problems
-    )
+    return _changes([(text.partition("=")[0], text, f"--set {_brief(text)}", _parsed) for text in texts], problems)
 
 
-def choices(
-    backend: str | None, solver: str | None, controller: str | None, problems: Problems
-) -> list[Change]:
+def choices(backend: str | None, solver: str | None, controller: str | None, problems: Problems) -> list[Change]:
     """Return the changes that choose plugins."""
     given = [
         ("simulation.backend", backend, f"--backend {_brief(backend)}", _plain),
@@ -69,9 +65,7 @@ def _changes(rows: list[tuple[str, Any, str, Callable[[Any], Any]]], problems: P
     for key, value, source, convert in rows:
         mark = Mark(source)
         if not KEY.fullmatch(key.strip()):
-            problems.add(
-                mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected"
-            )
+            problems.add(mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected")
             continue
         path: Path = tuple(int(index) if index else word for index, word in PART.findall(key.strip()))
         try:
@@ -129,7 +123,7 @@ def _extent(items: list[Any]) -> str:
 def _parsed(text: str) -> Any:
     key, equals, value = text.partition("=")
     if not equals:
-        raise ValueError(f"key=value is expected, such as {key}=1.5")
+        raise ValueError(f"key=value is expected, such as {key.strip()}=1.5")
     return parse_value(value.strip())
 
 
@@ -155,5 +149,8 @@ def _plain(value: Any, depth: int = 1) -> Any:
 
 
 def _brief(value: object) -> str:
-    text = " ".join(str(value).split())
+    try:
+        text = " ".join(str(value).split())
+    except ValueError:  # Python refuses to print integers of many digits
+        text = "..."
     return text if len(text) <= 80 else text[:77] + "..."

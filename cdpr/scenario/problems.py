@@ -37,7 +37,8 @@ class Problem:
     plugin: bool = False
 
     def __str__(self) -> str:
-        return f"{self.mark}: {dotted(self.path)}: {self.text}" if self.path else f"{self.mark}: {self.text}"
+        key = f"{dotted(self.path)}: " if self.path else ""
+        return printable(f"{self.mark}: {key}{self.text}")
 
 
 @dataclass
@@ -45,16 +46,18 @@ class Problems:
     """All problems of one scenario, reported together."""
 
     items: list[Problem] = field(default_factory=list)
+    paths: set[Path] = field(default_factory=set)
     unreadable: set[Path] = field(default_factory=set)
 
     def add(self, mark: Mark, path: Path, text: str, *, plugin: bool = False) -> None:
         """Keep one problem, unless it only follows from something that could not be read."""
-        if not any(path[: len(root)] == root for root in self.unreadable):
+        if not _within(path, self.unreadable):
             self.items.append(Problem(mark, path, text, plugin))
+            self.paths.add(path)
 
     def has(self, path: Path) -> bool:
         """Tell whether something was said about this key or a section around it."""
-        return any(problem.path and problem.path == path[: len(problem.path)] for problem in self.items)
+        return _within(path, self.paths)
 
     def raise_any(self) -> None:
         """Raise what was collected: PluginError if nothing but plugins is missing, else ScenarioError."""
@@ -67,6 +70,15 @@ class Problems:
         if all(problem.plugin for problem in self.items):
             raise PluginError("\n".join(lines))
         raise ScenarioError(lines)
+
+
+def _within(path: Path, roots: set[Path]) -> bool:
+    return any(path[:end] in roots for end in range(1, len(path) + 1))
+
+
+def printable(text: str) -> str:
+    """Escape what would break a line or speak to the terminal: file names and keys are foreign."""
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def dotted(path: Path) -> str:
@@ -91,11 +103,7 @@ def shown(value: object) -> str:
     if isinstance(value, list):
         return "an empty list" if not value else f"a list of {len(value)}"
     text = repr(value)
-    return (
-        text
-        if len(text) <= SHORTEST
-        else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")
-    )
+    return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -14,7 +14,7 @@ from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Sect
 MAX_CABLES = 256
 
 # Published inertias are rounded: the conditions may be missed by this share of the largest principal moment.
-TRIANGLE_TOLERANCE = 1e-6
+TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
 OPTIONAL_PROPERTIES = ("diameter", "axial_stiffness", "linear_density", "length", "speed_max")
@@ -36,9 +36,7 @@ def _possible_inertia(inertia: Inertia) -> Inertia:
     if low <= DEFINITE_TOLERANCE * abs(high):
         raise ValueError(f"no rigid body has this inertia: {moments}, each must be greater than 0")
     if low + middle < high * (1.0 - TRIANGLE_TOLERANCE):
-        raise ValueError(
-            f"no rigid body has this inertia: {moments}, the largest exceeds the sum of the two others"
-        )
+        raise ValueError(f"no rigid body has this inertia: {moments}, the largest exceeds the sum of the two others")
     return inertia
 
 
@@ -128,26 +126,16 @@ class CableSection(Section):
     """One cable between the frame and the platform."""
 
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
-    frame: Vector3 = Field(
-        description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m")
-    )
-    platform: Vector3 = Field(
-        description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m")
-    )
-    tension: CableTension | None = Field(
-        None, description="limits of this cable alone; the robot's unless said"
-    )
+    frame: Vector3 = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
+    platform: Vector3 = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
+    tension: CableTension | None = Field(None, description="limits of this cable alone; the robot's unless said")
     diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
     )
-    linear_density: NonNegative | None = Field(
-        None, description="mass per length", json_schema_extra=unit("kg/m")
-    )
+    linear_density: NonNegative | None = Field(None, description="mass per length", json_schema_extra=unit("kg/m"))
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
-    speed_max: Positive | None = Field(
-        None, description="highest winding speed", json_schema_extra=unit("m/s")
-    )
+    speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
 
 
 class RobotSection(Section):
@@ -160,9 +148,7 @@ class RobotSection(Section):
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
-    cables: list[CableSection] = Field(
-        min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most"
-    )
+    cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
     def to_robot(self) -> Robot:
         """Return the robot as the frozen arrays that the simulation takes."""
@@ -182,9 +168,7 @@ class RobotSection(Section):
 
     def named(self) -> RobotSection:
         """Return the same robot with every cable's name written out."""
-        cables = [
-            cable.model_copy(update={"name": cable_name(cable, i)}) for i, cable in enumerate(self.cables)
-        ]
+        cables = [cable.model_copy(update={"name": cable_name(cable, i)}) for i, cable in enumerate(self.cables)]
         return self.model_copy(update={"cables": cables})
 
     def unused(self) -> list[str]:

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
+from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins.registry import Registry
@@ -84,11 +85,15 @@ class Scenario:
         return self.sections.solver
 
     def backend_options(self, name: str | None = None) -> BaseModel:
-        """Return the options of a backend, of the chosen one unless named; PluginError if it is unknown."""
+        """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""
         name = name or self.simulation.backend
         if name in self._backend_options:
             return self._backend_options[name]
-        return self._plugins.get("backend", name).info.options()
+        model = self._plugins.get("backend", name).info.options
+        try:
+            return model()
+        except ValidationError as error:
+            raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
 
     def resolved_yaml(self) -> str:
         """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario."""
@@ -117,11 +122,10 @@ class Scenario:
 
     def _plain(self) -> dict[str, Any]:
         """Return the sections as plain data in the order of the schema."""
-        data = self.sections.model_dump(
-            mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"}
-        )
-        data["controller"] |= self.controller_options.model_dump(mode="json", by_alias=True)
-        data["solver"] |= self.solver_options.model_dump(mode="json", by_alias=True)
+        data = self.sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
+        for section, options in (("controller", self.controller_options), ("solver", self.solver_options)):
+            core = data[section]  # its keys come first, and stay where a plugin has one of the same name
+            data[section] = {**core, **options.model_dump(mode="json", by_alias=True), **core}
         given = {
             name: options.model_dump(mode="json", by_alias=True)
             for name, options in sorted(self._backend_options.items())

@@ -64,17 +64,13 @@ class Initial(Section):
 
     def state(self) -> Array:
         """Return the state (13,), laid out as `cdpr.model` says."""
-        return np.concatenate(
-            [self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity]
-        )
+        return np.concatenate([self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity])
 
 
 class ControllerSection(Section):
     """The controller; its own options stand beside `type` and are checked by the plugin's model."""
 
-    type: str = Field(
-        "computed_torque", description="controller, any installed one; its options stand beside it"
-    )
+    type: str = Field("computed_torque", description="controller, any installed one; its options stand beside it")
 
 
 class SolverSection(Section):

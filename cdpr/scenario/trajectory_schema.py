@@ -38,12 +38,8 @@ class Knot(Section):
     orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
-    acceleration: Vector3 = Field(
-        ZERO, description="acceleration of the origin", json_schema_extra=unit("m/s^2")
-    )
-    angular_acceleration: Vector3 = Field(
-        ZERO, description="angular acceleration", json_schema_extra=unit("rad/s^2")
-    )
+    acceleration: Vector3 = Field(ZERO, description="acceleration of the origin", json_schema_extra=unit("m/s^2"))
+    angular_acceleration: Vector3 = Field(ZERO, description="angular acceleration", json_schema_extra=unit("rad/s^2"))
 
 
 class Quintic(Section):
@@ -52,9 +48,7 @@ class Quintic(Section):
     type: Literal["quintic"] = Field(description="one move by polynomials of degree five")
     start: NonNegative = Field(0.0, description=_START, json_schema_extra=unit("s"))
     duration: Positive = Field(description="time that the move takes", json_schema_extra=unit("s"))
-    from_: Knot = Field(
-        Knot(), alias="from", description="beginning of the move; the initial pose at rest unless said"
-    )
+    from_: Knot = Field(Knot(), alias="from", description="beginning of the move; the initial pose at rest unless said")
     to: Knot = Field(description="end of the move, held afterwards")
 
     @property
@@ -75,12 +69,8 @@ class Waypoint(Section):
     )
     position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
-    velocity: Vector3 | None = Field(
-        None, description="velocity of the origin", json_schema_extra=unit("m/s")
-    )
-    angular_velocity: Vector3 | None = Field(
-        None, description="angular velocity", json_schema_extra=unit("rad/s")
-    )
+    velocity: Vector3 | None = Field(None, description="velocity of the origin", json_schema_extra=unit("m/s"))
+    angular_velocity: Vector3 | None = Field(None, description="angular velocity", json_schema_extra=unit("rad/s"))
     acceleration: Vector3 | None = Field(
         None, description="acceleration of the origin", json_schema_extra=unit("m/s^2")
     )
@@ -116,9 +106,7 @@ def complete(trajectory: Hold | Quintic | Waypoints, initial: Initial) -> Hold |
     def posed(section: _Pose) -> _Pose:
         return section.model_copy(
             update={
-                name: getattr(initial, name)
-                for name in ("position", "orientation")
-                if getattr(section, name) is None
+                name: getattr(initial, name) for name in ("position", "orientation") if getattr(section, name) is None
             }
         )
 

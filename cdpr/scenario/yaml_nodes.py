@@ -22,15 +22,12 @@ MAX_DEPTH = 32
 MAX_NODES = 20_000
 
 # Printable text and the line ends of an editor. U+0085, U+2028 and U+2029 would end a line for YAML alone.
-FORBIDDEN = re.compile(
-    "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
-)
+FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 TAB = re.compile(r"^[^#\n]*?\t", re.MULTILINE)
 SURROGATE = re.compile("[\ud800-\udfff]")
 
-PARSER: Any = getattr(
-    yaml, "CSafeLoader", yaml.SafeLoader
-)  # libyaml where PyYAML was built with it: 10 times faster
+# libyaml, where PyYAML was built with it: 10 times faster.
+PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class _RefusedError(Exception):
@@ -51,9 +48,7 @@ def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any 
         data = composer.compose(content, parser)
         if not isinstance(data, dict):
             found = "a list" if isinstance(data, list) else shown(data)
-            raise _RefusedError(
-                composer.values[()], f"a mapping (key: value) is expected at the top, got {found}"
-            )
+            raise _RefusedError(composer.values[()], f"a mapping (key: value) is expected at the top, got {found}")
     except _RefusedError as refused:
         problems.add(refused.mark, refused.path, refused.text)
         return None
@@ -93,17 +88,13 @@ class _Composer:
             parts = [part for part in (error.context, error.problem) if part]
             raise _RefusedError(mark, f"not valid YAML: {', '.join(parts)}") from None
         except yaml.YAMLError as error:
-            raise _RefusedError(
-                Mark(self.source, 1, 1), f"not valid YAML: {' '.join(str(error).split())}"
-            ) from None
+            raise _RefusedError(Mark(self.source, 1, 1), f"not valid YAML: {' '.join(str(error).split())}") from None
 
     def _text(self, content: bytes | str) -> str:
         """Decode and check the characters, which PyYAML's two parsers judge differently."""
         size = len(content) if isinstance(content, bytes) else len(content.encode("utf-8", "surrogatepass"))
         if size > MAX_BYTES:
-            raise _RefusedError(
-                Mark(self.source, 1, 1), f"larger than {MAX_BYTES // 1024} KiB; no scenario needs that"
-            )
+            raise _RefusedError(Mark(self.source, 1, 1), f"larger than {MAX_BYTES // 1024} KiB; no scenario needs that")
         if isinstance(content, bytes):
             try:
                 text = content.decode("utf-8")
@@ -116,16 +107,12 @@ class _Composer:
         else:
             text = content
         if text.startswith("\ufeff"):
-            raise _RefusedError(
-                Mark(self.source, 1, 1), "begins with a byte order mark; save it as UTF-8 without one"
-            )
+            raise _RefusedError(Mark(self.source, 1, 1), "begins with a byte order mark; save it as UTF-8 without one")
         if found := FORBIDDEN.search(text):
             code = f"U+{ord(found.group()):04X}"
             raise _RefusedError(self._place(text[: found.start()]), f"control character {code}; remove it")
         if found := TAB.search(text):
-            raise _RefusedError(
-                self._place(text[: found.end() - 1]), "tab character; indent and separate with spaces"
-            )
+            raise _RefusedError(self._place(text[: found.end() - 1]), "tab character; indent and separate with spaces")
         return text
 
     def _place(self, before: str) -> Mark:
@@ -142,16 +129,12 @@ class _Composer:
         if isinstance(start, yaml.StreamEndEvent):
             raise _RefusedError(Mark(self.source, 1, 1), "the file is empty")
         if start.version or start.tags:
-            raise _RefusedError(
-                self._mark(start), "directives (%YAML, %TAG) are not supported; remove the line"
-            )
+            raise _RefusedError(self._mark(start), "directives (%YAML, %TAG) are not supported; remove the line")
         value = self._value(next(events), (), 1, events)
         next(events)  # the end of the document
         after = next(events)
         if not isinstance(after, yaml.StreamEndEvent):
-            raise _RefusedError(
-                self._mark(after), "a second document begins here (---); one file holds one document"
-            )
+            raise _RefusedError(self._mark(after), "a second document begins here (---); one file holds one document")
         return value
 
     def _value(self, event: Any, path: Path, depth: int, events: Iterator[Any]) -> Any:
@@ -170,13 +153,14 @@ class _Composer:
 
     def _mapping(self, path: Path, depth: int, events: Iterator[Any]) -> dict[str, Any]:
         data: dict[str, Any] = {}
+        lines: dict[str, int] = {}
         while not isinstance(event := next(events), yaml.MappingEndEvent):
             mark = self._plain(event, path)
             key = self._key(event, mark, path)
             place = (*path, key)
             if key in data:
-                first = self.keys[place]
-                self.problems.add(mark, place, f"given twice; the first is in line {first.line}, remove one")
+                self.problems.add(mark, place, f"given twice; the first is in line {lines[key]}, remove one")
+            lines.setdefault(key, mark.line)
             self.keys[place] = mark
             data[key] = self._value(next(events), place, depth + 1, events)
         return data
@@ -188,13 +172,9 @@ class _Composer:
         if self.nodes > MAX_NODES:
             raise _RefusedError(mark, f"more than {MAX_NODES} values; no scenario needs that")
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            raise _RefusedError(
-                mark, "anchors and aliases (&name, *name) are not supported; write the value out", path
-            )
+            raise _RefusedError(mark, "anchors and aliases (&name, *name) are not supported; write the value out", path)
         if event.tag is not None:
-            raise _RefusedError(
-                mark, f"tags are not supported: {shown(event.tag)}; write the plain value", path
-            )
+            raise _RefusedError(mark, f"tags are not supported: {shown(event.tag)}; write the plain value", path)
         return mark
 
     def _key(self, event: Any, mark: Mark, path: Path) -> str:

@@ -9,9 +9,8 @@ import json
 import re
 from typing import Any
 
-from cdpr.scenario.scalars import resolve
-
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*(?: [\w./-]+)*", re.ASCII)
+ELSEWHERE = {"yes", "no", "on", "off", "true", "false", "null"}  # what other readers take for no text, in any case
 
 
 def dump(data: dict[str, Any]) -> str:
@@ -57,7 +56,7 @@ def _flow(value: Any) -> str:
 
 
 def _text(text: str) -> str:
-    if PLAIN.fullmatch(text) and resolve(text) == text:
+    if PLAIN.fullmatch(text) and text.lower() not in ELSEWHERE:
         return text
     quoted = json.dumps(text, ensure_ascii=False)
     return "".join(char if char.isprintable() else f"\\U{ord(char):08X}" for char in quoted)

@@ -19,8 +19,8 @@ from cdpr.plugins.registry import Registered, describe, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Waypoint
 from cdpr.simulation.loop import Parts
-from cdpr.trajectory import Trajectory, hold, through
 from cdpr.trajectory import Knot as Pose
+from cdpr.trajectory import Trajectory, hold, through
 
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")

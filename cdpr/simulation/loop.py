@@ -112,8 +112,9 @@ class Loop:
     ) -> int:
         """Fill `rows` (steps + 1, width) from the backend's present state; return the number of rows written.
 
-        `flush(k)` is called when the first k rows are final: every 256 rows or half second of wall time, and at the
-        end, also when the run stops early. Raises SimulationStopped then, with the time in its text.
+        `flush(k)` is called when the first k rows are final, every 256 rows or half second of wall time; it may end the
+        run by raising SimulationStopped. Raises that, with the time in its text, where the run stops early; `count`
+        then tells how many rows are final.
         """
         parts, row = self.parts, self.row
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
@@ -157,7 +158,6 @@ class Loop:
             raise type(stop)(f"t = {k * period:.6g} s: {stop}") from stop
         finally:
             self.count = k
-            flush(k)
 
     @property
     def time(self) -> float:

@@ -35,8 +35,8 @@ def observe(
 ) -> int:
     """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
 
-    `state` (13,) holds the state of one control `period` (s) ago and becomes a copy of `live`; `arm` (m) is the distance of the
-    centre of mass from the origin, which lets the origin swing about it within a step.
+    `state` (13,) holds the state of one control `period` (s) ago and becomes a copy of `live`; `arm` (m) is the
+    distance of the centre of mass from the origin, which lets the origin swing about it within a step.
     """
     fault = 0
     for i in range(13):

@@ -18,7 +18,7 @@ from cdpr.simulation.build import build, make_header
 from cdpr.simulation.events import tension_events
 from cdpr.simulation.loop import Loop
 
-STATUS = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
+STATUS: dict[type[CdprError], str] = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
 
 
 def simulate(
@@ -40,7 +40,8 @@ def simulate(
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
         out: folder, new or empty, for log, resolved scenario and run.json; nothing is written unless it is given.
         real_time: no faster than the wall clock.
-        progress: called now and then with the number of samples done and their total.
+        progress: called now and then, at least every half second or step, with the number of samples done and their
+            total; it may raise Interrupted to end the run.
 
     Raises:
         ScenarioError: the scenario is wrong.
@@ -70,7 +71,7 @@ def simulate(
     def flush(k: int) -> None:
         recorder.flush(k)
         if progress is not None:
-            progress(k, steps + 1)
+            progress(k, steps + 1)  # may raise Interrupted; the rows up to here are on disk
 
     error: CdprError | None = None
     try:

@@ -86,14 +86,15 @@ def split(W: Array, wrench: Array, particular: Array, basis: Array, work: Array)
             rhs[j] = s / diagonal[j]
         elif abs(s) > allowed:
             consistent = False
+    for c in range(m - rank):  # Q e_c, in `particular` for want of other space
+        for i in range(m):
+            particular[i] = 1.0 if i == rank + c else 0.0
+        _reflect(V, scale, rank, particular)
+        for i in range(m):
+            basis[i, c] = particular[i]
     for i in range(m):
         particular[i] = rhs[i] if i < rank else 0.0
     _reflect(V, scale, rank, particular)
-    for c in range(m - rank):
-        column = basis[:, c]
-        for i in range(m):
-            column[i] = 1.0 if i == rank + c else 0.0
-        _reflect(V, scale, rank, column)
     return rank if consistent else -1 - rank
 
 

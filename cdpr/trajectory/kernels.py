@@ -79,12 +79,18 @@ def sample(segments: Array, desired: Array, time: float) -> None:
     elapsed = time - c[0]
     rest = elapsed < 0.0 or elapsed > duration + ROUNDING
     s = min(max(elapsed / duration, 0.0), 1.0)
-    x, dx, ddx = polynomial(c, 2, s, duration)
-    y, dy, ddy = polynomial(c, 8, s, duration)
-    z, dz, ddz = polynomial(c, 14, s, duration)
-    f, df, ddf = polynomial(c, 20, s, duration)
-    g, dg, ddg = polynomial(c, 26, s, duration)
-    h, dh, ddh = polynomial(c, 32, s, duration)
+    k = 2  # a variable: a literal for each call would compile the function six times
+    x, dx, ddx = polynomial(c, k, s, duration)
+    k += 6
+    y, dy, ddy = polynomial(c, k, s, duration)
+    k += 6
+    z, dz, ddz = polynomial(c, k, s, duration)
+    k += 6
+    f, df, ddf = polynomial(c, k, s, duration)
+    k += 6
+    g, dg, ddg = polynomial(c, k, s, duration)
+    k += 6
+    h, dh, ddh = polynomial(c, k, s, duration)
     omega, alpha = body_rates((f, g, h), (df, dg, dh), (ddf, ddg, ddh))
     q = multiply(quaternion(c, 38), exponential((f, g, h)))
     store((x, y, z), desired, 0)

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -92,9 +93,9 @@ def through(knots: Sequence[Knot]) -> Trajectory:
     attitudes = [np.asarray(knot.orientation, dtype=np.float64) for knot in knots]
     turns = [
         rotations.rotation_vector(rotations.multiply(rotations.conjugate(a), b))
-        for a, b in zip(attitudes[:-1], attitudes[1:], strict=True)
+        for a, b in pairwise(attitudes)
     ]
-    # In platform axes, where a turn keeps its rotation vector, the sum of the turns is a curve to smooth like any other.
+    # In platform axes, where a turn keeps its rotation vector, the sum of the turns is smoothed like a position.
     to_body = [rotations.matrix(q).T for q in attitudes]
     spin, spin_rate = minimum_jerk(
         times,
@@ -153,9 +154,13 @@ def _rotation_vector_rates(phi: Array, omega: Array, alpha: Array) -> tuple[Arra
     """
     from cdpr.trajectory.kernels import body_rates
 
-    # The kernel evaluates (phi, phi', phi'') -> (omega, alpha); it is linear in phi' and, given phi', affine in phi''.
+    def rates(first: Array, second: Array) -> Array:
+        vectors = [(float(v[0]), float(v[1]), float(v[2])) for v in (phi, first, second)]
+        return np.array(body_rates(*vectors), dtype=np.float64)
+
+    # (omega, alpha) is linear in phi' and, given phi', alpha is phi'' mapped by J plus a part free of phi''.
     zero = np.zeros(3)
-    J = np.column_stack([body_rates(tuple(phi), tuple(unit), tuple(zero))[0] for unit in np.eye(3)])
-    first = np.linalg.solve(J, omega)
-    second = np.linalg.solve(J, alpha - np.array(body_rates(tuple(phi), tuple(first), tuple(zero))[1]))
+    jacobian = np.column_stack([rates(unit, zero)[0] for unit in np.eye(3)])
+    first = np.linalg.solve(jacobian, omega)
+    second = np.linalg.solve(jacobian, alpha - rates(first, zero)[1])
     return first, second

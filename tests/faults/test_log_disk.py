@@ -88,6 +88,8 @@ def test_a_close_that_fails(tmp_path: Path) -> None:
     class Failing:
         """A file whose last error comes only when it is closed, as on a network disk."""
 
+        closed = False
+
         def __init__(self, file: Any) -> None:
             self.seek, self.write, self._close = file.seek, file.write, file.close
 
@@ -159,8 +161,7 @@ def test_numbers_that_are_not_finite_become_null_in_run_json(tmp_path: Path) -> 
     rows[5:, 1:] = np.nan
     rows[6, 1] = np.inf
     header = make_header(2, tension_max=(np.inf, 1.0))
-    with np.errstate(all="ignore"):
-        run_json.write(tmp_path, run_json.describe(Run(header, rows, "diverged", "NaN")))
+    run_json.write(tmp_path, run_json.describe(Run(header, rows, "diverged", "NaN")))  # without a warning
     text = (tmp_path / "run.json").read_text()
     content = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in strict JSON"))
     assert content["header"]["tension_max"] == [None, 1.0]

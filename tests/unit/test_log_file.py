@@ -17,6 +17,7 @@ from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Chunk, ChunkIndex, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
@@ -116,6 +117,14 @@ def test_every_column_stands_in_the_messages(tmp_path: Path, m: int) -> None:
                 seen.setdefault(k, set()).update(columns)
     assert sorted(seen) == list(range(600))
     assert all(columns == set(header.layout.columns) for columns in seen.values())
+
+
+def test_rosbags_opens_the_file_itself(tmp_path: Path) -> None:
+    header = make_header(3)
+    path = write_log(tmp_path / "log.mcap", header, make_rows(header, 400))
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        assert {c.topic: c.msgtype for c in reader.connections} == FULL_RATE | PICTURES
+        assert sum(1 for _ in reader.messages()) == reader.message_count == 4000 + 24 + 12
 
 
 def test_order_and_count(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 from cdpr.log.layout import Layout
 from cdpr.log.run import Event, Header, Run
 from cdpr.model.robot import Array
-from cdpr.model.rotations import from_axis_angle
 
 MASS = 60.0
 SIZE = (1.2, 0.6, 0.4)
@@ -92,13 +91,8 @@ def _fill(run: Run, table: Array, noise: float) -> None:
     put("position", position + lag)
     put("velocity", slope * way + np.gradient(lag, axis=0) / 1e-3 if rows > 1 else slope * way)
     put("angular_velocity", slope * turn)
-    angle = float(np.linalg.norm(turn))
-    attitude = np.array([from_axis_angle(turn / angle, angle * float(x)) for x in rise[:, 0]])
-    put("desired_orientation", attitude)
-    put(
-        "orientation",
-        np.array([from_axis_angle(turn / angle, angle * float(x)) for x in rise[:, 0] + lag[:, 0]]),
-    )
+    put("desired_orientation", _attitudes(turn, rise[:, 0]))
+    put("orientation", _attitudes(turn, rise[:, 0] + lag[:, 0]))
 
     A, B = (np.array(run.header.anchors)[:, part] for part in (slice(0, 3), slice(3, 6)))
     vectors = A - position[:, None, :] - B
@@ -119,6 +113,13 @@ def _fill(run: Run, table: Array, noise: float) -> None:
     margin = np.minimum(tension - run.header.tension_min, run.header.tension_max - tension).min(axis=1)
     put("margin", margin)
     put("at_limit", (margin <= 0.0).astype(float))
+
+
+def _attitudes(turn: Array, parts: Array) -> Array:
+    """Quaternions of parts of a rotation vector."""
+    angle = float(np.linalg.norm(turn))
+    half = 0.5 * angle * parts[:, None]
+    return np.concatenate([np.cos(half), np.sin(half) * turn / angle], axis=1)
 
 
 def infeasible_run() -> Run:

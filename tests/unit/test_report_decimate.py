@@ -9,7 +9,7 @@ def test_the_extremes_of_every_column_survive(rows: int) -> None:
     random = np.random.default_rng(rows)
     values = random.standard_normal((rows, 3))
     values[rows // 3, 0], values[2 * rows // 3, 1] = 1e3, -1e3  # peaks of one sample
-    t, v = extrema(np.arange(rows) * 1e-3, values)
+    _, v = extrema(np.arange(rows) * 1e-3, values)
     assert np.array_equal(v.max(axis=0), values.max(axis=0))
     assert np.array_equal(v.min(axis=0), values.min(axis=0))
     assert len(v) <= 1202

@@ -1,4 +1,4 @@
-"""What the scenario tests share: texts that hold every key, plugins that stand for any, and the ways to fail."""
+"""What the scenario tests share: texts that hold every key, plugins that stand for any, ways to fail."""
 
 from __future__ import annotations
 
@@ -119,6 +119,23 @@ class NeedyOptions(PluginOptions):
     path: str = Field(description="file to run")
 
 
+class LaxOptions(BaseModel):
+    """What an author writes who does not know PluginOptions."""
+
+    gain: float = 1.0
+    on: bool = False
+
+
+class OddSchema(PluginOptions):
+    """Its JSON Schema is none that our messages could read."""
+
+    gain: float = 1.0
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema, handler):
+        return {"properties": {"type": True}, "anyOf": [True, {"$ref": "elsewhere"}]}
+
+
 class BrokenOptions(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
@@ -144,6 +161,8 @@ def fake_plugins() -> Registry:
     add("controller", "gains", GainsOptions)
     add("controller", "computed_torque", GainsOptions)
     add("controller", "none")
+    add("controller", "lax", LaxOptions)
+    add("controller", "odd", OddSchema)
     add("solver", "simple")
     add("solver", "qp")
     add("solver", "tuned", TunedOptions)

@@ -5,14 +5,42 @@ from __future__ import annotations
 import re
 
 import pytest
-from test_scenario_base import BASE, HEAD, PLUGINS, QUINTIC, ROBOT, TAIL, TEXTS, changed, line_of, load, problem, problems
+from test_scenario_base import (
+    BASE,
+    HEAD,
+    PLUGINS,
+    QUINTIC,
+    ROBOT,
+    TAIL,
+    TEXTS,
+    changed,
+    line_of,
+    load,
+    problem,
+    problems,
+)
 
 from cdpr.errors import ScenarioError
 from cdpr.scenario import load_robot, load_scenario
 from cdpr.scenario.problems import Problems, dotted
 from cdpr.scenario.yaml_nodes import parse
 
-BAD = [".nan", ".inf", "-.inf", "1e309", '"x"', "x", "true", "null", "[]", "{}", "1:30", "010", "'1'", "1" * 400]
+BAD = [
+    ".nan",
+    ".inf",
+    "-.inf",
+    "1e309",
+    '"x"',
+    "x",
+    "true",
+    "null",
+    "[]",
+    "{}",
+    "1:30",
+    "010",
+    "'1'",
+    "1" * 400,
+]
 
 
 def numbers(text):
@@ -36,24 +64,19 @@ def replaced(text, mark, value):
     return "\n".join(lines)
 
 
-CASES = {
-    f"{dotted(path)}={value if len(value) < 20 else 'huge'}": (text, path, mark, value)
-    for text in TEXTS.values()
-    for path, mark in numbers(text)
-    for value in BAD
-}
+CASES = {dotted(path): (text, path, mark) for text in TEXTS.values() for path, mark in numbers(text)}
 
 
 def test_the_cases_cover_the_schema():
-    keys = {name.partition("=")[0] for name in CASES}
-    assert len(keys) > 60
-    assert len(CASES) == len(BAD) * len(keys)
+    assert len(CASES) > 60
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_a_wrong_value_for_a_number(case):
-    text, path, mark, value = case
-    assert problem(replaced(text, mark, value)).startswith(f"{mark}: {dotted(path)}: ")
+    text, path, mark = case
+    for value in BAD:
+        line = problem(replaced(text, mark, value))
+        assert line.startswith(f"{mark}: {dotted(path)}: "), value
 
 
 @pytest.mark.parametrize(
@@ -79,17 +102,47 @@ def test_a_wrong_value_for_a_number(case):
         ("[0, 0, -9.81]", "-9.81", "world.gravity", "3 numbers expected (m/s^2), got -9.81"),
         ("[0, 0, -9.81]", "", "world.gravity", "3 numbers expected (m/s^2), got null"),
         ("{gravity: [0, 0, -9.81]}", "5", "world", "a mapping (gravity) expected, got 5"),
-        ("infeasible: stop", "infeasible: stopp", "solver.infeasible", "hold_tension, stop expected, got 'stopp'; did"),
-        ("infeasible: stop", "infeasible: 5", "solver.infeasible", "one of best_effort, hold_tension, stop expected"),
-        ("type: quintic", "type: quintc", "trajectory.type", "unknown type 'quintc': did you mean 'quintic'? allowed: hold,"),
+        (
+            "infeasible: stop",
+            "infeasible: stopp",
+            "solver.infeasible",
+            "hold_tension, stop expected, got 'stopp'; did",
+        ),
+        (
+            "infeasible: stop",
+            "infeasible: 5",
+            "solver.infeasible",
+            "one of best_effort, hold_tension, stop expected",
+        ),
+        (
+            "type: quintic",
+            "type: quintc",
+            "trajectory.type",
+            "unknown type 'quintc': did you mean 'quintic'? allowed: hold,",
+        ),
         ("type: quintic", "type: 5", "trajectory.type", "unknown type 5: allowed: hold, quintic, waypoints"),
         ("kp: 100", "kp: [1, 2]", "controller.kp", "6 numbers expected (1/s^2), got 2"),
         ("kp: 100", "kp: {}", "controller.kp", "a number or 6 numbers expected (1/s^2), got a mapping"),
-        ("integrator: euler", "integrator: rk5", "backend_options.tuned.integrator", "one of euler, rk4 expected, got 'rk5'"),
-        ("tolerance: 1e-6", "tolerance: 0", "backend_options.tuned.tolerance", "must be greater than 0, got 0"),
+        (
+            "integrator: euler",
+            "integrator: rk5",
+            "backend_options.tuned.integrator",
+            "one of euler, rk4 expected, got 'rk5'",
+        ),
+        (
+            "tolerance: 1e-6",
+            "tolerance: 0",
+            "backend_options.tuned.tolerance",
+            "must be greater than 0, got 0",
+        ),
         ("name: left", "name: cable_2", "robot.cables[1].name", "'cable_2' is the name of cables[0] too"),
         ("diameter: 0.006", "diameter: null", "robot.cables[0].diameter", "no value is given"),
-        ("max: [10000, 9000, 8000]", "max: x", "robot.tension.max", "a number or a list of numbers expected (N), got 'x'"),
+        (
+            "max: [10000, 9000, 8000]",
+            "max: x",
+            "robot.tension.max",
+            "a number or a list of numbers expected (N), got 'x'",
+        ),
         ("order: XYZ", "order: XYx", "trajectory.to.orientation.euler.order", "three axes are expected"),
         ("order: XYZ", "order: xxy", "trajectory.to.orientation.euler.order", "three axes are expected"),
         ("order: XYZ", "order: XY", "trajectory.to.orientation.euler.order", "three axes are expected"),
@@ -111,13 +164,33 @@ def test_the_place_is_that_of_the_value():
 @pytest.mark.parametrize(
     ("old", "new", "key", "what"),
     [
-        ("mass:", "mas:", "robot.platform.mas", "unknown key 'mas': did you mean 'mass'? allowed: mass, inertia, center_of"),
-        ("seed:", "sead:", "simulation.sead", "did you mean 'seed'? allowed: backend, duration, control_step"),
+        (
+            "mass:",
+            "mas:",
+            "robot.platform.mas",
+            "unknown key 'mas': did you mean 'mass'? allowed: mass, inertia, center_of",
+        ),
+        (
+            "seed:",
+            "sead:",
+            "simulation.sead",
+            "did you mean 'seed'? allowed: backend, duration, control_step",
+        ),
         ("speed_max:", "speed:", "robot.cables[0].speed", "did you mean 'speed_max'? allowed: name, frame"),
-        ("infeasible:", "infeasable:", "solver.infeasable", "did you mean 'infeasible'? allowed: type, infeasible"),
+        (
+            "infeasible:",
+            "infeasable:",
+            "solver.infeasable",
+            "did you mean 'infeasible'? allowed: type, infeasible",
+        ),
         ("kp:", "kpp:", "controller.kpp", "did you mean 'kp'? allowed: type, kp, kd, limit"),
         ("integrator:", "integ:", "backend_options.tuned.integ", "allowed: integrator, tolerance, label"),
-        ("    acceleration: [0, 0, 0.5]", "    jerk: [0, 0, 0.5]", "trajectory.from.jerk", "allowed: position, orientation"),
+        (
+            "    acceleration: [0, 0, 0.5]",
+            "    jerk: [0, 0, 0.5]",
+            "trajectory.from.jerk",
+            "allowed: position, orientation",
+        ),
         ("  start: 0.5", "  points: []", "trajectory.points", "allowed: type, start, duration, from, to"),
     ],
 )
@@ -135,20 +208,43 @@ def test_an_unknown_key_stands_at_the_key_and_a_plugin_without_options_says_so()
     text = changed(BASE, "{type: simple, ", "{type: simple, speed: 3, ")
     line = line_of(text, "speed: 3")
     column = text.splitlines()[line - 1].index("speed") + 1
-    assert problem(text) == (
-        f"a.yaml:{line}:{column}: solver.speed: unknown key 'speed': allowed: type, infeasible"
-    )
+    assert problem(text) == (f"a.yaml:{line}:{column}: solver.speed: unknown key 'speed': allowed: type, infeasible")
 
 
 @pytest.mark.parametrize(
     ("text", "key", "what", "at"),
     [
-        (BASE.replace("  duration: 3.0\n", ""), "trajectory.duration", "required but not given: time that", "trajectory:"),
-        (BASE.replace("    mass: 150\n", ""), "robot.platform.mass", "not given: mass of the platform (kg)", "platform:"),
-        (BASE.replace("platform: [-0.6, -0.3, 0.2]", ""), "robot.cables[1].platform", "required", "- {frame: [3.5, -2"),
+        (
+            BASE.replace("  duration: 3.0\n", ""),
+            "trajectory.duration",
+            "required but not given: time that",
+            "trajectory:",
+        ),
+        (
+            BASE.replace("    mass: 150\n", ""),
+            "robot.platform.mass",
+            "not given: mass of the platform (kg)",
+            "platform:",
+        ),
+        (
+            BASE.replace("platform: [-0.6, -0.3, 0.2]", ""),
+            "robot.cables[1].platform",
+            "required",
+            "- {frame: [3.5, -2",
+        ),
         (BASE.replace("duration: 4.0, ", ""), "simulation.duration", "required", "simulation:"),
-        (BASE.replace("type: quintic\n", "start: 0\n").replace("  start: 0.5\n", ""), "trajectory.type", "allowed: hold", "trajectory:"),
-        (BASE.replace("rpy: [0, 0, 0.3]", ""), "trajectory.from.orientation", "exactly one of rpy, quaternion, euler", "{}"),
+        (
+            BASE.replace("type: quintic\n", "start: 0\n").replace("  start: 0.5\n", ""),
+            "trajectory.type",
+            "allowed: hold",
+            "trajectory:",
+        ),
+        (
+            BASE.replace("rpy: [0, 0, 0.3]", ""),
+            "trajectory.from.orientation",
+            "exactly one of rpy, quaternion, euler",
+            "{}",
+        ),
     ],
 )
 def test_missing_keys_are_placed_at_the_section(text, key, what, at):
@@ -237,7 +333,8 @@ def test_the_problems_of_a_robot_file_name_that_file(tmp_path):
     with pytest.raises(ScenarioError) as caught:
         load_scenario(scenario, plugins=PLUGINS)
     own, mass, name = caught.value.problems
-    assert own.startswith(f"{scenario}:3:") and "simulation.seed" in own
+    assert own.startswith(f"{scenario}:3:")
+    assert "simulation.seed" in own
     robot = tmp_path / "parts" / "robot.yaml"
     assert mass == f"{robot}:5:9: robot.platform.mass: must be greater than 0 (kg), got -1"
     assert name.startswith(f"{robot}:{line_of(bad, 'nam: left')}:3: robot.cables[0].nam: unknown key 'nam'")
@@ -254,13 +351,23 @@ def test_what_misses_in_a_robot_file_misses_there(tmp_path):
 def test_problems_of_a_robot_on_its_own(tmp_path):
     with pytest.raises(ScenarioError) as caught:
         load_robot("r.yaml", text=changed(changed(ROBOT, "mass: 150", "mass: x"), "min: 40", "min: -1"))
-    assert [line.split(": ")[1] for line in caught.value.problems] == ["platform.mass", "cables[0].tension.min"]
+    assert [line.split(": ")[1] for line in caught.value.problems] == [
+        "platform.mass",
+        "cables[0].tension.min",
+    ]
 
 
 def test_what_was_written_is_quoted_shortly():
     assert len(problem(changed(BASE, "mass: 150", "mass: " + "x" * 50_000))) < 200
     found = problems(changed(BASE, "mass:", "m" * 900 + ":"))
     assert all(len(line) < 300 for line in found)
+
+
+def test_foreign_characters_stay_within_their_line():
+    line = problem(changed(BASE, "seed: 7", 'seed: 7, "a\\n\\e[31m": 1'))
+    assert line.isprintable()
+    assert "unknown key 'a\\n\\x1b[31m'" in line
+    assert problem(changed(BASE, "name: every-key", 'name: "a\\nb"')).isprintable()
 
 
 def test_no_null_anywhere_but_where_a_plugin_takes_it():

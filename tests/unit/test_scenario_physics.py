@@ -61,7 +61,7 @@ def test_inertias_that_some_body_has(inertia):
     st.booleans(),
 )
 def test_turning_a_body_does_not_change_whether_it_can_exist(masses, rpy, possible):
-    """Second moments a, b, c >= 0 give the principal moments b + c, c + a, a + b; a negative one gives none."""
+    """Second moments a, b, c >= 0 give principal moments b + c, c + a, a + b; a negative one is no body's."""
     a, b, c = masses
     if not possible:
         a = -a
@@ -95,11 +95,27 @@ TENSION = "tension: {min: 50, max: [10000, 9000, 8000]}"
     ("tension", "key", "what"),
     [
         ("{min: -1, max: 100}", "tension.min", "must be at least 0 (N), got -1: a cable cannot push"),
-        ("{min: 0, max: 0}", "tension.max", "must be greater than 0 (N), got 0: a cable must be able to pull"),
+        (
+            "{min: 0, max: 0}",
+            "tension.max",
+            "must be greater than 0 (N), got 0: a cable must be able to pull",
+        ),
         ("{min: 0, max: -5}", "tension.max", "must be greater than 0 (N), got -5"),
-        ("{min: 200, max: 100}", "tension.min", "must not exceed the highest tension of this cable, 100 (N), got 200"),
-        ("{min: [1, 1, 200], max: 100}", "tension.min[2]", "must not exceed the highest tension of this cable, 100 (N)"),
-        ("{min: 5, max: [100, 100, 4]}", "tension.min", "must not exceed the highest tension of this cable, 4 (N), got 5"),
+        (
+            "{min: 200, max: 100}",
+            "tension.min",
+            "must not exceed the highest tension of this cable, 100 (N), got 200",
+        ),
+        (
+            "{min: [1, 1, 200], max: 100}",
+            "tension.min[2]",
+            "must not exceed the highest tension of this cable, 100 (N)",
+        ),
+        (
+            "{min: 5, max: [100, 100, 4]}",
+            "tension.min",
+            "must not exceed the highest tension of this cable, 4 (N), got 5",
+        ),
         ("{min: [1, 1], max: 100}", "tension.min", "3 numbers expected (N), one per cable, got 2"),
         ("{min: 1, max: [1, 2, 3, 4]}", "tension.max", "3 numbers expected (N), one per cable, got 4"),
     ],
@@ -139,7 +155,9 @@ def test_rigid_legs_may_push():
 def test_cables_that_coincide_at_both_ends_are_one():
     again = "- {frame: [3.5, -2.0, 3.5000001], platform: [-0.6, -0.3, 0.2]}"
     line = robot_problem("- {frame: [3.5, 2.0, 3.5], platform: [0.6, 0.3, -0.2]}", again)
-    assert line.startswith(f"r.yaml:{line_of(ROBOT, '3.5, 2.0, 3.5')}:3: cables[2]: coincides with cables[1] at both ends")
+    assert line.startswith(
+        f"r.yaml:{line_of(ROBOT, '3.5, 2.0, 3.5')}:3: cables[2]: coincides with cables[1] at both ends"
+    )
 
 
 @pytest.mark.parametrize(
@@ -203,15 +221,27 @@ def test_a_cable_without_length_at_the_start(turned):
     text = changed(BASE, "position: [0.0, 0.1, 1.2]", f"position: {p.tolist()}")
     text = changed(text, "{quaternion: [1, 0, 0, 0]}", f"{{rpy: {list(rpy)}}}")
     assert "initial.position: cable 'cable_2' has no length here" in problem(text)
-    load(changed(text, f"position: {p.tolist()}", f"position: {(p + [0, 0, 2e-6]).tolist()}"))
+    load(changed(text, f"position: {p.tolist()}", f"position: {(p + np.array([0, 0, 2e-6])).tolist()}"))
 
 
 @pytest.mark.parametrize(
     ("steps", "key", "what"),
     [
-        ("duration: 4.0, control_step: 0.001, physics_step: 0.0003", "physics_step", "nearest: 0.000333333333333 or 0.00025"),
-        ("duration: 4.0, control_step: 0.001, physics_step: 0.002", "physics_step", "divided by an integer, got 0.002; nearest: 0.001"),
-        ("duration: 4.0005, control_step: 0.001", "duration", "integer multiple of control_step, 0.001 (s), got 4.0005; nearest: 4 or 4.001"),
+        (
+            "duration: 4.0, control_step: 0.001, physics_step: 0.0003",
+            "physics_step",
+            "nearest: 0.000333333333333 or 0.00025",
+        ),
+        (
+            "duration: 4.0, control_step: 0.001, physics_step: 0.002",
+            "physics_step",
+            "divided by an integer, got 0.002; nearest: 0.001",
+        ),
+        (
+            "duration: 4.0005, control_step: 0.001",
+            "duration",
+            "integer multiple of control_step, 0.001 (s), got 4.0005; nearest: 4 or 4.001",
+        ),
         ("duration: 0.0004, control_step: 0.001", "duration", "got 0.0004; nearest: 0.001"),
         ("duration: 1.1e6, control_step: 0.01", "duration", "1.1e+08 steps; at most 1e+08 are allowed"),
         ("duration: 1, control_step: 0.001, physics_step: 1e-9", "duration", "1e+09 steps"),
@@ -250,7 +280,9 @@ def test_times_of_waypoints_increase():
     text = whole(WAYPOINTS)
     line = problem(changed(text, "time: 2.0", "time: 1.0"))
     assert "trajectory.points[1].time: must be greater than the previous point's, 1 (s), got 1" in line
-    assert "trajectory.points[0].time: must be at least 0 (s), got -1" in problem(changed(text, "time: 1.0", "time: -1"))
+    assert "trajectory.points[0].time: must be at least 0 (s), got -1" in problem(
+        changed(text, "time: 1.0", "time: -1")
+    )
     assert "1 or more items expected" in problem(whole("trajectory: {type: waypoints, points: []}\n"))
     alone = "trajectory: {type: waypoints, points: [{time: 0, position: [0, 0, 1]}]}\n"
     assert "to stay, use type: hold" in problem(whole(alone))

@@ -37,8 +37,40 @@ def test_numbers_booleans_and_null(text, value):
 
 @pytest.mark.parametrize(
     "text",
-    "no yes on off True FALSE Null NULL y n 010 00 -01 1:30 1_000 0x10 0o17 2024-01-01 nan inf Infinity e5 . - + "
-    "1e 1.2.3 1,5 1e-3s 01.5 --1 =".split(),
+    [
+        "no",
+        "yes",
+        "on",
+        "off",
+        "True",
+        "FALSE",
+        "Null",
+        "NULL",
+        "y",
+        "n",
+        "010",
+        "00",
+        "-01",
+        "1:30",
+        "1_000",
+        "0x10",
+        "0o17",
+        "2024-01-01",
+        "nan",
+        "inf",
+        "Infinity",
+        "e5",
+        ".",
+        "-",
+        "+",
+        "1e",
+        "1.2.3",
+        "1,5",
+        "1e-3s",
+        "01.5",
+        "--1",
+        "=",
+    ],
 )
 def test_everything_else_is_a_text(text):
     assert resolve(text) == text

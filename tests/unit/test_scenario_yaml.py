@@ -43,6 +43,12 @@ def test_data_and_positions(parser):
 
 
 @both
+@pytest.mark.parametrize("text", ["---\na: 1\n", "a: 1\n...\n", "---\na: 1\n...\n# end\n", "a: 1\r\n", "{a: 1}"])
+def test_other_ways_to_write_one_document(parser, text):
+    assert read(text, parser)[0].data == {"a": 1}
+
+
+@both
 def test_positions_count_characters_not_bytes(parser):
     document, _ = read("ä: 'öß'\nü: {é: 1, x: 2}\n".encode(), parser)
     assert document.values[("ü", "x")] == Mark("f.yaml", 2, 14)
@@ -118,12 +124,13 @@ def test_other_encodings_are_refused_where_they_show(content, where):
 
 @both
 def test_duplicate_keys_name_both_lines_and_reading_goes_on(parser):
-    document, found = read("a: 1\nb: {c: 1, c: 2}\na: 3\nb: 4\n", parser)
+    document, found = read("a: 1\nb: {c: 1, c: 2}\na: 3\nb: 4\nb: 5\n", parser)
     assert document is not None
     assert found == [
         "f.yaml:2:11: b.c: given twice; the first is in line 2, remove one",
         "f.yaml:3:1: a: given twice; the first is in line 1, remove one",
         "f.yaml:4:1: b: given twice; the first is in line 2, remove one",
+        "f.yaml:5:1: b: given twice; the first is in line 2, remove one",
     ]
 
 
@@ -176,7 +183,12 @@ def test_values_of_overrides_follow_the_same_rules():
     assert parse_value("[1, 2e-3, x, {a: true}]") == [1, 0.002, "x", {"a": True}]
     assert parse_value("") is None
     assert parse_value("010") == "010"
-    for text, what in [("[1,", "not valid YAML"), ("&a 1", "anchors"), ("{a: 1, a: 2}", "a: given twice"), ("!x 1", "tags")]:
+    for text, what in [
+        ("[1,", "not valid YAML"),
+        ("&a 1", "anchors"),
+        ("{a: 1, a: 2}", "a: given twice"),
+        ("!x 1", "tags"),
+    ]:
         with pytest.raises(ValueError, match=what):
             parse_value(text)
 
@@ -187,13 +199,25 @@ PLAIN = st.recursive(
     | st.integers(-(10**300), 10**300)
     | st.floats(allow_nan=False)
     | st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
-    | st.sampled_from(["1e-3", "no", "true", "null", "~", "010", "- a", "#", "a: b", "x #y", "", " a", "a ", "'", '"', "<<"]),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), max_size=8), inner, max_size=4),
+    | st.sampled_from(
+        ["1e-3", "no", "true", "null", "~", "010", "- a", "#", "a: b", "x #y", "", " a", "a ", "'", '"', "<<"]
+    ),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), max_size=8), inner, max_size=4)
+    ),
     max_leaves=20,
 )
 
 
-@given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8), PLAIN, min_size=1, max_size=5))
+@given(
+    st.dictionaries(
+        st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8),
+        PLAIN,
+        min_size=1,
+        max_size=5,
+    )
+)
 def test_what_is_written_is_read_back(data):
     for (parser,) in (entry.values for entry in PARSERS):
         document, found = read(dump(data), parser)

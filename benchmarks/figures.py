@@ -1,0 +1,27 @@
+"""Measure every figure that the README quotes and write them to benchmarks/figures.json.
+
+Run: python benchmarks/figures.py && python docs/update_readme.py
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import startup
+import step
+
+FILE = Path(__file__).parent / "figures.json"
+
+
+def rounded(value: object) -> object:
+    """Three digits: more than the noise of the machine allows."""
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    return float(f"{value:.3g}") if isinstance(value, float) else value
+
+
+if __name__ == "__main__":
+    figures = rounded({"step": step.measure(), "startup": startup.measure()})
+    FILE.write_text(json.dumps(figures, indent=2) + "\n")
+    print(FILE.read_text())

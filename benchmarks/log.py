@@ -1,0 +1,118 @@
+"""What a row of the log costs, in microseconds and in units of one numpy pinv of a 6x8 matrix.
+
+    python benchmarks/log.py [FOLDER]
+
+The pinv is measured in turn with the rest, in the same process. FOLDER (default: a temporary one) says which
+disk is written to. A new file needs memory for its pages, which the kernel may have to fetch first; a file
+written over gets back the pages that it had. Virtual machines that return free memory to their host differ
+most there.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.reader import load_run
+from cdpr.log.recorder import Recorder
+from cdpr.log.run import Header
+
+M = 8
+ROWS = 100 * BLOCK
+ROUNDS = 15
+
+
+def measure(where: str | None = None) -> dict[str, dict[str, float]]:
+    """Medians by name: microseconds a row, and the ratio to the pinv measured just before."""
+    rng = np.random.default_rng(0)
+    anchors = tuple(tuple(row) for row in rng.uniform(-1.0, 1.0, (M, 6)).tolist())
+    names = tuple(f"cable_{i + 1}" for i in range(M))
+    header = Header(
+        *(
+            "benchmark",
+            "robot",
+            "reference",
+            "pd",
+            "qp",
+            0.001,
+            0.001,
+            0,
+            (0.0, 0.0, -9.81),
+            10.0,
+            names,
+            anchors,
+        ),
+        *((1.0,) * M, (100.0,) * M, 1.0, {"box": [0.5, 0.5, 0.5]}, {}, "benchmark\n"),
+    )
+    rows = rng.standard_normal((ROWS, header.layout.width))
+    rows[:, 0] = np.arange(ROWS) * header.control_step
+    matrix = rng.standard_normal((6, M))
+    form = LogFormat(header)
+    block = form.block(rows[:BLOCK], 0)
+    size = form.templates[0].chunk_length(BLOCK)
+    content = bytes(block[CHUNK_HEAD.size : size])
+    base = Path(tempfile.mkdtemp(dir=where))
+    fresh = iter(range(10**6))
+
+    def record(folder: Path) -> float:
+        folder.mkdir(exist_ok=True)
+        recorder = Recorder(header, ROWS - 1, folder)
+        recorder.rows[:] = rows
+        started = perf_counter()
+        for n in range(BLOCK, ROWS + 1, BLOCK):
+            recorder.flush(n)
+        elapsed = perf_counter() - started
+        recorder.close(ROWS)
+        return elapsed / ROWS
+
+    def close(folder: Path) -> float:
+        recorder = Recorder(header, ROWS - 1, folder)
+        recorder.rows[:] = rows
+        recorder.flush(ROWS)
+        return timed(lambda: recorder.close(ROWS), 1) / ROWS
+
+    parts: dict[str, Callable[[], float]] = {
+        "encode and checksum": lambda: timed(lambda: form.block(rows[:BLOCK], 0), 40) / BLOCK,
+        "  of it the checksum": lambda: timed(lambda: zlib.crc32(content), 40) / BLOCK,
+        "record, file written over": lambda: record(base / "same"),
+        "record, new file": lambda: record(base / str(next(fresh))),
+        "close": lambda: close(base / "same"),
+        "load": lambda: timed(lambda: load_run(base / "same"), 1) / ROWS,
+    }
+    cost: dict[str, list[float]] = {name: [] for name in parts}
+    ratio: dict[str, list[float]] = {name: [] for name in parts}
+    try:
+        record(base / "same")
+        for _ in range(ROUNDS):
+            for name, part in parts.items():
+                pinv = timed(lambda: np.linalg.pinv(matrix), 300)
+                cost[name].append(part())
+                ratio[name].append(cost[name][-1] / pinv)
+    finally:
+        shutil.rmtree(base)
+    return {
+        name: {"us_per_row": 1e6 * median(cost[name]), "pinv_per_row": median(ratio[name])} for name in parts
+    }
+
+
+def timed(call: Callable[[], object], repeats: int) -> float:
+    """Seconds a call."""
+    started = perf_counter()
+    for _ in range(repeats):
+        call()
+    return (perf_counter() - started) / repeats
+
+
+if __name__ == "__main__":
+    for name, figures in measure(sys.argv[1] if len(sys.argv) > 1 else None).items():
+        print(f"{name:28} {figures['us_per_row']:6.2f} us a row {figures['pinv_per_row']:8.4f} pinv")

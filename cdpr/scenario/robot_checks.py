@@ -1,0 +1,85 @@
+"""What no single section of a robot can see: names, cables that coincide, limits that contradict each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cdpr.scenario.checks import MIN_LENGTH, Checks
+from cdpr.scenario.problems import Path
+from cdpr.scenario.robot_schema import CableSection, CableTension, TensionSection, cable_name, limits
+
+
+class RobotChecks(Checks):
+    """Checks the robot whose section stands at `root`."""
+
+    def run(self, root: Path) -> None:
+        """Report everything that is wrong."""
+        self.root = root
+        cables = list(self.cables(root))
+        self._names(cables)
+        self._coincident(cables)
+        self._tensions(cables)
+
+    def _names(self, cables: list[tuple[int, CableSection]]) -> None:
+        first: dict[str, int] = {}
+        for i, cable in cables:
+            name = cable_name(cable, i)
+            if name in first:
+                text = f"'{name}' is the name of cables[{first[name]}] too; names must differ"
+                self.say((*self.root, "cables", i, "name"), text)
+            first.setdefault(name, i)
+
+    def _coincident(self, cables: list[tuple[int, CableSection]]) -> None:
+        anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
+        for b in range(1, len(cables)):
+            distances = np.linalg.norm(anchors[:b] - anchors[b], axis=2)  # (b, 2), m
+            same = np.flatnonzero(np.all(distances < MIN_LENGTH, axis=1))
+            if len(same):
+                other = f"cables[{cables[int(same[0])][0]}]"
+                text = f"coincides with {other} at both ends, so they are one cable (sharing one end is fine)"
+                self.say((*self.root, "cables", cables[b][0]), text)
+
+    def _tensions(self, cables: list[tuple[int, CableSection]]) -> None:
+        common = self.section(TensionSection, (*self.root, "tension"))
+        given = self.document.get((*self.root, "cables"))
+        if common is None or not isinstance(given, list) or not self._one_per_cable(common, len(given)):
+            return
+        unilateral = self.document.get((*self.root, "unilateral")) is not False
+        said: set[Path] = set()  # a limit of all cables is wrong for all, which is one problem
+        for i, cable in cables:
+            for path, text in self._limits(common, cable, i, unilateral):
+                if path not in said:
+                    said.add(path)
+                    self.say(path, text)
+
+    def _one_per_cable(self, common: TensionSection, count: int) -> bool:
+        right = True
+        for name, value in (("min", common.min), ("max", common.max)):
+            if isinstance(value, list) and len(value) != count:
+                text = f"{count} numbers expected (N), one per cable, got {len(value)}"
+                self.say((*self.root, "tension", name), text)
+                right = False
+        return right
+
+    def _limits(
+        self, common: TensionSection, cable: CableSection, i: int, unilateral: bool
+    ) -> Iterator[tuple[Path, str]]:
+        low, high = limits(common, cable, i)
+        own = cable.tension or CableTension()
+        at_min = self._written("min", common.min, own.min, i)
+        at_max = self._written("max", common.max, own.max, i)
+        if unilateral and low < 0:
+            reason = "a cable cannot push (rigid legs: unilateral: false)"
+            yield at_min, f"must be at least 0 (N), got {low:g}: {reason}"
+        if high <= 0:
+            yield at_max, f"must be greater than 0 (N), got {high:g}: a cable must be able to pull"
+        elif low > high:
+            yield at_min, f"must not exceed the highest tension of this cable, {high:g} (N), got {low:g}"
+
+    def _written(self, name: str, common: float | list[float], own: float | None, i: int) -> Path:
+        """Return where a limit of cable i was written."""
+        if own is not None:
+            return (*self.root, "cables", i, "tension", name)
+        return (*self.root, "tension", name, *([i] if isinstance(common, list) else []))
