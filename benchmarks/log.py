@@ -100,9 +100,7 @@ def measure(where: str | None = None) -> dict[str, dict[str, float]]:
                 ratio[name].append(cost[name][-1] / pinv)
     finally:
         shutil.rmtree(base)
-    return {
-        name: {"us_per_row": 1e6 * median(cost[name]), "pinv_per_row": median(ratio[name])} for name in parts
-    }
+    return {name: {"us_per_row": 1e6 * median(cost[name]), "pinv_per_row": median(ratio[name])} for name in parts}
 
 
 def timed(call: Callable[[], object], repeats: int) -> float:

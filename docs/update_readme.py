@@ -56,10 +56,11 @@ def updated(text: str) -> str:
 
 
 def draw() -> None:
-    """The picture: caroca's run."""
+    """The picture: caroca, its cables and its path."""
     import cdpr
+    from cdpr.report.sketch import robot
 
-    cdpr.simulate(ROOT / "scenarios" / "caroca.yaml", backend="mujoco").plot().savefig(PICTURE)
+    robot(cdpr.simulate(ROOT / "scenarios" / "caroca.yaml")).savefig(PICTURE, metadata={"Date": None})
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.errors import CdprError, ExitCode, Interrupted
+from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginError
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run
@@ -45,11 +45,10 @@ def command(
 
     from cdpr.scenario import load_scenario
 
-    loaded = load_scenario(
-        scenario, overrides=changes, backend=backend, solver=solver, controller=controller
-    )
+    loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     # Only a sound scenario is worth the time that these take to import.
     from cdpr.log.run_folder import RunFolder
+    from cdpr.log.run_json import plain
     from cdpr.model.jit import on_first_compilation
     from cdpr.simulation import simulate
     from cdpr.simulation.build import make_header
@@ -73,9 +72,11 @@ def command(
                 raise
             stop, run = error, error.run  # type: ignore[assignment]
     if report:
-        _write_report(run)
+        failure = _write_report(run)
+        stop = stop or failure
     if as_json:
-        click.echo(json.dumps({**run.summary(), "message": run.message, "folder": run.folder}, indent=2))
+        figures = {**run.summary(), "message": run.message, "folder": run.folder}
+        click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
     else:
         _print(run)
     if stop is not None:
@@ -133,10 +134,10 @@ def _bar() -> Iterator[Callable[[int, int], None]]:
         yield update
 
 
-def _write_report(run: Run) -> None:
+def _write_report(run: Run) -> OutputError | None:
+    """Write report.html; without its library a run counts all the same, with a full disk it does not."""
     from pathlib import Path
 
-    from cdpr.errors import PluginError
     from cdpr.report.html import write_report
 
     assert run.folder is not None
@@ -144,6 +145,9 @@ def _write_report(run: Run) -> None:
         write_report(run, Path(run.folder) / "report.html")
     except PluginError as error:
         click.echo(f"no report: {error}", err=True)
+    except OutputError as error:
+        return error
+    return None
 
 
 def _print(run: Run) -> None:

@@ -71,9 +71,7 @@ class LogFormat:
         self._metadata = records.Metadata(
             METADATA, {"format": FORMAT, "header": text, "header_crc32": f"{zlib.crc32(text.encode()):08x}"}
         )
-        self._attachment = records.Attachment(
-            0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode()
-        )
+        self._attachment = records.Attachment(0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode())
         metadata = _bytes(self._metadata)
         attachment = _bytes(self._attachment)
         # The metadata first, so that a reader finds it without looking for it.

@@ -47,8 +47,7 @@ def load_run(path: str | Path) -> Run:
     found = scan(log)
     if found.problem is not None:
         warnings.warn(
-            f"{log}: {found.problem}; {len(found.rows)} rows kept."
-            f" `cdpr repair {path}` makes a complete log of them",
+            f"{log}: {found.problem}; {len(found.rows)} rows kept. `cdpr repair {path}` makes a complete log of them",
             stacklevel=2,
         )
     known = None if folder is None else run_json.read(folder)
@@ -67,8 +66,7 @@ def load_run(path: str | Path) -> Run:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise LogError(
-            f"{folder}/{run_json.NAME}: not as cdpr writes it ({error!r});"
-            " without that file the log still loads"
+            f"{folder}/{run_json.NAME}: not as cdpr writes it ({error!r}); without that file the log still loads"
         ) from error
 
 
@@ -140,9 +138,7 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, str]:
     except (McapError, KeyError, ValueError, struct.error) as error:
         raise LogError(f"{log}: its header is damaged or cut off: nothing can be read from it") from error
     if version != FORMAT:
-        raise LogError(
-            f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it"
-        )
+        raise LogError(f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it")
     try:
         return Header.from_dict(json.loads(text)), text
     except (KeyError, TypeError, ValueError) as error:

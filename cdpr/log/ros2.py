@@ -66,9 +66,7 @@ def schema_text(kind: str) -> str:
         parts = (part.removesuffix("[]") for part, _ in fields(known))
         needed += [part for part in dict.fromkeys(parts) if part in DEFINITIONS and part not in needed]
     rule = "=" * 80
-    return "\n".join(
-        [DEFINITIONS[kind], *(f"{rule}\nMSG: {name}\n{DEFINITIONS[name]}" for name in needed[1:]), ""]
-    )
+    return "\n".join([DEFINITIONS[kind], *(f"{rule}\nMSG: {name}\n{DEFINITIONS[name]}" for name in needed[1:]), ""])
 
 
 def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, dict[str, int]]:

@@ -40,7 +40,7 @@ def now() -> datetime:
 
 def write(folder: Path, content: dict[str, Any]) -> None:
     """Replace run.json in one step. Numbers that are not finite become null."""
-    text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     path = folder / NAME
     temporary = folder / f"{NAME}.tmp"
     try:
@@ -66,12 +66,12 @@ def read(folder: Path) -> dict[str, Any] | None:
     return content
 
 
-def _plain(value: Any) -> Any:
-    """`value` in the types of strict JSON."""
+def plain(value: Any) -> Any:
+    """Return `value` in the types of strict JSON; numbers that are not finite become None."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value

@@ -96,6 +96,4 @@ def _pose(name: str, layout: Layout, prefix: str) -> Topic:
 
 def _pair(name: str, kind: str, columns: slice) -> Topic:
     """A message of two vectors that stand side by side in the rows too."""
-    return Topic(
-        f"/cdpr/platform/{name}", f"geometry_msgs/{kind}Stamped", STAMPED, {kind.lower(): (columns,)}
-    )
+    return Topic(f"/cdpr/platform/{name}", f"geometry_msgs/{kind}Stamped", STAMPED, {kind.lower(): (columns,)})

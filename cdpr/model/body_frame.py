@@ -106,9 +106,7 @@ def body_wrench(
 
 
 @kernel
-def applied_wrench(
-    anchors: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array
-) -> None:
+def applied_wrench(anchors: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array) -> None:
     """Write `body_wrench` at a body state (13,) into `applied` (6,)."""
     f, moment = body_wrench(anchors, offset, tension, external, vector(body, 0), quaternion(body, 3))
     store(f, applied, 0)

@@ -67,9 +67,7 @@ def summary(run: Run) -> str:
 
 
 def _bad_steps(run: Run) -> str:
-    counts = [
-        (int(np.count_nonzero(run.solver_status == status)), name) for status, (name, _) in SHADES.items()
-    ]
+    counts = [(int(np.count_nonzero(run.solver_status == status)), name) for status, (name, _) in SHADES.items()]
     return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"
 
 
@@ -113,9 +111,7 @@ def cables(run: Run) -> str:
     for i, (name, look) in enumerate(zip(head.cables, cable_looks(run), strict=True)):
         key = f'<span class="key" style="background:{look["color"]}"></span>'
         limits = (head.tension_min[i], head.tension_max[i])
-        rows.append(
-            (key + escape(name), *map(number, (*limits, *_ends(run.tension[:, i]), *_ends(run.length[:, i]))))
-        )
+        rows.append((key + escape(name), *map(number, (*limits, *_ends(run.tension[:, i]), *_ends(run.length[:, i])))))
     titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")
     return f'<h2>Cables</h2>\n<div class="scroll">{_table(rows, titles)}</div>'
 

@@ -16,13 +16,13 @@ MOST = 200
 CLIPPED = "the solver minds no limits; tensions beyond them were clipped"
 
 
-def tension_events(time: Array, status: Array, step: float, respects_limits: bool) -> list[Event]:
+def tension_events(status: Array, step: float, respects_limits: bool) -> list[Event]:
     """One event for each uninterrupted span of samples with the same solver status that is not OK.
 
-    `time` and `status` are (K,), `step` is the control period, s, for which a sample's tensions are held.
+    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held.
     """
     meaning = MEANING if respects_limits else {**MEANING, Status.NOT_FOUND: CLIPPED}
-    if not len(time):
+    if not len(status):
         return []
     starts = np.flatnonzero(np.concatenate([[True], np.diff(status) != 0]))
     stops = np.concatenate([starts[1:], [len(status)]])
@@ -31,8 +31,7 @@ def tension_events(time: Array, status: Array, step: float, respects_limits: boo
     for start, stop in spans[:MOST]:
         kind = Status(int(status[start]))
         text = f"{meaning[kind]} ({stop - start} samples)"
-        events.append(Event(float(time[start]), kind.name.lower(), text, until=float(time[stop - 1] + step)))
+        events.append(Event(start * step, kind.name.lower(), text, until=stop * step))
     if len(spans) > MOST:
-        start = spans[MOST][0]
-        events.append(Event(float(time[start]), "more", f"{len(spans) - MOST} further spans without distribution"))
+        events.append(Event(spans[MOST][0] * step, "more", f"{len(spans) - MOST} further spans without distribution"))
     return events

@@ -55,9 +55,7 @@ def simulate(
     if isinstance(scenario, Scenario):
         scenario = scenario.with_changes(changes, backend=backend, solver=solver, controller=controller)
     else:
-        scenario = load_scenario(
-            scenario, overrides=changes, backend=backend, solver=solver, controller=controller
-        )
+        scenario = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     begun = perf_counter()
     header = make_header(scenario)
     parts = build(scenario)
@@ -91,7 +89,7 @@ def simulate(
         error = unwritable
     rows = recorder.rows[: loop.count]
     status = rows[:, header.layout.columns["status"]][:, 0]
-    events = tension_events(rows[:, 0], status, header.control_step, parts.respects_limits)
+    events = tension_events(status, header.control_step, parts.respects_limits)
     outcome = "finished"
     if error is not None:
         outcome = STATUS.get(type(error), "failed")

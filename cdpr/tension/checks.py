@@ -46,9 +46,7 @@ def judge(W: Array, wrench: Array, weights: Array, limits: Array, tension: Array
 
 
 @kernel
-def accept(
-    W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, report: Array
-) -> int:
+def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, report: Array) -> int:
     """Copy a solver's answer (m,) into `tension` if it is finite, within the limits and balances the wrench.
 
     Returns and writes into report[0] a `cdpr.tension.Status`: OK, BAD_INPUT where the wrench is not finite, else

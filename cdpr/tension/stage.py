@@ -68,9 +68,7 @@ class TensionStage:
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
         self._judge = partial(judge, W, wrench, weights, limits, tension, report)
         work = np.zeros(box.work_size(6, robot.m))
-        self._best_effort = partial(
-            box.box_least_squares, W, wrench, weights, limits[0], limits[1], tension, work
-        )
+        self._best_effort = partial(box.box_least_squares, W, wrench, weights, limits[0], limits[1], tension, work)
 
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.

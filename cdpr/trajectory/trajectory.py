@@ -91,10 +91,7 @@ def through(knots: Sequence[Knot]) -> Trajectory:
         _known([knot.acceleration for knot in knots]),
     )
     attitudes = [np.asarray(knot.orientation, dtype=np.float64) for knot in knots]
-    turns = [
-        rotations.rotation_vector(rotations.multiply(rotations.conjugate(a), b))
-        for a, b in pairwise(attitudes)
-    ]
+    turns = [rotations.rotation_vector(rotations.multiply(rotations.conjugate(a), b)) for a, b in pairwise(attitudes)]
     # In platform axes, where a turn keeps its rotation vector, the sum of the turns is smoothed like a position.
     to_body = [rotations.matrix(q).T for q in attitudes]
     spin, spin_rate = minimum_jerk(

@@ -175,9 +175,7 @@ def test_a_log_of_another_format_says_so(tmp_path: Path, whole: bytes) -> None:
         load_run(path)
 
 
-def test_a_header_with_fields_of_a_later_version_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_header_with_fields_of_a_later_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     to_dict = type(HEADER).to_dict
     with monkeypatch.context() as later:
         later.setattr(type(HEADER), "to_dict", lambda self: {**to_dict(self), "colour": "red"})

@@ -78,9 +78,7 @@ def values_of(topic: str, message: Any) -> dict[str, list[float]]:
 
 
 def check_message(topic: str, message: Any, time: int, header: Header, row: Array) -> set[str]:
-    stamp = (
-        message.clock if topic == "/clock" else message.header.stamp if hasattr(message, "header") else None
-    )
+    stamp = message.clock if topic == "/clock" else message.header.stamp if hasattr(message, "header") else None
     if stamp is not None:
         assert stamp.sec * 10**9 + stamp.nanosec == time
     if hasattr(message, "header"):
@@ -153,9 +151,7 @@ def test_order_and_count(tmp_path: Path) -> None:
     rows_order = [(topic, number) for topic, number in in_file if topic in FULL_RATE]
     assert rows_order == [(topic, i) for i in range(k) for topic in FULL_RATE]
     with path.open("rb") as file:
-        streamed = [
-            (c.topic, m.sequence, m.log_time, m.data) for _, c, m in NonSeekingReader(file).iter_messages()
-        ]
+        streamed = [(c.topic, m.sequence, m.log_time, m.data) for _, c, m in NonSeekingReader(file).iter_messages()]
     assert sorted(streamed) == sorted(listed)
     with path.open("rb") as file:
         part = [

@@ -105,9 +105,7 @@ def test_places_are_where_the_numbers_stand() -> None:
     assert np.frombuffer(data, "<f8", 2, places["position"]).tolist() == [1.5, 2.5]
     assert np.frombuffer(data, "<f8", 1, places["effort.0"]).tolist() == [3.5]
     assert places["header.stamp"] == places["header"] == 4
-    data, places = encode(
-        "visualization_msgs/MarkerArray", {"markers": [{}, {"pose": {"position": {"x": 7.0}}}]}
-    )
+    data, places = encode("visualization_msgs/MarkerArray", {"markers": [{}, {"pose": {"position": {"x": 7.0}}}]})
     assert np.frombuffer(data, "<f8", 1, places["markers.1.pose"]) == [7.0]
 
 

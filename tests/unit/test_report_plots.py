@@ -156,9 +156,7 @@ def test_failed_steps_are_shaded_in_every_panel_and_named() -> None:
 
 
 def test_events_are_numbered_in_the_order_of_time_and_kept_inside() -> None:
-    run = replace(
-        make_run(), events=(Event(9.0, "stopped", "late"), Event(1.0, "infeasible", "early", until=2.0))
-    )
+    run = replace(make_run(), events=(Event(9.0, "stopped", "late"), Event(1.0, "infeasible", "early", until=2.0)))
     figure = plots.overview(run)
     assert "1 infeasible at 1 s;  2 stopped at 9 s" in texts(figure)
     numbers = [text for text in figure.axes[0].texts if text.get_text() in ("1", "2")]
@@ -252,9 +250,7 @@ def test_the_readers_style_changes_nothing() -> None:
     import matplotlib as mpl
 
     plain = inline_svg(plots.pose(make_run(rows=100)), "key", "label")
-    with mpl.rc_context(
-        {"font.size": 20, "axes.facecolor": "black", "axes.grid": False, "lines.linewidth": 9}
-    ):
+    with mpl.rc_context({"font.size": 20, "axes.facecolor": "black", "axes.grid": False, "lines.linewidth": 9}):
         assert inline_svg(plots.pose(make_run(rows=100)), "key", "label") == plain
 
 

@@ -26,9 +26,7 @@ def same_rotation(a: np.ndarray, b: np.ndarray) -> bool:
 
 @given(vectors, st.sampled_from(["XYZ", "ZYX", "ZXZ", "xyz", "zyx", "xzx"]))
 def test_euler_angles_as_scipy(v, order):
-    assert same_rotation(
-        rotations.from_euler(v, order), Rotation.from_euler(order, v).as_quat(scalar_first=True)
-    )
+    assert same_rotation(rotations.from_euler(v, order), Rotation.from_euler(order, v).as_quat(scalar_first=True))
 
 
 @given(vectors)

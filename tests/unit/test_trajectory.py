@@ -34,9 +34,7 @@ def random_knot(rng: np.random.Generator, time: float, *, free: bool = False) ->
 def assert_sample(trajectory, time, knot):
     got = trajectory.sample(time)
     np.testing.assert_allclose(got[:3], knot.position, atol=BOUNDARY)
-    np.testing.assert_allclose(
-        rotations.matrix(got[3:7]), rotations.matrix(knot.orientation), atol=BOUNDARY
-    )
+    np.testing.assert_allclose(rotations.matrix(got[3:7]), rotations.matrix(knot.orientation), atol=BOUNDARY)
     for columns, value in (
         (slice(7, 10), knot.velocity),
         (slice(10, 13), knot.angular_velocity),

@@ -1,0 +1,43 @@
+"""The README's tables are what the script would write, and its commands exist."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+
+import pytest
+from conftest import ROOT
+
+README = (ROOT / "README.md").read_text()
+
+
+def test_tables_are_up_to_date():
+    spec = importlib.util.spec_from_file_location("update_readme", ROOT / "docs" / "update_readme.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    assert script.updated(README) == README, "run: python docs/update_readme.py"
+
+
+def test_two_commands_for_ci():
+    blocks = re.findall(r"^```bash\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+    assert len(blocks) == 2
+    assert all(len(block.splitlines()) == 1 for block in blocks)
+
+
+@pytest.mark.parametrize("target", sorted(set(re.findall(r"\]\(([^)#:]+)\)", README))))
+def test_links_lead_somewhere(target):
+    assert (ROOT / target).exists()
+
+
+def test_every_command_is_one_of_ours():
+    from cdpr.cli import COMMANDS
+
+    used = set(re.findall(r"^\$ cdpr (\w+)", README, re.MULTILINE))
+    assert used
+    assert used <= set(COMMANDS)
+
+
+def test_python_example_runs(monkeypatch, tmp_path):
+    (code,) = re.findall(r"^```python\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(ROOT)
+    exec(code, {})
