@@ -29,8 +29,8 @@ class MujocoBackend(RigidBodyBackend):
 
     def build(self) -> None:
         """Make the world; the wrench goes straight into MuJoCo's own array, which keeps it until rewritten."""
-        model = free_body(self.frame, self.gravity, self.physics_step, "euler").compile()
-        self._data = data = mujoco.MjData(model)
+        model, data = compiled(free_body(self.frame, self.gravity, self.physics_step, "euler"), self.frame)
+        self._data = data
         self.applied = data.xfrc_applied[1]
         self._read = partial(read_free_joint, data.qpos, data.qvel, self.body)
         self._advance = partial(mujoco.mj_step, model, data)
@@ -62,8 +62,8 @@ class MujocoTendons(Backend):
         self.frame = frame = BodyFrame(robot)
         spec = free_body(frame, self.gravity, physics_step, options.integrator)
         add_tendons(spec, frame.anchors)
-        self._model = spec.compile()
-        self._data = data = mujoco.MjData(self._model)
+        self._model, self._data = compiled(spec, frame)
+        data = self._data
         self._body = np.zeros(13)
         self._slack = np.zeros(robot.m)  # the tendons already pull
         self._read = partial(read_free_joint, data.qpos, data.qvel, self._body)
@@ -110,9 +110,24 @@ def free_body(frame: BodyFrame, gravity: Array, step: float, integrator: str) ->
     spec.option.integrator = INTEGRATORS[integrator]
     # By default MuJoCo answers a bad acceleration by silently resetting itself; without that, NaN stays visible.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    body = spec.worldbody.add_body(name="platform", mass=frame.mass, inertia=frame.moments, explicitinertial=True)
+    body = spec.worldbody.add_body(name="platform", mass=frame.mass, explicitinertial=True)
     body.add_freejoint()
     return spec
+
+
+def compiled(spec: mujoco.MjSpec, frame: BodyFrame) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Compile a world around the platform.
+
+    MuJoCo's compiler refuses principal moments that miss the triangle inequality by mere rounding, so they are put in
+    afterwards.
+    """
+    moments = frame.moments
+    spec.body("platform").inertia = np.minimum(moments, moments.sum() - moments)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    model.body_inertia[1] = moments
+    mujoco.mj_setConst(model, data)
+    return model, data
 
 
 def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:

@@ -35,7 +35,7 @@ class PluginInfo:
     requires: tuple[str, ...] = ()
     extra: str = ""
     properties: Mapping[str, object] = field(default_factory=dict)
-    options: type[BaseModel] = PluginOptions
+    options: type[PluginOptions] = PluginOptions
     interface: int = INTERFACE_VERSION
 
 

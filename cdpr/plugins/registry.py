@@ -15,7 +15,7 @@ from typing import Any, Literal
 import pluggy
 
 from cdpr.errors import PluginError
-from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo
+from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 
 Role = Literal["backend", "controller", "solver"]
 ROLES: tuple[Role, ...] = ("backend", "controller", "solver")
@@ -166,6 +166,11 @@ def _rows(point: importlib.metadata.EntryPoint) -> list[tuple[Role, PluginInfo]]
                     raise PluginError(
                         f"{role} '{info.name}' was written for interface {info.interface}; this cdpr has "
                         f"{INTERFACE_VERSION}: install versions that match"
+                    )
+                if not issubclass(info.options, PluginOptions):
+                    raise PluginError(
+                        f"{role} '{info.name}': its options {info.options.__name__} must derive from "
+                        "cdpr.plugins.PluginOptions, which refuses misspelt keys"
                     )
                 rows.append((role, info))
     if not rows:

@@ -107,7 +107,7 @@ class RunChecks(Checks):
 
 def _is_multiple(value: float, step: float) -> bool:
     ratio = value / step
-    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= RATIO_TOLERANCE * ratio
+    return abs(ratio - round(ratio)) <= RATIO_TOLERANCE * ratio
 
 
 def _near(ratio: float, value: Callable[[int], float]) -> str:

@@ -7,6 +7,7 @@ import json
 import os
 import resource
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -50,32 +51,35 @@ def test_dev_full_at_the_first_block(tmp_path: Path) -> None:
     assert same_bits(recorder.rows[:-1], ROWS)
 
 
-@pytest.fixture
-def file_size_limit() -> Iterator[Any]:
+@contextmanager
+def file_size_limit(size: int) -> Iterator[None]:
+    """Only around the call under test: pytest's own output may go to a larger file."""
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
 
 
 @pytest.mark.parametrize("blocks", [0, 1, 2])
-def test_file_size_limit_within_a_block(tmp_path: Path, file_size_limit: Any, blocks: int) -> None:
+def test_file_size_limit_within_a_block(tmp_path: Path, blocks: int) -> None:
     size = write_log(tmp_path / "whole.mcap", HEADER, ROWS).stat().st_size
     recorder = Recorder(HEADER, len(ROWS), tmp_path)
     recorder.rows[:-1] = ROWS
-    file_size_limit(int(size * (blocks + 0.5) / 3.2))
-    with pytest.raises(OutputError, match="File too large"):
+    limit = int(size * (blocks + 0.5) / 3.2)
+    with pytest.raises(OutputError, match="File too large"), file_size_limit(limit):
         recorder.close(len(ROWS))
     found = scan(tmp_path / "log.mcap")
     assert found.problem is not None
     assert same_bits(found.rows, ROWS[: blocks * BLOCK])
 
 
-def test_file_size_limit_within_the_ending(tmp_path: Path, file_size_limit: Any) -> None:
+def test_file_size_limit_within_the_ending(tmp_path: Path) -> None:
     size = write_log(tmp_path / "whole.mcap", HEADER, ROWS).stat().st_size
     recorder = Recorder(HEADER, len(ROWS), tmp_path)
     recorder.rows[:-1] = ROWS
-    file_size_limit(size - 1)
-    with pytest.raises(OutputError, match="File too large"):
+    with pytest.raises(OutputError, match="File too large"), file_size_limit(size - 1):
         recorder.close(len(ROWS))
     assert len(scan(tmp_path / "log.mcap").rows) == len(ROWS)
 
@@ -112,7 +116,7 @@ def test_a_folder_that_is_gone_or_a_file(tmp_path: Path) -> None:
         RunFolder(tmp_path / "file" / "run", HEADER)
 
 
-def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path, file_size_limit: Any) -> None:
+def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path / "run", HEADER)
     before = (folder.path / "run.json").read_bytes()
     file_size_limit(100)
@@ -123,7 +127,7 @@ def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path, fi
     assert sorted(os.listdir(folder.path)) == ["run.json", "scenario.yaml"]
 
 
-def test_repair_without_room_leaves_all_as_it_was(tmp_path: Path, file_size_limit: Any) -> None:
+def test_repair_without_room_leaves_all_as_it_was(tmp_path: Path) -> None:
     data = write_log(tmp_path / "log.mcap", HEADER, ROWS).read_bytes()[:-1]
     (tmp_path / "log.mcap").write_bytes(data)
     file_size_limit(len(data) // 2)

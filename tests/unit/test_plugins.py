@@ -10,6 +10,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from pydantic import BaseModel
 
 from cdpr.errors import PluginError
 from cdpr.plugins import INTERFACE_VERSION, PluginInfo, hookimpl
@@ -45,6 +46,10 @@ def package(*infos: Any, hook: str = "cdpr_solvers") -> ModuleType:
     return module
 
 
+class Lax(BaseModel):
+    """Ignores misspelt keys, as pydantic does by default."""
+
+
 def info(name: str, **changes: Any) -> PluginInfo:
     return PluginInfo(**{"name": name, "factory": "json:dumps", "summary": "", **changes})
 
@@ -65,6 +70,7 @@ def test_our_own_plugins_come_through_the_entry_points():
         (ModuleType("empty"), "implements no hook"),
         (package(info("a"), hook="cdpr_solver"), "unknown hook 'cdpr_solver'"),
         (package("a"), "returned str, not PluginInfo"),
+        (package(info("a", options=Lax)), "its options Lax must derive from cdpr.plugins.PluginOptions"),
         (package(info("a", interface=INTERFACE_VERSION + 1)), "interface 2; this cdpr has 1"),
     ],
 )

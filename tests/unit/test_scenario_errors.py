@@ -368,6 +368,8 @@ def test_foreign_characters_stay_within_their_line():
     assert line.isprintable()
     assert "unknown key 'a\\n\\x1b[31m'" in line
     assert problem(changed(BASE, "name: every-key", 'name: "a\\nb"')).isprintable()
+    with pytest.raises(ScenarioError, match=r"there is no file 'a\\n\\x1b\[31m.yaml'"):
+        load(HEAD + 'robot: "a\\n\\e[31m.yaml"\n' + QUINTIC + TAIL)
 
 
 def test_no_null_anywhere_but_where_a_plugin_takes_it():
