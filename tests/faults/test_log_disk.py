@@ -119,8 +119,7 @@ def test_a_folder_that_is_gone_or_a_file(tmp_path: Path) -> None:
 def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path / "run", HEADER)
     before = (folder.path / "run.json").read_bytes()
-    file_size_limit(100)
-    with pytest.raises(OutputError, match=r"run\.json: cannot be written: File too large"):
+    with pytest.raises(OutputError, match=r"run\.json: cannot be written: File too large"), file_size_limit(100):
         folder.finish(Run(HEADER, ROWS))
     assert (folder.path / "run.json").read_bytes() == before
     assert json.loads(before)["status"] == "running"
@@ -130,19 +129,17 @@ def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path) ->
 def test_repair_without_room_leaves_all_as_it_was(tmp_path: Path) -> None:
     data = write_log(tmp_path / "log.mcap", HEADER, ROWS).read_bytes()[:-1]
     (tmp_path / "log.mcap").write_bytes(data)
-    file_size_limit(len(data) // 2)
-    with pytest.raises(OutputError, match="File too large"):
+    with pytest.raises(OutputError, match="File too large"), file_size_limit(len(data) // 2):
         repair(tmp_path)
     assert os.listdir(tmp_path) == ["log.mcap"]
     assert (tmp_path / "log.mcap").read_bytes() == data
 
 
 @pytest.mark.parametrize("to", ["csv", "npz", "mat", "parquet"])
-def test_export_without_room_leaves_nothing(tmp_path: Path, file_size_limit: Any, to: str) -> None:
+def test_export_without_room_leaves_nothing(tmp_path: Path, to: str) -> None:
     out = tmp_path / f"run.{to}"
     export(Run(HEADER, ROWS[:2]), to, tmp_path / "small")  # so that imports do not meet the limit
-    file_size_limit(5000)
-    with pytest.raises(OutputError, match=f"run.{to}: cannot be written: File too large"):
+    with pytest.raises(OutputError, match=f"run.{to}: cannot be written: File too large"), file_size_limit(5000):
         export(Run(HEADER, ROWS), to, out)
     assert not list(tmp_path.glob("run*"))
 
