@@ -15,6 +15,10 @@ from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
 
+# Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
+# of the loop find the same in the same step.
+mujoco.set_mju_user_warning(lambda text: None)
+
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
 

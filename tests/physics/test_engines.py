@@ -111,6 +111,18 @@ def test_external_wrench_and_reset(offset_robot, options):
     np.testing.assert_allclose(plants[0].state, plants[1].state, atol=1e-11)
 
 
+def test_a_diverging_engine_is_silent(offset_robot, tmp_path, monkeypatch, capfd):
+    """No word on the terminal, no file in the user's folder; the state shows it."""
+    monkeypatch.chdir(tmp_path)
+    backend = make(offset_robot, GRAVITY, 1e-3, MujocoOptions())
+    backend.reset(random_state(np.random.default_rng(0)))
+    backend.external[0] = np.nan
+    backend.step(3)
+    assert not np.isfinite(backend.state).all()
+    assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr() == ("", "")
+
+
 def test_moments_rounded_past_the_triangle_inequality():
     """A thin plate given with six digits; MuJoCo's compiler would refuse it."""
     overrides = {"robot.platform.inertia": [3.33333, 3.33333, 6.66667, 0, 0, 0], "simulation.duration": 0.5}
