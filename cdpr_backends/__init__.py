@@ -35,7 +35,7 @@ def cdpr_backends() -> list[PluginInfo]:
     return [
         PluginInfo(
             name="reference",
-            factory="cdpr_backends.reference:ReferenceBackend",
+            factory="cdpr_backends.reference:make",
             summary="own Runge-Kutta integrator, fourth order, the judge of the others",
             properties={"order": 4},
         ),

@@ -1,7 +1,8 @@
-"""MuJoCo: one free body under our cable wrench, or with MuJoCo's own spatial tendons as cables."""
+"""MuJoCo: one body under our cable wrench, or with MuJoCo's own spatial tendons as cables."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from cdpr.model import Robot
 from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
+from cdpr.model.guide import from_coordinates, onto_coordinates
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
@@ -21,6 +23,8 @@ mujoco.set_mju_user_warning(lambda text: None)
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
+PLATFORM = 1  # its number among the bodies; 0 is the world
+
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
     """Return the backend for the chosen kind of cables."""
@@ -29,21 +33,27 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
 
 
 class MujocoBackend(RigidBodyBackend):
-    """A free body under the wrench of cdpr's cable kernel."""
+    """A body under the wrench of cdpr's cable kernel."""
 
     def build(self) -> None:
-        """Make the world; the wrench goes straight into MuJoCo's own array, which keeps it until rewritten."""
-        model, data = compiled(free_body(self.frame, self.gravity, self.physics_step, "euler"), self.frame)
-        self._data = data
-        self.applied = data.xfrc_applied[1]
-        self._read = partial(read_free_joint, data.qpos, data.qvel, self.body)
-        self._advance = partial(mujoco.mj_step, model, data)
-        self._model = model
+        """Make the world."""
+        self._world = world = World(self.frame, describe(self.frame, self.gravity, self.physics_step, "euler"))
+        self._read = world.reader(self.body)
+        if self.frame.guide is None:
+            self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten
+            self._advance: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
+        else:
+            rows, applied, forces = self.frame.guide.rows, self.applied, world.data.qfrc_applied
+
+            def advance() -> None:
+                onto_coordinates(rows, applied, forces)
+                mujoco.mj_step(world.model, world.data)
+
+            self._advance = advance
 
     def write(self) -> None:
         """Put the body into `body`."""
-        mujoco.mj_resetData(self._model, self._data)
-        write_free_joint(self.body, self._data.qpos, self._data.qvel)
+        self._world.write(self.body)
 
     def read(self) -> None:
         """Read the body into `body`."""
@@ -55,7 +65,7 @@ class MujocoBackend(RigidBodyBackend):
 
     def engine_time(self) -> float:
         """Return MuJoCo's time, s."""
-        return float(self._data.time)
+        return float(self._world.data.time)
 
 
 class MujocoTendons(Backend):
@@ -64,50 +74,88 @@ class MujocoTendons(Backend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.frame = frame = BodyFrame(robot)
-        spec = free_body(frame, self.gravity, physics_step, options.integrator)
+        spec = describe(frame, self.gravity, physics_step, options.integrator)
         add_tendons(spec, frame.anchors)
-        self._model, self._data = compiled(spec, frame)
-        data = self._data
+        self._world = World(frame, spec)
         self._body = np.zeros(13)
         self._slack = np.zeros(robot.m)  # the tendons already pull
-        self._read = partial(read_free_joint, data.qpos, data.qvel, self._body)
+        self._applied = np.zeros(6)
+        self._read = self._world.reader(self._body)
 
     def reset(self, state: Array) -> None:
         """Put the platform into `state` (13,)."""
-        mujoco.mj_resetData(self._model, self._data)
         from_platform(self.frame.offset, np.array(state, dtype=np.float64), self._body)
-        write_free_joint(self._body, self._data.qpos, self._data.qvel)
+        self._world.write(self._body)
         self._publish()
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
-        data = self._data
-        data.ctrl[:] = self.command
-        if self.external.any() or data.xfrc_applied.any():
-            self._step_with_external(n)
+        world = self._world
+        world.data.ctrl[:] = self.command
+        if self.external.any() or self._applied.any():
+            for _ in range(n):  # the external wrench moves with the platform
+                self._read()
+                applied_wrench(
+                    self.frame.anchors, self.frame.offset, self._slack, self.external, self._body, self._applied
+                )
+                world.apply(self._applied)
+                mujoco.mj_step(world.model, world.data)
         else:
-            mujoco.mj_step(self._model, data, n)
+            mujoco.mj_step(world.model, world.data, n)
         self._publish()
 
     def engine_time(self) -> float:
         """Return MuJoCo's time, s."""
-        return float(self._data.time)
-
-    def _step_with_external(self, n: int) -> None:
-        """Move the external wrench from the platform's origin to the centre of mass before each step."""
-        applied = self._data.xfrc_applied[1]
-        for _ in range(n):
-            self._read()
-            applied_wrench(self.frame.anchors, self.frame.offset, self._slack, self.external, self._body, applied)
-            mujoco.mj_step(self._model, self._data)
+        return float(self._world.data.time)
 
     def _publish(self) -> None:
         self._read()
         to_platform(self.frame.offset, self._body, self.state)
 
 
-def free_body(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
-    """Describe a world with one free body (number 1), its frame at the centre of mass along the principal axes."""
+class World:
+    """MuJoCo's model and data of one platform."""
+
+    def __init__(self, frame: BodyFrame, spec: mujoco.MjSpec) -> None:
+        self.frame = frame
+        # The compiler refuses principal moments that miss the triangle inequality by mere rounding: they are put in
+        # afterwards.
+        spec.body("platform").inertia = np.minimum(frame.moments, frame.moments.sum() - frame.moments)
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self.model.body_inertia[PLATFORM] = frame.moments
+        mujoco.mj_setConst(self.model, self.data)
+        self._home = np.zeros(3)  # where the slides measure from
+
+    def write(self, body: Array) -> None:
+        """Reset all and put the body into a body state (13,)."""
+        guide, data = self.frame.guide, self.data
+        if guide is None:
+            mujoco.mj_resetData(self.model, data)
+            write_free_joint(body, data.qpos, data.qvel)
+        else:
+            self._home[:] = body[:3] * (1.0 - guide.packed[:3])
+            self.model.body_pos[PLATFORM] = self._home
+            mujoco.mj_resetData(self.model, data)
+            data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
+
+    def reader(self, body: Array) -> Callable[[], None]:
+        """Return the function that reads the body state into `body` (13,)."""
+        guide, data = self.frame.guide, self.data
+        if guide is None:
+            return partial(read_free_joint, data.qpos, data.qvel, body)
+        return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
+
+    def apply(self, applied: Array) -> None:
+        """Apply force and moment about the body frame's origin (6,) until it is called again."""
+        if self.frame.guide is None:
+            self.data.xfrc_applied[PLATFORM] = applied
+        else:
+            onto_coordinates(self.frame.guide.rows, applied, self.data.qfrc_applied)
+
+
+def describe(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
+    """Describe a world with one body, free or on the slides and the hinge of its guide."""
     spec = mujoco.MjSpec()
     spec.option.timestep = step
     spec.option.gravity = gravity
@@ -115,23 +163,15 @@ def free_body(frame: BodyFrame, gravity: Array, step: float, integrator: str) ->
     # By default MuJoCo answers a bad acceleration by silently resetting itself; without that, NaN stays visible.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
     body = spec.worldbody.add_body(name="platform", mass=frame.mass, explicitinertial=True)
-    body.add_freejoint()
+    body.ipos, body.iquat = frame.center, frame.axes
+    if frame.guide is None:
+        body.add_freejoint()
+    else:
+        for axis in frame.guide.slides:
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis])
+        if frame.guide.hinge is not None:
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=np.eye(3)[frame.guide.hinge])
     return spec
-
-
-def compiled(spec: mujoco.MjSpec, frame: BodyFrame) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Compile a world around the platform.
-
-    MuJoCo's compiler refuses principal moments that miss the triangle inequality by mere rounding, so they are put in
-    afterwards.
-    """
-    moments = frame.moments
-    spec.body("platform").inertia = np.minimum(moments, moments.sum() - moments)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    model.body_inertia[1] = moments
-    mujoco.mj_setConst(model, data)
-    return model, data
 
 
 def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:

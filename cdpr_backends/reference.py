@@ -16,6 +16,13 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 
 
+def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
+    """Return the integrator for a free or a guided platform."""
+    from cdpr_backends.reference_guided import GuidedReference
+
+    return (ReferenceBackend if robot.n == 6 else GuidedReference)(robot, gravity, physics_step, options)
+
+
 class ReferenceBackend(Backend):
     """Integrates position, attitude, momentum and angular momentum with the classical fourth-order scheme.
 

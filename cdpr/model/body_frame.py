@@ -1,7 +1,8 @@
-"""The frame in which rigid bodies are integrated: at the centre of mass, along the principal axes.
+"""The frame in which rigid bodies are integrated.
 
-There the inertia is diagonal and the centre of mass moves by the force alone, so that every engine gets the same
-simple body whatever the robot's mass distribution.
+For a free platform it lies at the centre of mass along the principal axes: there the inertia is diagonal and the centre
+of mass moves by the force alone, so that every engine gets the same simple body whatever the robot's mass distribution.
+A platform with a guide is integrated in the guide's coordinates, those of its origin.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.model import rotations
+from cdpr.model.guide import Guide
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import (
     Quaternion,
@@ -30,32 +32,48 @@ DIAGONAL = 1e-14
 
 
 class BodyFrame:
-    """A robot's platform seen from its centre of mass and principal axes.
+    """A robot's platform as engines should build it.
 
-    A body state (13,) is laid out like a platform state, with the centre of mass in place of the origin and the
-    attitude of the principal axes in place of the platform's.
+    A free platform is described from its centre of mass and principal axes; one with a guide from its origin, along its
+    own axes. A body state (13,) is laid out like a platform state, for the body frame in place of the platform's.
 
     Attributes:
         mass: kg.
+        center: (3,) centre of mass in the body frame, m; zero for a free platform.
         moments: (3,) principal moments of inertia, kg m^2.
+        axes: (4,) attitude of the principal axes in the body frame, w, x, y, z; 1, 0, 0, 0 for a free platform.
         anchors: (m, 6) anchors A_i in the world and B_i in the body frame, m.
-        offset: (7,) from the platform's origin to the centre of mass in body axes (3), m, and the attitude of the
-            principal axes in the platform, w, x, y, z (4).
+        offset: (7,) from the platform's origin to that of the body frame in body axes (3), m, and the attitude of the
+            body frame in the platform, w, x, y, z (4).
+        guide: what holds the platform, None if it is free.
     """
 
     def __init__(self, robot: Robot) -> None:
         platform = robot.platform
-        inertia = platform.inertia
-        off_diagonal = inertia - np.diag(np.diag(inertia))
-        if np.abs(off_diagonal).max() <= DIAGONAL * np.trace(inertia):
-            self.moments, axes = np.diag(inertia).copy(), np.eye(3)
-        else:
-            self.moments, axes = np.linalg.eigh(inertia)
-            axes[:, 0] *= np.linalg.det(axes)  # eigenvectors may be left-handed
+        moments, axes = principal_axes(platform.inertia)
+        attitude = rotations.from_matrix(axes)
         self.mass = platform.mass
+        self.moments = moments
         self.anchors = robot.anchors.copy()
-        self.anchors[:, 3:] = (robot.anchors[:, 3:] - platform.center_of_mass) @ axes
-        self.offset = np.concatenate([axes.T @ platform.center_of_mass, rotations.from_matrix(axes)])
+        if robot.n < 6:
+            self.guide: Guide | None = Guide(robot)
+            self.center, self.axes = platform.center_of_mass.copy(), attitude
+            self.offset = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+        else:
+            self.guide = None
+            self.center, self.axes = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+            self.anchors[:, 3:] = (robot.anchors[:, 3:] - platform.center_of_mass) @ axes
+            self.offset = np.concatenate([axes.T @ platform.center_of_mass, attitude])
+
+
+def principal_axes(inertia: Array) -> tuple[Array, Array]:
+    """Principal moments (3,) and axes (3, 3), the columns of a rotation, of an inertia tensor (3, 3)."""
+    off_diagonal = inertia - np.diag(np.diag(inertia))
+    if np.abs(off_diagonal).max() <= DIAGONAL * np.trace(inertia):
+        return np.diag(inertia).copy(), np.eye(3)
+    moments, axes = np.linalg.eigh(inertia)
+    axes[:, 0] *= np.sign(np.linalg.det(axes))  # eigenvectors may be left-handed
+    return moments, axes
 
 
 @kernel
@@ -91,9 +109,9 @@ def to_platform(offset: Array, body: Array, state: Array) -> None:
 def body_wrench(
     anchors: Array, offset: Array, tension: Array, external: Array, p: Vector, q: Quaternion
 ) -> tuple[Vector, Vector]:
-    """Force and moment about the centre of mass, world axes, of cables and external wrench on a body at p, q.
+    """Force and moment about the body frame's origin, world axes, of cables and external wrench on a body at p, q.
 
-    `external` (6,) acts at the platform's origin, which lies at -r from the centre of mass.
+    `external` (6,) acts at the platform's origin, which lies at -r from that of the body frame.
     """
     f, moment = cable_wrench(anchors, p, q, tension)
     push = vector(external, 0)

@@ -85,6 +85,17 @@ class Robot:
         """Number of degrees of freedom."""
         return len(self.dof)
 
+    @property
+    def rows(self) -> list[int]:
+        """Rows of a wrench or twist (6,) that belong to the degrees of freedom."""
+        return [DOF_NAMES.index(name) for name in self.dof]
+
+    @property
+    def pattern(self) -> str:
+        """Motion pattern: 1T, 2T, 3T, 1R2T, 3R3T, ..."""
+        turns = sum(name.startswith("r") for name in self.dof)
+        return (f"{turns}R" if turns else "") + (f"{self.n - turns}T" if self.n > turns else "")
+
     @cached_property
     def anchors(self) -> Array:
         """Anchors [A_i, B_i] side by side, shape (m, 6): what the kernels take."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
@@ -46,6 +47,17 @@ class Backend(ABC):
         It serves to notice an engine that reset itself.
         """
         return None
+
+    def snapshot(self) -> object:
+        """Return all that the plant's future depends on, for `restore`.
+
+        A backend that can do this declares the property `snapshot: True`.
+        """
+        raise PluginError(f"{type(self).__name__} cannot take snapshots")
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a snapshot of this backend: what follows is the same to the bit."""
+        raise PluginError(f"{type(self).__name__} cannot restore snapshots")
 
     def close(self) -> None:  # noqa: B027 - an optional hook
         """Free what the engine holds; the backend is not used afterwards."""

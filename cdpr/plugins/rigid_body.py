@@ -15,18 +15,19 @@ from cdpr.plugins.backend import Backend
 
 
 class RigidBodyBackend(Backend):
-    """A backend on an engine that integrates a free rigid body under an applied wrench.
+    """A backend on an engine that integrates a rigid body under an applied wrench.
 
     The engine's file implements `build`, `write`, `read` and `advance`; here the cable geometry and the tensions are
-    evaluated once a physics step. The engine sees a body whose frame lies at the centre of mass along the
-    principal axes, so its inertia is `frame.moments` and its centre of mass the origin.
+    evaluated once a physics step. The body to build is described by `frame`: for a free platform its frame lies at the
+    centre of mass along the principal axes; a platform with a guide (`frame.guide`) has its frame at the origin and
+    moves by slides along world axes and then a hinge, joints of the engine.
 
     Attributes:
-        frame: mass, principal moments and anchors of that body.
-        body: (13,) its state: position of the centre of mass (world), attitude w, x, y, z, velocity of the centre of
-            mass (world), angular velocity (world).
-        applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the centre
-            of mass, world axes.
+        frame: mass, centre, principal moments and axes, anchors and guide of the body.
+        body: (13,) its state: position of the body frame's origin (world), attitude w, x, y, z, velocity of that
+            origin (world), angular velocity (world).
+        applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the body
+            frame's origin, world axes. With a guide, `cdpr.model.guide.onto_coordinates` gives the joints' forces.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:

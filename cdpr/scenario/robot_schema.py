@@ -21,6 +21,9 @@ OPTIONAL_PROPERTIES = ("diameter", "axial_stiffness", "linear_density", "length"
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
+# Stands for the inertia of a platform that does not turn: engines need one, and it has no effect.
+NO_TURNING = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+
 Inertia = tuple[Number, Number, Number, Number, Number, Number]
 
 
@@ -40,11 +43,16 @@ def _possible_inertia(inertia: Inertia) -> Inertia:
     return inertia
 
 
-def _all_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
-    if dof != ALL_DOF:
+def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
+    """Accept what a guide of slides and one hinge can leave free, and the free platform."""
+    order = tuple(name for name in ALL_DOF if name in dof)
+    if not dof or dof != order:
+        raise ValueError(f"each of {', '.join(ALL_DOF)} at most once and in this order is expected, at least one")
+    turns = sum(name.startswith("r") for name in dof)
+    if turns > 1 and dof != ALL_DOF:
         raise ValueError(
-            f"only [{', '.join(ALL_DOF)}], in this order, is supported so far; robots with fewer degrees of "
-            "freedom come in a later version"
+            f"{turns} rotations with held directions are not supported: allowed are any of x, y, z with at most one of "
+            "rx, ry, rz, or all six"
         )
     return dof
 
@@ -79,8 +87,10 @@ class PlatformSection(Section):
     """The moving rigid body."""
 
     mass: Positive = Field(description="mass of the platform", json_schema_extra=unit("kg"))
-    inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] = Field(
-        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (tensor entries)",
+    inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] | None = Field(
+        None,
+        description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (tensor entries); not needed "
+        "where the platform does not turn",
         json_schema_extra=unit("kg m^2"),
     )
     center_of_mass: Vector3 = Field(
@@ -142,13 +152,24 @@ class RobotSection(Section):
     """A cable-driven parallel robot: what a robot file holds."""
 
     name: Name = Field("robot", description="name of the robot; the file's name unless said")
-    dof: Annotated[tuple[DofName, ...], AfterValidator(_all_directions)] = Field(
-        ALL_DOF, description="directions that the cables control; so far all six: [x, y, z, rx, ry, rz]"
+    dof: Annotated[tuple[DofName, ...], AfterValidator(_sound_directions)] = Field(
+        ALL_DOF,
+        description="directions in which the platform is free to move, along and about the world's axes; a guide holds "
+        "the others: any of x, y, z with at most one of rx, ry, rz, or all six",
     )
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
+
+    @model_validator(mode="after")
+    def _turning_needs_inertia(self) -> RobotSection:
+        if self.platform.inertia is None and any(name.startswith("r") for name in self.dof):
+            raise ValueError(
+                "platform.inertia is missing: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2) is expected, for "
+                "the platform turns"
+            )
+        return self
 
     def to_robot(self) -> Robot:
         """Return the robot as the frozen arrays that the simulation takes."""
@@ -157,7 +178,7 @@ class RobotSection(Section):
             name=self.name,
             platform=Platform(
                 mass=platform.mass,
-                inertia=frozen_array(tensor(platform.inertia)),
+                inertia=frozen_array(tensor(platform.inertia or NO_TURNING)),
                 center_of_mass=frozen_array(platform.center_of_mass),
                 shape=platform.shape.build() if platform.shape else None,
             ),

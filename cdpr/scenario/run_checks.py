@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.fields import ZERO
+from cdpr.scenario.guide_checks import GuideChecks
 from cdpr.scenario.problems import Path
 from cdpr.scenario.robot_schema import cable_name
 from cdpr.scenario.schema import Initial, Simulation
@@ -37,6 +38,8 @@ class RunChecks(Checks):
             self._steps(simulation)
         if isinstance(trajectory, Waypoints):
             self._times(trajectory)
+        if initial:
+            GuideChecks(self.document, self.problems).check(initial, trajectory)
         if simulation and trajectory:
             self._rest_outside(trajectory, simulation.duration)
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
@@ -17,6 +20,15 @@ LIMIT_TOLERANCE = 1e-6
 # A distribution balances the wrench if the residual is below this share of the wrench (or of 1 N): a millionth of the
 # load is below any model error, and above what first-order solvers reach when they say that they have converged.
 RESIDUAL_TOLERANCE = 1e-6
+
+
+@kernel
+def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free_wrench: Array) -> None:
+    """Copy the rows of W (6, m) and wrench (6,) that belong to the degrees of freedom into (n, m) and (n,)."""
+    for k in range(rows.shape[0]):
+        free_wrench[k] = wrench[rows[k]]
+        for i in range(W.shape[1]):
+            free_W[k, i] = W[rows[k], i]
 
 
 @kernel

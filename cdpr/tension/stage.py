@@ -12,7 +12,7 @@ from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.tension import box_least_squares as box
-from cdpr.tension.checks import accept, judge
+from cdpr.tension.checks import accept, judge, select
 from cdpr.tension.status import Status
 
 Policy = Literal["best_effort", "hold_tension", "stop"]
@@ -36,8 +36,8 @@ class TensionStage:
         respects_limits: what the solver declares. The answer of one that does not is clipped to the limits.
         policy: what to do where the solver has no admissible answer: the nearest wrench within the limits, the
             previous tensions, or stop.
-        W: (6, m) wrench matrix, live.
-        wrench: (6,) wanted wrench, live.
+        W: (6, m) wrench matrix, live. The solver gets the rows of the robot's degrees of freedom.
+        wrench: (6,) wanted wrench, live; likewise.
         tension: (m,) result.
         report: (4,) status, residual (N), margin (N), cables at a limit.
     """
@@ -60,14 +60,19 @@ class TensionStage:
         self._tension = tension
         self._report = report
         limits = np.array([robot.tension_min, robot.tension_max])
-        length = robot.characteristic_length
-        weights = np.array([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length, 1.0 / length])
+        rows = robot.rows
+        weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]
+        self._select = None
+        if robot.n < 6:
+            free_W, free_wrench = np.zeros((robot.n, robot.m)), np.zeros(robot.n)
+            self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
+            W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
         self._limits = limits
         self._solve = partial(solve, W, wrench, robot.tension_min, robot.tension_max, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
         self._judge = partial(judge, W, wrench, weights, limits, tension, report)
-        work = np.zeros(box.work_size(6, robot.m))
+        work = np.zeros(box.work_size(robot.n, robot.m))
         self._best_effort = partial(box.box_least_squares, W, wrench, weights, limits[0], limits[1], tension, work)
 
     def distribute(self) -> None:
@@ -76,6 +81,8 @@ class TensionStage:
         Raises Infeasible under the policy `stop`, Diverged where the wrench is not finite, PluginError where the
         solver raised or returned something that is no status.
         """
+        if self._select is not None:
+            self._select()
         try:
             status = self._solve()
         except Exception as error:

@@ -1,0 +1,133 @@
+"""Platforms that a guide keeps from moving in some directions: point masses, planar robots, carriages.
+
+The guide lets the origin move along some of the world's axes and the platform turn about at most one of them, through
+the origin. Its coordinates are the origin's position and the angle; in the held directions it takes whatever force or
+moment comes. A centre of mass off the origin loads the guide, and couples turning with moving.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import Vector, cross, dot, product, rotate, vector
+from cdpr.model.robot import Array, Robot
+
+IntArray = NDArray[np.int64]
+
+
+class Guide:
+    """What a robot with fewer than six degrees of freedom is held by.
+
+    Attributes:
+        rows: (n,) rows of a wrench (6,) that the coordinates belong to.
+        slides: which world axes the origin moves along, 0, 1, 2 for x, y, z, in this order.
+        hinge: which world axis the platform turns about, None where it does not turn.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        rows = robot.rows
+        self.rows: IntArray = np.array(rows)
+        self.slides = tuple(row for row in rows if row < 3)
+        turns = [row - 3 for row in rows if row >= 3]
+        self.hinge = turns[0] if turns else None
+
+    @cached_property
+    def packed(self) -> Array:
+        """For the kernels, (6,): 1 along each free axis (3), unit vector of the hinge or zero (3)."""
+        packed = np.zeros(6)
+        packed[list(self.slides)] = 1.0
+        if self.hinge is not None:
+            packed[3 + self.hinge] = 1.0
+        return packed
+
+    def coordinates(self, state: Array, home: Array) -> tuple[Array, Array]:
+        """Joint coordinates and rates (n,) of a state (13,), slides measured from `home` (3,)."""
+        motion = np.concatenate([state[:3] - home, [self.angle(state)] * 3])
+        return motion[self.rows], state[7:13][self.rows]
+
+    def angle(self, state: Array) -> float:
+        """Angle about the hinge, rad, of a state (13,)."""
+        return 0.0 if self.hinge is None else 2.0 * math.atan2(state[4 + self.hinge], state[3])
+
+
+@kernel
+def guided_acceleration(
+    guide: Array, inertial: Array, gravity: Array, angle: float, spin: float, force: Vector, moment: Vector
+) -> tuple[Vector, float]:
+    """Acceleration of the origin and angular acceleration about the hinge, world axes.
+
+    Force and moment about the origin act besides gravity; `inertial` is as `Robot` says, `angle` and `spin` are the
+    hinge's. With a the hinge's axis, r from origin to centre of mass, c = a x r along the free axes and
+    f = force + m g - m a x (a x r) spin^2 along them: m v' + m c w' = f and c . m v' + J w' = a . (moment + r x m g),
+    J the inertia about the hinge.
+    """
+    mass = inertial[0]
+    axis = vector(guide, 3)
+    half = 0.5 * angle
+    s = math.sin(half)
+    q = (math.cos(half), s * axis[0], s * axis[1], s * axis[2])
+    r = rotate(q, vector(inertial, 1))
+    c = cross(axis, r)
+    centripetal = cross(axis, c)
+    weight = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
+    w2 = mass * spin * spin
+    f = (
+        guide[0] * (force[0] + weight[0] - w2 * centripetal[0]),
+        guide[1] * (force[1] + weight[1] - w2 * centripetal[1]),
+        guide[2] * (force[2] + weight[2] - w2 * centripetal[2]),
+    )
+    free = (guide[0] * c[0], guide[1] * c[1], guide[2] * c[2])
+    alpha = 0.0
+    if dot(axis, axis) > 0.0:
+        # Turning about the axis leaves the inertia about it unchanged.
+        inertia = dot(axis, product(inertial, 4, axis)) + mass * dot(c, c)
+        torque = dot(axis, moment) + dot(axis, cross(r, weight))
+        alpha = (torque - dot(free, f)) / (inertia - mass * dot(free, free))
+    return (f[0] / mass - free[0] * alpha, f[1] / mass - free[1] * alpha, f[2] / mass - free[2] * alpha), alpha
+
+
+@kernel
+def write_pose(guide: Array, position: Vector, angle: float, velocity: Vector, spin: float, state: Array) -> None:
+    """Write a state (13,) from the guide's coordinates and their rates."""
+    half = 0.5 * angle
+    s = math.sin(half)
+    state[3] = math.cos(half)
+    for i in range(3):
+        state[i] = position[i]
+        state[4 + i] = s * guide[3 + i]
+        state[7 + i] = velocity[i]
+        state[10 + i] = spin * guide[3 + i]
+
+
+@kernel
+def from_coordinates(guide: Array, rows: IntArray, home: Array, q: Array, u: Array, body: Array) -> None:
+    """Write a body state (13,) from an engine's joint coordinates and rates (n,), in the order of the robot's dof.
+
+    Slides measure from `home` (3,), the hinge from the upright platform.
+    """
+    angle, spin = 0.0, 0.0
+    p = home[0], home[1], home[2]
+    v = 0.0, 0.0, 0.0
+    for k in range(rows.shape[0]):
+        row = rows[k]
+        if row == 0:
+            p, v = (p[0] + q[k], p[1], p[2]), (u[k], v[1], v[2])
+        elif row == 1:
+            p, v = (p[0], p[1] + q[k], p[2]), (v[0], u[k], v[2])
+        elif row == 2:
+            p, v = (p[0], p[1], p[2] + q[k]), (v[0], v[1], u[k])
+        else:
+            angle, spin = q[k], u[k]
+    write_pose(guide, p, angle, v, spin, body)
+
+
+@kernel
+def onto_coordinates(rows: IntArray, applied: Array, forces: Array) -> None:
+    """Write what force and moment about the origin (6,), world axes, do along the joint coordinates (n,)."""
+    for k in range(rows.shape[0]):
+        forces[k] = applied[rows[k]]
