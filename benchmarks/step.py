@@ -20,6 +20,7 @@ import numpy as np
 
 from cdpr.log.mcap_file import BLOCK
 from cdpr.log.recorder import Recorder
+from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.loop import Loop
@@ -28,7 +29,7 @@ SCENARIO = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
 SECONDS = 20.0
 PINV_CALLS = 100
 WARM_UP = 5  # chunks
-BACKENDS = ("reference", "mujoco")
+BACKENDS = [name for name in ("reference", "mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
 
 
 def pinv_cost(matrix: np.ndarray) -> float:

@@ -8,13 +8,15 @@ from pydantic import Field, model_validator
 
 from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
+CABLES = "cdpr's own cable kernel (ideal), or rigid legs of 1 g on universal and ball joints (ups)"
+
 
 class MujocoOptions(PluginOptions):
     """Options of the backend `mujoco`."""
 
-    cables: Literal["ideal", "native"] = Field(
+    cables: Literal["ideal", "native", "ups"] = Field(
         "ideal",
-        description="who evaluates the cables: cdpr's own kernel (ideal) or MuJoCo's spatial tendons (native)",
+        description="cdpr's own cable kernel (ideal), MuJoCo's spatial tendons (native), or rigid legs of 1 g (ups)",
     )
     integrator: Literal["euler", "rk4"] = Field(
         "euler", description="semi-implicit Euler, or fourth-order Runge-Kutta (with native cables only)"
@@ -29,6 +31,18 @@ class MujocoOptions(PluginOptions):
         return self
 
 
+class BulletOptions(PluginOptions):
+    """Options of the backend `bullet`."""
+
+    cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
+
+
+class DartOptions(PluginOptions):
+    """Options of the backend `dart`."""
+
+    cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
+
+
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
     """Return the built-in backends."""
@@ -37,7 +51,7 @@ def cdpr_backends() -> list[PluginInfo]:
             name="reference",
             factory="cdpr_backends.reference:make",
             summary="own Runge-Kutta integrator, fourth order, the judge of the others",
-            properties={"order": 4},
+            properties={"order": 4, "snapshot": True},
         ),
         PluginInfo(
             name="mujoco",
@@ -45,7 +59,25 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="MuJoCo, semi-implicit Euler (rk4 with its own tendons)",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
-            properties={"order": 1},
+            properties={"order": 1, "snapshot": True},
             options=MujocoOptions,
+        ),
+        PluginInfo(
+            name="bullet",
+            factory="cdpr_backends.bullet:make",
+            summary="PyBullet, semi-implicit Euler",
+            requires=("pybullet",),
+            extra="cdpr[bullet]",
+            properties={"order": 1, "snapshot": True},
+            options=BulletOptions,
+        ),
+        PluginInfo(
+            name="dart",
+            factory="cdpr_backends.dart:make",
+            summary="DART, semi-implicit Euler",
+            requires=("dartpy",),
+            extra="cdpr[dart]",
+            properties={"order": 1, "snapshot": True},
+            options=DartOptions,
         ),
     ]

@@ -16,6 +16,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
+from cdpr_backends.snapshots import put_back, save
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
 # of the loop find the same in the same step.
@@ -23,11 +24,17 @@ mujoco.set_mju_user_warning(lambda text: None)
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+
 PLATFORM = 1  # its number among the bodies; 0 is the world
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
     """Return the backend for the chosen kind of cables."""
+    if options.cables == "ups":
+        from cdpr_backends.mujoco_ups import MujocoUps
+
+        return MujocoUps(robot, gravity, physics_step, options)
     kind = MujocoTendons if options.cables == "native" else MujocoBackend
     return kind(robot, gravity, physics_step, options)
 
@@ -67,6 +74,20 @@ class MujocoBackend(RigidBodyBackend):
         """Return MuJoCo's time, s."""
         return float(self._world.data.time)
 
+    def snapshot(self) -> object:
+        """Return MuJoCo's state and our arrays."""
+        return self._world.save(), save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        engine, arrays = snapshot
+        self._world.put_back(engine)
+        put_back(arrays, self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self.body, self.state
+
 
 class MujocoTendons(Backend):
     """The same body held by spatial tendons: MuJoCo evaluates the cables, at every stage of its integrator."""
@@ -81,6 +102,7 @@ class MujocoTendons(Backend):
         self._slack = np.zeros(robot.m)  # the tendons already pull
         self._applied = np.zeros(6)
         self._read = self._world.reader(self._body)
+        self._bad_command = self._world.data.warning[mujoco.mjtWarning.mjWARN_BADCTRL]
 
     def reset(self, state: Array) -> None:
         """Put the platform into `state` (13,)."""
@@ -103,10 +125,27 @@ class MujocoTendons(Backend):
         else:
             mujoco.mj_step(world.model, world.data, n)
         self._publish()
+        if self._bad_command.number:  # MuJoCo has put zeros in place of the commands
+            self._bad_command.number = 0
+            self.state[:] = np.nan
 
     def engine_time(self) -> float:
         """Return MuJoCo's time, s."""
         return float(self._world.data.time)
+
+    def snapshot(self) -> object:
+        """Return MuJoCo's state and our arrays."""
+        return self._world.save(), save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        engine, arrays = snapshot
+        self._world.put_back(engine)
+        put_back(arrays, self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self._applied, self._body, self.state
 
     def _publish(self) -> None:
         self._read()
@@ -145,6 +184,19 @@ class World:
         if guide is None:
             return partial(read_free_joint, data.qpos, data.qvel, body)
         return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
+
+    def save(self) -> tuple[Array, Array]:
+        """Return where the slides measure from, and all that MuJoCo's next step depends on."""
+        engine = np.zeros(mujoco.mj_stateSize(self.model, INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, engine, INTEGRATION)
+        return self._home.copy(), engine
+
+    def put_back(self, saved: tuple[Array, Array]) -> None:
+        """Undo what happened since `save`."""
+        self._home[:] = saved[0]
+        if self.frame.guide is not None:
+            self.model.body_pos[PLATFORM] = self._home
+        mujoco.mj_setState(self.model, self.data, saved[1], INTEGRATION)
 
     def apply(self, applied: Array) -> None:
         """Apply force and moment about the body frame's origin (6,) until it is called again."""

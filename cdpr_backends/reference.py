@@ -14,6 +14,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr_backends.snapshots import put_back, save
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
@@ -60,6 +61,18 @@ class ReferenceBackend(Backend):
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         self._advance(n)
+
+    def snapshot(self) -> object:
+        """Return a copy of everything."""
+        return save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        put_back(snapshot, self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self._body, self._momentum, self.state
 
 
 @kernel

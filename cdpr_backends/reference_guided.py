@@ -13,6 +13,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_wrench, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr_backends.snapshots import put_back, save
 
 
 class GuidedReference(Backend):
@@ -45,6 +46,18 @@ class GuidedReference(Backend):
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         self._advance(n)
+
+    def snapshot(self) -> object:
+        """Return a copy of everything."""
+        return save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        put_back(snapshot, self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self._motion, self.state
 
 
 @kernel

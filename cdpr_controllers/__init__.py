@@ -10,6 +10,7 @@ from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
+CableGains = Gain | Annotated[tuple[Gain, ...], Field(strict=False, min_length=1)]
 
 
 class ComputedTorqueOptions(PluginOptions):
@@ -38,6 +39,52 @@ class StaticOptions(PluginOptions):
     )
 
 
+class PidOptions(PluginOptions):
+    """Options of the controller `pid`."""
+
+    kp: Gains = Field(
+        100.0,
+        description="proportional gain, a number or one per degree of freedom",
+        json_schema_extra={"unit": "1/s^2"},
+    )
+    ki: Gains = Field(
+        100.0, description="integral gain, a number or one per degree of freedom", json_schema_extra={"unit": "1/s^3"}
+    )
+    kd: Gains = Field(
+        20.0, description="damping gain, a number or one per degree of freedom", json_schema_extra={"unit": "1/s"}
+    )
+    integral_limit: Gains = Field(
+        10.0,
+        description="largest acceleration that the integral asks for, a number or one per degree of freedom",
+        json_schema_extra={"unit": "m/s^2 and rad/s^2"},
+    )
+
+
+class CableLengthOptions(PluginOptions):
+    """Options of the controller `cable_length`; the gains suit platforms of about 100 kg."""
+
+    kp: CableGains = Field(
+        10000.0, description="stiffness, a number or one per cable", json_schema_extra={"unit": "N/m"}
+    )
+    ki: CableGains = Field(
+        5000.0, description="integral gain, a number or one per cable", json_schema_extra={"unit": "N/(m s)"}
+    )
+    kd: CableGains = Field(
+        1500.0, description="damping, a number or one per cable", json_schema_extra={"unit": "N s/m"}
+    )
+    integral_limit: CableGains = Field(
+        500.0, description="largest tension of the integral, a number or one per cable", json_schema_extra={"unit": "N"}
+    )
+    pretension: Gain = Field(
+        0.0,
+        description="tension that the feed-forward stays close to while it balances the weight",
+        json_schema_extra={"unit": "N"},
+    )
+    forward_kinematics: bool = Field(
+        True, description="balance the weight at the pose estimated from the lengths; false: at the desired pose"
+    )
+
+
 @hookimpl
 def cdpr_controllers() -> list[PluginInfo]:
     """Return the built-in controllers."""
@@ -55,5 +102,19 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="gravity compensation with proportional and damping terms, no feed-forward",
             properties={"output": "wrench"},
             options=StaticOptions,
+        ),
+        PluginInfo(
+            name="pid",
+            factory="cdpr_controllers.pid:Pid",
+            summary="proportional, integral and damping terms with gravity compensation and anti-windup",
+            properties={"output": "wrench"},
+            options=PidOptions,
+        ),
+        PluginInfo(
+            name="cable_length",
+            factory="cdpr_controllers.cable_length:CableLength",
+            summary="PID per cable on length and rate about holding tensions; needs no pose (forward kinematics)",
+            properties={"output": "command"},
+            options=CableLengthOptions,
         ),
     ]

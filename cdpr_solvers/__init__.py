@@ -21,4 +21,18 @@ def cdpr_solvers() -> list[PluginInfo]:
             summary="minimum 2-norm without limits (thesis 6.26); may leave them, then the stage clips",
             properties={"exact": True, "respects_bounds": False, "continuity": "Cinf"},
         ),
+        PluginInfo(
+            name="closed_form",
+            factory="cdpr_solvers.closed_form:ClosedForm",
+            summary="closest to the middle of the limits (thesis 6.28, corrected); gives up outside the limits",
+            properties={"exact": True, "respects_bounds": True, "continuity": "Cinf"},
+        ),
+        PluginInfo(
+            name="osqp",
+            factory="cdpr_solvers.osqp:Osqp",
+            summary="minimum 2-norm within the limits by OSQP, to about 1e-6 N",
+            requires=("osqp", "scipy"),
+            extra="cdpr[solvers]",
+            properties={"exact": False, "respects_bounds": True, "continuity": "C0"},
+        ),
     ]

@@ -17,8 +17,10 @@ DEBUG = "CDPR_DEBUG"
 # Name -> module and one line of help, so that `cdpr --help` imports none of them.
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
+    "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
+    "check": "Check an installed backend, solver or controller against the rules of its role.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",
     "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
     "repair": "Make the log of a killed run whole again.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,13 @@ class Platform:
     center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
     shape: Box | Sphere | None = None
 
+    @property
+    def outline(self) -> dict[str, Any] | None:
+        """The shape as plain data, m: {"box": [x, y, z]}, {"sphere": radius} or None."""
+        if isinstance(self.shape, Box):
+            return {"box": list(self.shape.size)}
+        return None if self.shape is None else {"sphere": self.shape.radius}
+
 
 @dataclass(frozen=True, eq=False)
 class Robot:
@@ -74,6 +82,7 @@ class Robot:
     cables: tuple[Cable, ...]
     dof: tuple[str, ...] = DOF_NAMES
     unilateral: bool = True  # False: rigid legs that may also push
+    home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
 
     @property
     def m(self) -> int:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from cdpr.model.robot import Array
+from cdpr.model.robot import DOF_NAMES, Array
+
+# Entries of a quaternion below this are zero as typed: rounding of decimals, no rotation.
+HELD = 1e-9
 
 
 def multiply(a: Array, b: Array) -> Array:
@@ -79,3 +84,9 @@ def from_matrix(R: Array) -> Array:
         q[1 + j] = scale * (R[j, i] + R[i, j])
         q[1 + l] = scale * (R[l, i] + R[i, l])
     return q if q[0] >= 0.0 else -q
+
+
+def held_upright(dof: Sequence[str], quaternion: Array) -> bool:
+    """Tell whether an attitude (4,) differs from upright only about the axes that `dof` leaves free."""
+    held = np.array([name not in dof for name in DOF_NAMES[3:]])
+    return not held.any() or not bool((held & (np.abs(quaternion[1:]) > HELD)).any())

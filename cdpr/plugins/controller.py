@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, Literal
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
+# What a controller may declare as `PluginInfo.properties["output"]`; "wrench" where it declares nothing.
+Output = Literal["wrench", "command"]
+
 
 class Controller(ABC):
-    """Decides the wrench that the cables must exert on the platform.
+    """Decides what the cables must do: the wrench that they exert on the platform, or the command of each.
+
+    Its `PluginInfo` says which, as `properties={"output": "wrench"}` or `{"output": "command"}`. A wrench is
+    distributed among the cables by the tension stage. Commands go to the cables directly, clipped to their limits:
+    no solver takes part.
 
     `gravity` is (3,), m/s^2, world; `control_step` is the time between two calls, s.
     """
@@ -22,10 +29,20 @@ class Controller(ABC):
         self.options = options
 
     @abstractmethod
-    def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
-        """Write into `wrench` (6,) the force and the moment about the platform's origin, world axes.
+    def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
+        """Write the output for this control step into `out`, all of it.
 
-        `state` is (13,) and `desired` (19,), laid out as `cdpr.model` says; neither may be changed.
+        With output "wrench", `out` is (6,): force, N, and moment about the platform's origin, N m, world axes. With
+        "command" it is (m,): the command of each cable, N. `state` is (13,) and `desired` (19,), laid out as
+        `cdpr.model` says; neither may be changed. `out` holds no particular values at the call.
+        """
+
+    def connect(self, report: Array) -> None:  # noqa: B027 - an optional hook
+        """Take a live view of what became of the previous output; called once, before the first `control`.
+
+        `report` is (4,): a `cdpr.tension.Status`, the residual of the wrench (N), the distance of the tensions from
+        their limits (N) and the number of cables at one; zeros before the first step. Where the status is not OK, the
+        cables did not do what was asked: an integral must not wind up then.
         """
 
     def reset(self) -> None:  # noqa: B027 - an optional hook

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from cdpr.log.run import Run
 from cdpr.report.canvas import Chart, Line2D
 from cdpr.report.marks import shorten
 
@@ -18,9 +17,9 @@ MARGIN = 0.12  # in, between the axes and the legend
 LEAST = 18  # letters: our own texts are no longer than this
 
 
-def legend_width(run: Run) -> float:
-    """Width to keep free for the legend at the right, in."""
-    longest = max((len(shorten(name)) for name in run.header.cables), default=0)
+def legend_width(cables: Sequence[str]) -> float:
+    """Width, given the cables' names, to keep free for the legend at the right, in."""
+    longest = max((len(shorten(name)) for name in cables), default=0)
     return MARGIN + SAMPLE + 0.1 + LETTER * max(longest, LEAST)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import cycle
 from typing import Any
 
@@ -28,10 +29,10 @@ SHADES = {
 }
 
 
-def cable_looks(run: Run) -> list[dict[str, Any]]:
-    """Return colour and dashes of each cable."""
+def cable_looks(cables: Sequence[str]) -> list[dict[str, Any]]:
+    """Return colour and dashes of each cable, given their names."""
     looks = cycle({"color": colour, "linestyle": dashes} for dashes in DASHES for colour in CABLES)
-    return [look for _, look in zip(run.header.cables, looks, strict=False)]
+    return [look for _, look in zip(cables, looks, strict=False)]
 
 
 def shorten(name: str, length: int = 26) -> str:

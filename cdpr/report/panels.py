@@ -61,7 +61,7 @@ class Panel:
 
 def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") -> Chart:
     """Draw `panels` under one another, each with its legend; the first explains the overlay too."""
-    right = legend_width(run)
+    right = legend_width(run.header.cables)
     above, below = TOP + (0.25 if title else 0.0), BOTTOM + (0.22 if foot else 0.0)
     shared = [overlay_entries(run), *([] for _ in panels[1:])]
     heights = [

@@ -130,12 +130,12 @@ def _error(label: str, components: Array) -> Panel:
 
 
 def _per_cable(run: Run, values: Array) -> Curves:
-    looks = cable_looks(run)
+    looks = cable_looks(run.header.cables)
     return Curves(values, [look["color"] for look in looks], [look["linestyle"] for look in looks])
 
 
 def _cable_entries(run: Run) -> list[Entry]:
-    return [(shorten(name), look) for name, look in zip(run.header.cables, cable_looks(run), strict=True)]
+    return [(shorten(name), look) for name, look in zip(run.header.cables, cable_looks(run.header.cables), strict=True)]
 
 
 def _tension(run: Run, height: float) -> Panel:

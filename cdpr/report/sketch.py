@@ -16,6 +16,7 @@ from cdpr.report.decimate import extrema
 from cdpr.report.legend import LETTER, LINE, Entry, legend_width, write_legend
 from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
 from cdpr.report.panels import TOP, WIDTH
+from cdpr.report.scene import Scene
 
 LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 # Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
@@ -32,27 +33,31 @@ EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j])
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
-@styled
 def robot(run: Run) -> Chart:
-    """Draw the frame's anchors, cables and platform at start and end, and the way between them."""
-    anchors = np.array(run.header.anchors)
-    A, B = anchors[:, :3], anchors[:, 3:]
-    sane = np.concatenate([A, run.desired_position])
+    """Draw the frame's anchors, cables and platform at start and end of a run, and the way between them."""
+    return draw(Scene.of_run(run))
+
+
+@styled
+def draw(scene: Scene) -> Chart:
+    """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
+    A, B = scene.anchors[:, :3], scene.anchors[:, 3:]
+    sane = np.concatenate([A, scene.position if scene.desired is None else scene.desired])
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
-    shown = np.linalg.norm(run.position - middle, axis=1) < size  # false also where not finite
-    rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(run.orientation).all(axis=1))]
-    inside = np.concatenate([A, run.position[rows]])
+    shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
+    rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(scene.orientation).all(axis=1))]
+    inside = np.concatenate([A, scene.position[rows]])
     low, high = inside.min(axis=0), inside.max(axis=0)
     view = _projection(high - low)
     box = (low + high) / 2 + CUBE * (high - low)
-    short = all(len(name) <= 4 for name in run.header.cables)
-    names = [name if short else str(i) for i, name in enumerate(run.header.cables, 1)]
+    short = all(len(name) <= 4 for name in scene.cables)
+    names = [name if short else str(i) for i, name in enumerate(scene.cables, 1)]
 
-    ends = run.position[rows[:1] + rows[-1:]]
-    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * _radius(run) for s in (-1.0, 1.0))])
+    ends = scene.position[rows[:1] + rows[-1:]]
+    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * _radius(scene) for s in (-1.0, 1.0))])
     labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
-    right, sides = legend_width(run), 0.25 + LETTER * max(len(text) for _, text in labels)
+    right, sides = legend_width(scene.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
     height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
     chart = Chart(figsize=(WIDTH, height))
     axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
@@ -61,10 +66,10 @@ def robot(run: Run) -> Chart:
     _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
     entries = [_world_axes(axes, view, low, size)]
     if rows:
-        entries += _motion(axes, run, view, rows, A, B)
+        entries += _motion(axes, scene, view, rows, A, B)
     _write_labels(axes, labels, hull.mean(axis=0), reach)
     if not short:
-        named = zip(names, run.header.cables, cable_looks(run), strict=True)
+        named = zip(names, scene.cables, cable_looks(scene.cables), strict=True)
         entries += [(f"{i}: {shorten(name, 23)}", look) for i, name, look in named]
     write_legend(chart, entries, (WIDTH - right, height - TOP))
     return chart
@@ -117,34 +122,40 @@ def _world_axes(axes: Axes, view: Array, corner: Array, size: float) -> Entry:
     return f"axes, {length:g} m long", {"color": AXES[0], "linewidth": 2.2}
 
 
-def _motion(axes: Axes, run: Run, view: Array, rows: list[int], A: Array, B: Array) -> list[Entry]:
+def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int], A: Array, B: Array) -> list[Entry]:
     """Draw cables and platform in the first and the last of `rows`, and the path in between."""
     start, end = rows[0], rows[-1]
-    p, R = run.position[start], rotations.matrix(run.orientation[start])
-    _segments(axes, view, list(zip(A, p + B @ R.T, strict=True)), **START, zorder=1.5)
-    _platform(axes, run, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
-    p, R = run.position[end], rotations.matrix(run.orientation[end])
-    _platform(axes, run, view, p, R, {"edgecolor": INK, "facecolor": "#e9eef4", "zorder": 2.5})
+    moves = len(scene.time) > 1
+    if moves:
+        p, R = scene.position[start], rotations.matrix(scene.orientation[start])
+        _segments(axes, view, list(zip(A, p + B @ R.T, strict=True)), **START, zorder=1.5)
+        _platform(axes, scene, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
+    p, R = scene.position[end], rotations.matrix(scene.orientation[end])
+    _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": "#e9eef4", "zorder": 2.5})
     tips = p + B @ R.T
-    for a, b, look in zip(A, tips, cable_looks(run), strict=True):
+    for a, b, look in zip(A, tips, cable_looks(scene.cables), strict=True):
         _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
     x, y = view[:2] @ np.concatenate([A, tips]).T
     axes.add_artist(Line2D(x, y, linestyle="", marker="o", markersize=2.6, color=INK, zorder=3.5))
-    for path, look in ((run.position, PATH), (run.desired_position, DESIRED_PATH)):
-        _, points = extrema(run.time[rows], path[rows] @ view[:2].T, bins=150)
+    if not moves:
+        return []
+    paths = [("path", scene.position, PATH)]
+    if scene.desired is not None:
+        paths.append(("desired path", scene.desired, DESIRED_PATH))
+    for _, path, look in paths:
+        _, points = extrema(scene.time[rows], path[rows] @ view[:2].T, bins=150)
         axes.add_artist(Line2D(points[:, 0], points[:, 1], zorder=4, **look))
-    last = "end" if end == len(run.time) - 1 else "last shown"
+    last = "end" if end == len(scene.time) - 1 else "last shown"
     return [
-        (f"start, {run.time[start]:.4g} s", START),
-        (f"{last}, {run.time[end]:.4g} s", {"color": INK, "linewidth": 0.8}),
-        ("path", PATH),
-        ("desired path", DESIRED_PATH),
+        (f"start, {scene.time[start]:.4g} s", START),
+        (f"{last}, {scene.time[end]:.4g} s", {"color": INK, "linewidth": 0.8}),
+        *((name, look) for name, _, look in paths),
     ]
 
 
-def _platform(axes: Axes, run: Run, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
+def _platform(axes: Axes, scene: Scene, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
     """Draw the platform's shape, or spokes to its anchors where none is known."""
-    shape = run.header.shape or {}
+    shape = scene.shape or {}
     outline = {**look, "linewidth": 0.8, "joinstyle": "round"}
     if "box" in shape:
         corners = p + (CUBE * np.array(shape["box"])) @ R.T
@@ -157,16 +168,16 @@ def _platform(axes: Axes, run: Run, view: Array, p: Array, R: Array, look: dict[
         circle = float(shape["sphere"]) * np.stack([np.cos(around), np.sin(around)], axis=1)
         axes.add_artist(PathPatch(_closed(view[:2] @ p + circle), **outline))
     else:
-        tips = p + np.array(run.header.anchors)[:, 3:] @ R.T
+        tips = p + scene.anchors[:, 3:] @ R.T
         spokes = [(p, tip) for tip in tips]
         _segments(axes, view, spokes, color=look["edgecolor"], linewidth=1.6, zorder=look["zorder"])
 
 
-def _radius(run: Run) -> float:
+def _radius(scene: Scene) -> float:
     """Radius of a sphere that holds the platform, m."""
-    shape = run.header.shape or {}
+    shape = scene.shape or {}
     half_box = float(np.linalg.norm(shape.get("box", 0.0))) / 2
-    anchors = np.linalg.norm(np.array(run.header.anchors)[:, 3:], axis=1)
+    anchors = np.linalg.norm(scene.anchors[:, 3:], axis=1)
     return max(half_box, float(shape.get("sphere", 0.0)), float(anchors.max()))
 
 

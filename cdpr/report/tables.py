@@ -108,7 +108,7 @@ def cables(run: Run) -> str:
     """Limits and what each cable reached."""
     head = run.header
     rows = []
-    for i, (name, look) in enumerate(zip(head.cables, cable_looks(run), strict=True)):
+    for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
         key = f'<span class="key" style="background:{look["color"]}"></span>'
         limits = (head.tension_min[i], head.tension_max[i])
         rows.append((key + escape(name), *map(number, (*limits, *_ends(run.tension[:, i]), *_ends(run.length[:, i])))))

@@ -19,7 +19,7 @@ from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.scenario.trajectory_schema import complete
+from cdpr.scenario.trajectory_schema import Csv, complete
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -40,7 +40,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     sections = _validate(ScenarioSection, data, document, problems)
     _report_nulls(data, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
-    RunChecks(document, problems).run()
+    table = RunChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
@@ -51,6 +51,8 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     assert solver_options is not None
     robot = sections.robot.named()
     trajectory = complete(sections.trajectory, sections.initial)
+    if isinstance(trajectory, Csv) and table:
+        trajectory = trajectory.filled(table)
     return Scenario(
         sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory}),
         robot=robot.to_robot(),

@@ -14,9 +14,10 @@ class UnreadableError(Exception):
     """A file cannot be read; the text says why and goes after the place that named it."""
 
 
-def read(path: str) -> bytes:
-    """Return the bytes of a regular file, one more than MAX_BYTES at most; `UnreadableError` otherwise.
+def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml", ".yml")) -> bytes:
+    """Return the bytes of a regular file, one more than `limit` at most; `UnreadableError` otherwise.
 
+    Where there is no such file, the error suggests others with these `endings`.
     A FIFO or a device is never opened: opening one may block for ever or do something.
     """
     try:
@@ -24,9 +25,9 @@ def read(path: str) -> bytes:
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
         with open(descriptor, "rb") as file:
             _refuse_special(os.fstat(descriptor), path)  # it may have been replaced since
-            return file.read(MAX_BYTES + 1)
+            return file.read(limit + 1)
     except FileNotFoundError:
-        raise UnreadableError(f"there is no file '{path}'{_suggestion(path)}") from None
+        raise UnreadableError(f"there is no file '{path}'{_suggestion(path, endings)}") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         raise UnreadableError(f"cannot read '{path}': {reason}") from None
@@ -39,11 +40,11 @@ def _refuse_special(status: os.stat_result, path: str) -> None:
         raise UnreadableError(f"'{path}' is not a regular file")
 
 
-def _suggestion(path: str) -> str:
+def _suggestion(path: str, endings: tuple[str, ...]) -> str:
     """Name the nearest file of the same folder, or say that the folder is missing."""
     folder, name = os.path.split(path)
     try:
-        names = [entry for entry in os.listdir(folder or ".") if entry.endswith((".yaml", ".yml"))]
+        names = [entry for entry in os.listdir(folder or ".") if entry.endswith(endings)]
     except OSError:
         return f": there is no folder '{folder}'"
     if hint := nearest(name, names):

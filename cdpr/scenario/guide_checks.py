@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
@@ -10,10 +12,10 @@ from cdpr.model.robot import Array
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.fields import ZERO
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path
+from cdpr.scenario.problems import Mark, Path
 from cdpr.scenario.robot_schema import DofName
 from cdpr.scenario.schema import Initial
-from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Waypoint, Waypoints
+from cdpr.scenario.trajectory_schema import Circle, Csv, Helix, Knot, Motion, PickAndPlace, Waypoint, poses
 
 # Entries of a quaternion or position below this are zero as typed: rounding of decimals, no motion.
 HELD = 1e-9
@@ -30,7 +32,7 @@ RATES = (
 class GuideChecks(Checks):
     """Reports poses and rates that the guide does not allow."""
 
-    def check(self, initial: Initial, trajectory: Hold | Quintic | Waypoints | None) -> None:
+    def check(self, initial: Initial, motion: Motion | None) -> None:
         """Look at the initial state and at every pose of the motion."""
         try:
             dof = DOF.validate_python(tuple(self.document.get(("robot", "dof")) or DOF_NAMES))
@@ -43,21 +45,55 @@ class GuideChecks(Checks):
         self.home = np.array(initial.position)
         self._attitude(("initial", "orientation"), initial.orientation)
         self._rates(("initial",), initial)
-        points: list[tuple[Path, Hold | Knot | Waypoint]] = []
-        if isinstance(trajectory, Hold):
-            points = [((), trajectory)]
-        elif isinstance(trajectory, Quintic):
-            points = [(("from",), trajectory.from_), (("to",), trajectory.to)]
-        elif isinstance(trajectory, Waypoints):
-            points = [(("points", k), point) for k, point in enumerate(trajectory.points)]
-        for path, point in points:
+        for path, point in poses(motion) if motion else []:
             where: Path = ("trajectory", *path)
             if point.position is not None:
                 self._position((*where, "position"), np.array(point.position))
             if point.orientation is not None:
                 self._attitude((*where, "orientation"), point.orientation)
-            if not isinstance(point, Hold):
+            if isinstance(point, Knot | Waypoint):
                 self._rates(where, point)
+        if isinstance(motion, Circle):
+            self._circle(motion)
+        elif isinstance(motion, PickAndPlace) and motion.height > 0.0 and self.held[2]:
+            self.say(("trajectory", "height"), f"{self.free}, so 0 is expected, got {motion.height:g}")
+        elif isinstance(motion, Csv):
+            self._table(motion)
+
+    def _circle(self, motion: Circle) -> None:
+        """Between its poses, which are one, a circle goes where its plane does."""
+        normal = np.array(motion.normal)
+        length = float(np.linalg.norm(normal))
+        if length == 0.0:
+            return
+        normal /= length
+        if (self.held[:3] & (np.sqrt(np.maximum(1.0 - normal**2, 0.0)) > HELD)).any():
+            axes = ", ".join("xyz"[i] for i in np.flatnonzero(self.held[:3]))
+            self.say(("trajectory", "normal"), f"{self.free}, so the circle must not leave its plane: normal to {axes}")
+        if isinstance(motion, Helix) and (self.held[:3] & (np.abs(motion.pitch * normal) > HELD)).any():
+            self.say(("trajectory", "pitch"), f"{self.free}, so the path must not climb along the normal")
+        if motion.turning and (self.held[3:] & (np.abs(normal) > HELD)).any():
+            self.say(("trajectory", "turning"), f"{self.free}, so the platform cannot turn about the normal")
+
+    def _table(self, motion: Csv) -> None:
+        """Report the first point of each kind that the guide does not allow."""
+        if motion.orientation is not None:
+            self._attitude(("trajectory", "orientation"), motion.orientation)
+        table = motion.table
+        away: list[tuple[str, Array, slice]] = [("position", table.columns["position"] - self.home, slice(0, 3))]
+        attitudes = table.get("orientation")
+        if attitudes is not None:
+            away.append(("orientation", attitudes[:, 1:], slice(3, 6)))
+        for name, part in RATES:
+            rates = table.get(name)
+            if rates is not None:
+                away.append((name, rates, part))
+        for name, values, part in away:
+            wrong = np.flatnonzero((self.held[part] & (np.abs(values) > HELD)).any(axis=1))
+            if len(wrong):
+                mark = Mark(os.path.join(self.document.folder, motion.file), table.lines[wrong[0]], 1)
+                text = f"{name.replace('_', ' ')}: {self.free}"
+                self.problems.add(mark, ("trajectory", "file"), f"{text}; see also {len(wrong) - 1} points more")
 
     def _position(self, path: Path, position: Array) -> None:
         away = self.held[:3] & (np.abs(position - self.home) > HELD)

@@ -9,7 +9,9 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cdpr.model import Box, Cable, Platform, Robot, Sphere
 from cdpr.model.robot import frozen_array
+from cdpr.model.rotations import held_upright
 from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
+from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
 
@@ -148,6 +150,13 @@ class CableSection(Section):
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
 
 
+class Home(Section):
+    """The pose at which the robot is described; it has no effect on a run."""
+
+    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
+
+
 class RobotSection(Section):
     """A cable-driven parallel robot: what a robot file holds."""
 
@@ -160,7 +169,14 @@ class RobotSection(Section):
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
+    home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
+
+    @model_validator(mode="after")
+    def _home_in_guide(self) -> RobotSection:
+        if self.home is not None and not held_upright(self.dof, self.home.orientation.quaternion()):
+            raise ValueError(f"home.orientation may differ from upright only about the free directions, {self.dof}")
+        return self
 
     @model_validator(mode="after")
     def _turning_needs_inertia(self) -> RobotSection:
@@ -185,6 +201,7 @@ class RobotSection(Section):
             cables=tuple(self._cable(i) for i in range(len(self.cables))),
             dof=self.dof,
             unilateral=self.unilateral,
+            home=frozen_array([*self.home.position, *self.home.orientation.quaternion()]) if self.home else None,
         )
 
     def named(self) -> RobotSection:

@@ -1,55 +1,41 @@
-"""What no single section of a run can see: steps, the start, and a motion that fits the run."""
+"""What no single section of a run can see: steps, the start, and with `motion_checks` the motion."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
 from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
-from cdpr.scenario.fields import ZERO
 from cdpr.scenario.guide_checks import GuideChecks
-from cdpr.scenario.problems import Path
+from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.robot_schema import cable_name
 from cdpr.scenario.schema import Initial, Simulation
-from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Trajectory, Waypoint, Waypoints
+from cdpr.scenario.table import Table
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 MAX_STEPS = 1e8
-
-TRAJECTORY: TypeAdapter[Hold | Quintic | Waypoints] = TypeAdapter(Trajectory)
 
 
 class RunChecks(Checks):
     """Checks everything of a scenario beyond the robot itself."""
 
-    def run(self) -> None:
-        """Report everything that is wrong."""
+    def run(self) -> Table | None:
+        """Report everything that is wrong; return the table of a motion that is read from a file."""
         initial = self.section(Initial, ("initial",))
         simulation = self.section(Simulation, ("simulation",))
-        trajectory = self._trajectory()
+        motion = MotionChecks(self.document, self.problems)
+        motion.read()
         if initial:
             self._start(initial)
         if simulation:
             self._steps(simulation)
-        if isinstance(trajectory, Waypoints):
-            self._times(trajectory)
+        motion.check(initial, simulation.duration if simulation else None)
         if initial:
-            GuideChecks(self.document, self.problems).check(initial, trajectory)
-        if simulation and trajectory:
-            self._rest_outside(trajectory, simulation.duration)
-
-    def _trajectory(self) -> Hold | Quintic | Waypoints | None:
-        if "trajectory" not in self.document.data:
-            return None
-        try:
-            return TRAJECTORY.validate_json(json.dumps(self.document.get(("trajectory",))))
-        except ValidationError:
-            return None
+            GuideChecks(self.document, self.problems).check(initial, motion.motion)
+        return motion.table
 
     def _start(self, initial: Initial) -> None:
         R = rotations.matrix(initial.orientation.quaternion())
@@ -74,38 +60,6 @@ class RunChecks(Checks):
             near = _near(duration / control, lambda n: control * n)
             text = f"must be an integer multiple of control_step, {control:g} (s), got {duration:g}; "
             self.say(("simulation", "duration"), f"{text}nearest: {near}")
-
-    def _times(self, trajectory: Waypoints) -> None:
-        times = [point.time for point in trajectory.points]
-        for k in range(1, len(times)):
-            if times[k] <= times[k - 1]:
-                text = f"must be greater than the previous point's, {times[k - 1]:g} (s), got {times[k]:g}"
-                self.say(("trajectory", "points", k, "time"), text)
-        if times == [0.0]:
-            text = "a point with a time greater than 0 is expected; to stay, use type: hold"
-            self.say(("trajectory", "points"), text)
-
-    def _rest_outside(self, trajectory: Hold | Quintic | Waypoints, duration: float) -> None:
-        """Before and after the motion a pose is held, so the motion must start and end at rest there."""
-        if isinstance(trajectory, Hold):
-            return
-        points: list[tuple[Path, Knot | Waypoint]]
-        if isinstance(trajectory, Quintic):
-            points = [(("from",), trajectory.from_), (("to",), trajectory.to)]
-        else:
-            points = [(("points", k), point) for k, point in enumerate(trajectory.points)]
-        start, end = trajectory.start, trajectory.end
-        starts_at_initial = isinstance(trajectory, Waypoints) and trajectory.points[0].time > 0
-        if start > 0 and not starts_at_initial:
-            self._at_rest(*points[0], f"the pose is held until {start:g} s, so the motion must start at rest")
-        if end < duration * (1.0 - RATIO_TOLERANCE):
-            text = f"the motion ends at {end:g} s and the run at {duration:g} s, so the motion must end at rest"
-            self._at_rest(*points[-1], text)
-
-    def _at_rest(self, path: Path, point: Knot | Waypoint, text: str) -> None:
-        for name in ("velocity", "angular_velocity"):
-            if any(getattr(point, name) or ZERO):
-                self.say(("trajectory", *path, name), text)
 
 
 def _is_multiple(value: float, step: float) -> bool:

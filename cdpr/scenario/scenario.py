@@ -14,7 +14,7 @@ from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.document import Document
 from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
-from cdpr.scenario.trajectory_schema import Hold, Quintic, Waypoints
+from cdpr.scenario.trajectory_schema import Motion
 from cdpr.scenario.yaml_text import dump
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class Scenario:
         return self.sections.initial
 
     @property
-    def trajectory(self) -> Hold | Quintic | Waypoints:
+    def trajectory(self) -> Motion:
         """The desired motion, with the initial pose filled in where a pose was left out."""
         return self.sections.trajectory
 
@@ -96,7 +96,10 @@ class Scenario:
             raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
 
     def resolved_yaml(self) -> str:
-        """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario."""
+        """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario.
+
+        A trajectory's CSV file, which may be large, stays a file; its checksum is written.
+        """
         return dump(self._plain())
 
     def with_changes(

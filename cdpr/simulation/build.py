@@ -5,22 +5,19 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import Any, cast, get_args
 
 import numpy as np
 
 from cdpr import __version__
 from cdpr.errors import CdprError, PluginError
 from cdpr.log.run import Header
-from cdpr.model import Box, Robot, Sphere
-from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, describe, registry
 from cdpr.scenario import Scenario
-from cdpr.scenario.trajectory_schema import Hold, Knot, Quintic, Waypoint
+from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.loop import Parts
-from cdpr.trajectory import Knot as Pose
-from cdpr.trajectory import Trajectory, hold, through
 
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")
@@ -61,7 +58,7 @@ def build(scenario: Scenario) -> Parts:
     backend.reset(scenario.initial.state())
     return Parts(
         robot=robot,
-        trajectory=make_trajectory(scenario),
+        trajectory=make_trajectory(scenario.trajectory),
         controller=controller,
         solver=solver,
         solver_name=scenario.solver.type,
@@ -70,6 +67,7 @@ def build(scenario: Scenario) -> Parts:
         backend=backend,
         control_step=simulation.control_step,
         substeps=simulation.substeps,
+        output=_output(chosen["controller"]),
     )
 
 
@@ -82,30 +80,12 @@ def _make(entry: Registered, factory: Callable[..., Any], *arguments: object) ->
         raise PluginError(f"{entry.role} '{entry.info.name}' cannot be made: {describe(error)}") from error
 
 
-def make_trajectory(scenario: Scenario) -> Trajectory:
-    """Turn the scenario's section into the desired motion."""
-    section = scenario.trajectory
-    if isinstance(section, Hold):
-        return hold(np.array(section.position), section.orientation.quaternion())
-    if isinstance(section, Quintic):
-        return through([_pose(section.start, section.from_), _pose(section.end, section.to)])
-    points = [_pose(section.start + point.time, point) for point in section.points]
-    return through(points) if len(points) > 1 else hold(points[0].position, points[0].orientation)
-
-
-def _pose(time: float, knot: Knot | Waypoint) -> Pose:
-    def given(values: tuple[float, ...] | None) -> Array | None:
-        return None if values is None else np.array(values)
-
-    return Pose(
-        time,
-        np.array(knot.position),
-        knot.orientation.quaternion(),
-        given(knot.velocity),
-        given(knot.angular_velocity),
-        given(knot.acceleration),
-        given(knot.angular_acceleration),
-    )
+def _output(entry: Registered) -> Output:
+    declared = entry.info.properties.get("output", "wrench")
+    for known in get_args(Output):
+        if declared == known:
+            return cast("Output", known)
+    raise PluginError(f"controller '{entry.info.name}' declares the output {declared!r}; known are wrench, command")
 
 
 def make_header(scenario: Scenario) -> Header:
@@ -127,19 +107,10 @@ def make_header(scenario: Scenario) -> Header:
         tension_min=tuple(robot.tension_min.tolist()),
         tension_max=tuple(robot.tension_max.tolist()),
         characteristic_length=robot.characteristic_length,
-        shape=_shape(robot),
+        shape=robot.platform.outline,
         versions=_versions(scenario),
         scenario_yaml=scenario.resolved_yaml(),
     )
-
-
-def _shape(robot: Robot) -> dict[str, Any] | None:
-    shape = robot.platform.shape
-    if isinstance(shape, Box):
-        return {"box": list(shape.size)}
-    if isinstance(shape, Sphere):
-        return {"sphere": shape.radius}
-    return None
 
 
 def _versions(scenario: Scenario) -> dict[str, str]:

@@ -6,6 +6,8 @@ import numpy as np
 
 from cdpr.log.run import Event
 from cdpr.model.robot import Array
+from cdpr.plugins.controller import Output
+from cdpr.tension.command import BEYOND
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 
@@ -16,12 +18,15 @@ MOST = 200
 CLIPPED = "the solver minds no limits; tensions beyond them were clipped"
 
 
-def tension_events(status: Array, step: float, respects_limits: bool) -> list[Event]:
-    """One event for each uninterrupted span of samples with the same solver status that is not OK.
+def tension_events(status: Array, step: float, respects_limits: bool, output: Output = "wrench") -> list[Event]:
+    """One event for each uninterrupted span of samples with the same status that is not OK.
 
-    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held.
+    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held; `output` is what the
+    controller puts out.
     """
     meaning = MEANING if respects_limits else {**MEANING, Status.NOT_FOUND: CLIPPED}
+    if output == "command":
+        meaning = {**MEANING, Status.NOT_FOUND: f"{BEYOND}; it was clipped"}
     if not len(status):
         return []
     starts = np.flatnonzero(np.concatenate([[True], np.diff(status) != 0]))

@@ -16,7 +16,9 @@ from cdpr.log.mcap_file import BLOCK
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.controller import Output
 from cdpr.simulation.observe import FAULTS, observe
+from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import Policy, TensionStage
 from cdpr.trajectory import Trajectory
 
@@ -40,6 +42,7 @@ class Parts:
     backend: Backend
     control_step: float  # s
     substeps: int  # physics steps in a control step
+    output: Output = "wrench"  # what the controller puts out
 
 
 class Loop:
@@ -47,6 +50,7 @@ class Loop:
 
     Attributes:
         row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
+        out: where the controller writes: the wrench (6,) or the commands (m,).
         count: how many samples the last run made.
     """
 
@@ -65,17 +69,25 @@ class Loop:
         self.tension = view("tension")
         self.W = np.zeros((6, robot.m))
         self.sample = parts.trajectory.sampler(self.desired)
-        self.stage = TensionStage(
-            robot,
-            parts.solver.solve,
-            parts.solver_name,
-            parts.respects_limits,
-            parts.policy,
-            self.W,
-            self.wrench,
-            self.tension,
-            view("status", "at_limit"),
-        )
+        report = view("status", "at_limit")
+        parts.controller.connect(report)
+        self.stage: TensionStage | CommandStage
+        if parts.output == "command":
+            self.stage = CommandStage(robot, parts.policy, self.W, self.wrench, self.tension, report)
+            self.out = self.stage.command
+        else:
+            self.stage = TensionStage(
+                robot,
+                parts.solver.solve,
+                parts.solver_name,
+                parts.respects_limits,
+                parts.policy,
+                self.W,
+                self.wrench,
+                self.tension,
+                report,
+            )
+            self.out = self.wrench
         arm = float(np.linalg.norm(robot.platform.center_of_mass))
         geometry = (arm, backend.state, self.state, self.W, view("length"), view("rate"))
         self.observe = partial(observe, robot.anchors, parts.control_step, *geometry)
@@ -90,7 +102,7 @@ class Loop:
         try:
             self._first()
             self.sample(0.0)
-            parts.controller.control(0.0, self.state, self.desired, self.wrench)
+            parts.controller.control(0.0, self.state, self.desired, self.out)
             self.stage.distribute()
             parts.backend.command[...] = self.tension
             parts.backend.step(parts.substeps)
@@ -118,7 +130,7 @@ class Loop:
         """
         parts, row = self.parts, self.row
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
-        state, desired, wrench = self.state, self.desired, self.wrench
+        state, desired, out = self.state, self.desired, self.out
         tension, command, advance = self.tension, backend.command, backend.step
         sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
         clock = backend.engine_time
@@ -132,7 +144,7 @@ class Loop:
                 time = k * period
                 row[0] = time
                 sample(time)
-                control(time, state, desired, wrench)
+                control(time, state, desired, out)
                 distribute()
                 rows[k] = row
                 if k == last:

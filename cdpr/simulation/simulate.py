@@ -89,7 +89,7 @@ def simulate(
         error = unwritable
     rows = recorder.rows[: loop.count]
     status = rows[:, header.layout.columns["status"]][:, 0]
-    events = tension_events(status, header.control_step, parts.respects_limits)
+    events = tension_events(status, header.control_step, parts.respects_limits, parts.output)
     outcome = "finished"
     if error is not None:
         outcome = STATUS.get(type(error), "failed")

@@ -1,5 +1,12 @@
-"""The desired motion: quintic segments through knots, held at the end."""
+"""The desired motion: quintic segments, at rest before the first and after the last.
 
-from cdpr.trajectory.trajectory import Knot, Trajectory, hold, through
+`through` and `interpolate` make smooth curves through knots, `arch` and `circle` are paths of a given form, and
+`stop_to_stop` is as fast as limits on velocity, acceleration and jerk allow. All become one table, for one kernel.
+"""
 
-__all__ = ["Knot", "Trajectory", "hold", "through"]
+from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
+from cdpr.trajectory.knots import Knot, interpolate, through
+from cdpr.trajectory.paths import arch, circle
+from cdpr.trajectory.trajectory import Trajectory, hold
+
+__all__ = ["Knot", "Limits", "Stop", "Trajectory", "arch", "circle", "hold", "interpolate", "stop_to_stop", "through"]

@@ -1,11 +1,11 @@
-"""Evaluation of a trajectory in the loop."""
+"""Evaluation of a trajectory in the loop, and what is too slow without compiling before it."""
 
 from __future__ import annotations
 
 import math
 
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import Vector, cross, dot, exponential, multiply, quaternion, rotate, store
+from cdpr.model.kernels import Vector, cross, dot, exponential, multiply, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 
 # Below this angle (rad) the coefficients are summed as series, of which the first term left out is below 1e-14.
@@ -104,3 +104,65 @@ def sample(segments: Array, desired: Array, time: float) -> None:
         store(rotate(q, omega), desired, 10)
         store((ddx, ddy, ddz), desired, 13)
         store(rotate(q, alpha), desired, 16)
+
+
+@kernel
+def rotation_vector_rates(phi: Array, omega: Array, alpha: Array, rate: Array, second: Array) -> None:
+    """Write the derivatives of rotation vectors phi (K, 3), at most pi long, for body rates omega and alpha (K, 3).
+
+    phi' = J^-1 omega and phi'' = J^-1 (alpha - J' phi') with J of `body_rates` and J^-1 = 1 + [phi] / 2 + c [phi]^2,
+    c = (1 - t / 2 cot(t / 2)) / t^2, t = |phi|. (Chirikjian 2012, section 10.6.)
+    """
+    for k in range(phi.shape[0]):
+        p = vector(phi[k], 0)
+        square = dot(p, p)
+        t = math.sqrt(square)
+        if t < SMALL_ANGLE:
+            c = 1.0 / 12.0 + square / 720.0 + square * square / 30240.0 + square**3 / 1209600.0
+        else:
+            c = (1.0 - 0.5 * t / math.tan(0.5 * t)) / square
+        values = vector(omega[k], 0)
+        for derivative in range(2):
+            c1 = cross(p, values)
+            c2 = cross(p, c1)
+            values = (
+                values[0] + 0.5 * c1[0] + c * c2[0],
+                values[1] + 0.5 * c1[1] + c * c2[1],
+                values[2] + 0.5 * c1[2] + c * c2[2],
+            )
+            if derivative == 0:
+                store(values, rate[k], 0)
+                _, drift = body_rates(p, values, (0.0, 0.0, 0.0))
+                values = (alpha[k, 0] - drift[0], alpha[k, 1] - drift[1], alpha[k, 2] - drift[2])
+        store(values, second[k], 0)
+
+
+@kernel
+def solve_block_tridiagonal(diagonal: Array, upper: Array, b: Array) -> None:
+    """Solve a symmetric positive definite system of 2 x 2 blocks; the solution replaces b (K, 2).
+
+    diagonal (K, 2, 2) is destroyed, upper is (K - 1, 2, 2). Positive definite, it needs no pivots.
+    """
+    count = b.shape[0]
+    for k in range(count):
+        d, r = diagonal[k], b[k]
+        if k > 0:
+            # diagonal[k - 1] is inverted by now, b[k - 1] multiplied by it.
+            u, i = upper[k - 1], diagonal[k - 1]
+            for column in range(2):
+                x = i[0, 0] * u[0, column] + i[0, 1] * u[1, column]
+                y = i[1, 0] * u[0, column] + i[1, 1] * u[1, column]
+                d[0, column] -= u[0, 0] * x + u[1, 0] * y
+                d[1, column] -= u[0, 1] * x + u[1, 1] * y
+            r[0] -= u[0, 0] * b[k - 1, 0] + u[1, 0] * b[k - 1, 1]
+            r[1] -= u[0, 1] * b[k - 1, 0] + u[1, 1] * b[k - 1, 1]
+        determinant = d[0, 0] * d[1, 1] - d[0, 1] * d[1, 0]
+        d[0, 0], d[1, 1] = d[1, 1] / determinant, d[0, 0] / determinant
+        d[0, 1], d[1, 0] = -d[0, 1] / determinant, -d[1, 0] / determinant
+        r[0], r[1] = d[0, 0] * r[0] + d[0, 1] * r[1], d[1, 0] * r[0] + d[1, 1] * r[1]
+    for k in range(count - 2, -1, -1):
+        i, u = diagonal[k], upper[k]
+        x = u[0, 0] * b[k + 1, 0] + u[0, 1] * b[k + 1, 1]
+        y = u[1, 0] * b[k + 1, 0] + u[1, 1] * b[k + 1, 1]
+        b[k, 0] -= i[0, 0] * x + i[0, 1] * y
+        b[k, 1] -= i[1, 0] * x + i[1, 1] * y

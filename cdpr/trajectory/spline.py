@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 
@@ -27,22 +28,44 @@ def minimum_jerk(times: Array, x: Array, v: Array, a: Array) -> tuple[Array, Arr
 
     Entries of v and a that are not NaN are kept. The rest minimise the integral of the squared jerk, so that jerk and
     its derivative are continuous where both were free. (Minimum-jerk spline; Flash and Hogan 1985 for one segment.)
+    A knot's unknowns meet only its neighbours', so that time and memory grow with K.
     """
-    count = len(times)
-    cost = np.zeros((3 * count, 3 * count))
-    for k, duration in enumerate(np.diff(times)):
-        scale = np.tile([1.0, duration, duration**2], 2)
-        block = slice(3 * k, 3 * k + 6)
-        cost[block, block] += _COST * np.outer(scale, scale) / duration**5
     v, a = v.copy(), a.copy()
+    duration = np.diff(times)
+    # In units of the mean duration, the fifth powers stay moderate.
+    unit = (times[-1] - times[0]) / len(duration)
+    h = duration / unit
+    scale = np.tile(h[:, None] ** np.arange(3), 2)
+    cost = _COST * scale[:, :, None] * scale[:, None, :] / h[:, None, None] ** 5
     for axis in range(x.shape[1]):
-        knots = np.stack([x[:, axis], v[:, axis], a[:, axis]], axis=1).ravel()
-        free = np.isnan(knots)
+        known = np.stack([v[:, axis] * unit, a[:, axis] * unit**2], axis=1)
+        free = np.isnan(known)
         if free.any():
-            known = ~free
-            # Scaling each unknown to a unit diagonal keeps the system well conditioned for uneven times.
-            scale = 1.0 / np.sqrt(np.diag(cost)[free])
-            system = cost[np.ix_(free, free)] * np.outer(scale, scale)
-            knots[free] = scale * np.linalg.solve(system, -scale * (cost[np.ix_(free, known)] @ knots[known]))
-            v[:, axis], a[:, axis] = knots[1::3], knots[2::3]
+            found = _solve(cost, np.diff(x[:, axis]), known, free)
+            v[:, axis] = np.where(free[:, 0], found[:, 0] / unit, v[:, axis])
+            a[:, axis] = np.where(free[:, 1], found[:, 1] / unit**2, a[:, axis])
     return v, a
+
+
+def _solve(cost: Array, steps: Array, known: Array, free: NDArray[np.bool_]) -> Array:
+    """Return velocity and acceleration (K, 2) of one coordinate that goes by `steps` (K - 1,).
+
+    What is known becomes a row of the identity, its share in the other rows goes to the right-hand side.
+    """
+    from cdpr.trajectory.kernels import solve_block_tridiagonal
+
+    rates = np.where(free, 0.0, known)
+    before, after = cost[:, 1:3], cost[:, 4:6]
+    # Gradients with the unknowns at zero. A common shift of the positions costs nothing, so only the step matters.
+    ends = np.concatenate([np.zeros((len(steps), 1)), rates[:-1], steps[:, None], rates[1:]], axis=1)
+    gradient = np.zeros_like(rates)
+    gradient[:-1] += np.einsum("kij,kj->ki", before, ends)
+    gradient[1:] += np.einsum("kij,kj->ki", after, ends)
+    diagonal = np.zeros((len(rates), 2, 2))
+    diagonal[:-1] += before[:, :, 1:3]
+    diagonal[1:] += after[:, :, 4:6]
+    diagonal = np.where(free[:, :, None] & free[:, None, :], diagonal, np.eye(2) * ~free[:, :, None])
+    upper = np.where(free[:-1, :, None] & free[1:, None, :], before[:, :, 4:6], 0.0)
+    change = np.where(free, -gradient, 0.0)
+    solve_block_tridiagonal(diagonal, np.ascontiguousarray(upper), change)
+    return np.asarray(rates + change)

@@ -84,6 +84,42 @@ trajectory:
   orientation: {rpy: [0, 0, 0.1]}
 """
 
+PICK_AND_PLACE = """\
+trajectory:
+  type: pick_and_place
+  start: 0.5
+  duration: 3.0
+  height: 0.4
+  vertical: 0.25
+  from: {position: [0, 0, 1], orientation: {rpy: [0, 0, 0.1]}}
+  to: {position: [1, 0, 1], orientation: {rpy: [0, 0, 0.2]}}
+"""
+
+HELIX = """\
+trajectory:
+  type: helix
+  start: 0.5
+  duration: 3.0
+  position: [1, 0, 1]
+  orientation: {rpy: [0, 0, 0.1]}
+  center: [0, 0, 1]
+  normal: [0, 0, 2]
+  turns: 1.5
+  turning: true
+  pitch: 0.2
+"""
+
+JERK_LIMITED = """\
+trajectory:
+  type: jerk_limited
+  start: 0.5
+  from: {position: [0, 0, 1], orientation: {rpy: [0, 0, 0.1]}}
+  points:
+  - {position: [1, 0, 1], orientation: {rpy: [0, 0, 0.2]}, pause: 0.5}
+  limits: {velocity: 1, acceleration: 2, jerk: 20}
+  angular_limits: {velocity: 1.5, acceleration: 2.5, jerk: 25}
+"""
+
 
 def whole(trajectory: str, robot: str = ROBOT) -> str:
     """A scenario text that stands alone."""
@@ -92,7 +128,15 @@ def whole(trajectory: str, robot: str = ROBOT) -> str:
 
 
 BASE = whole(QUINTIC)
-TEXTS = {"quintic": BASE, "waypoints": whole(WAYPOINTS), "hold": whole(HOLD)}
+TEXTS = {
+    "quintic": BASE,
+    "waypoints": whole(WAYPOINTS),
+    "hold": whole(HOLD),
+    "pick_and_place": whole(PICK_AND_PLACE),
+    "circle": whole(HELIX.replace("helix", "circle").replace("  pitch: 0.2\n", "")),
+    "helix": whole(HELIX),
+    "jerk_limited": whole(JERK_LIMITED),
+}
 
 
 class GainsOptions(PluginOptions):

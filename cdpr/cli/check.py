@@ -1,0 +1,41 @@
+"""`cdpr check`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.errors import ExitCode
+
+if TYPE_CHECKING:
+    from cdpr.plugins.registry import Role
+
+
+@click.command("check")
+@click.argument("role", type=click.Choice(["backend", "solver", "controller"]))
+@click.argument("name")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(role: Role, name: str, as_json: bool) -> None:
+    """Check an installed plugin against the rules of its role.
+
+    The exit code is 7 if any check fails. Times inform and are never judged.
+    """
+    from cdpr.testing import check_plugin
+
+    results = check_plugin(role, name)
+    if as_json:
+        rows = [dataclasses.asdict(result) for result in results]
+        click.echo(json.dumps({"role": role, "name": name, "checks": rows}, indent=2))
+    else:
+        width = max(len(result.id) for result in results)
+        for result in results:
+            remark = result.reason if result.outcome == "passed" else result.detail
+            click.echo(f"{result.outcome:<8}  {result.id:<{width}}  {result.seconds:5.2f} s  {remark}")
+        counts = Counter(result.outcome for result in results)
+        click.echo(f"{role} '{name}': " + ", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
+    if any(result.outcome == "failed" for result in results):
+        raise click.exceptions.Exit(ExitCode.DISAGREES)

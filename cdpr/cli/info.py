@@ -1,0 +1,119 @@
+"""`cdpr info`."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.errors import OutputError
+
+if TYPE_CHECKING:
+    from cdpr.model import Robot
+    from cdpr.model.robot import Array
+    from cdpr.report.scene import Scene
+
+MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
+
+
+@click.command("info")
+@click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
+@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@click.option("--out", type=click.Path(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | None, as_json: bool) -> None:
+    """Tell what a robot is and can hold at a pose, and what a scenario's motion asks of it.
+
+    The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
+    is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
+    """
+    from cdpr.scenario import Scenario, World, load_any
+
+    loaded = load_any(file, overrides=changes)
+    # Only a sound file is worth the time that these take to import.
+    import numpy as np
+
+    from cdpr.log.run_json import plain
+    from cdpr.model.jit import on_first_compilation
+    from cdpr.model.properties import home_pose
+    from cdpr.plugins.registry import registry
+    from cdpr.report.portrait import lines
+    from cdpr.report.scene import Scene
+    from cdpr.tension.portrait import describe_motion, describe_pose, describe_robot
+    from cdpr.tension.survey import survey
+
+    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    scenario = loaded if isinstance(loaded, Scenario) else None
+    robot: Robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    gravity = np.array(scenario.world.gravity if scenario else World().gravity)
+    if pose is not None:
+        at, source = _parse(pose, robot), "--pose"
+    elif scenario is not None:
+        at, source = scenario.initial.state()[:7], "initial"
+    else:
+        at, source = home_pose(robot)
+    entry = registry().get("solver", "qp")
+    solve = entry.load()(robot, entry.info.options()).solve
+    figures: dict[str, Any] = {
+        "robot": describe_robot(robot),
+        "pose": {"source": source, **describe_pose(robot, at, gravity, solve)},
+    }
+    scene = Scene.of_robot(robot, np.zeros(1), at[None])
+    if scenario is not None:
+        from cdpr.scenario.motion import make_trajectory
+
+        simulation = scenario.simulation
+        steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
+        trajectory = make_trajectory(scenario.trajectory)
+        time = steps * simulation.control_step
+        motion = survey(robot, time, np.array([trajectory.sample(t) for t in time]), gravity, solve)
+        figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(robot, motion)}
+        scene = Scene.of_robot(robot, time, motion.desired[:, :7])
+    figures = plain(figures)
+    if as_json:
+        click.echo(json.dumps(figures, indent=2, allow_nan=False))
+    else:
+        for line in lines(figures):
+            click.echo(line)
+    if out is not None:
+        _write(figures, scene, out, quiet=as_json)
+
+
+def _parse(text: str, robot: Robot) -> Array:
+    """Read --pose as position and quaternion (7,)."""
+    import numpy as np
+
+    from cdpr.model.rotations import from_rpy, held_upright
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 6) or not all(math.isfinite(number) for number in numbers):
+        hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad) are expected, such as 0,0,1.5"
+        raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--pose")
+    q = from_rpy(*(numbers[3:] or (0.0, 0.0, 0.0)))
+    if not held_upright(robot.dof, q):
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
+        raise click.BadParameter(hint, param_hint="--pose")
+    return np.concatenate([numbers[:3], q])
+
+
+def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> None:
+    """Write drawing and figures into the folder, made if need be."""
+    from pathlib import Path
+
+    from cdpr.report.scene import write_svg
+
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "info.json").write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{error.filename or out}: cannot be written: {error.strerror or error}") from error
+    write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
+    if not quiet:
+        click.echo(folder / "robot.svg")

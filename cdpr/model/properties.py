@@ -1,0 +1,63 @@
+"""What can be said of a robot by counting and at a pose, before any tension is asked for. See `cdpr.model`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.model.kinematics import UPRIGHT, wrench_matrix
+from cdpr.model.robot import Array, Robot
+
+# A singular value below this share of the largest one is round-off.
+RANK_TOLERANCE = 1e-9
+
+# Anchors whose heights differ by less than this share of their extent count as lying in one level.
+LEVEL = 0.1
+
+RESTRAINTS = {
+    "IRPM": "incompletely restrained positioning mechanism, m <= n",
+    "CRPM": "completely restrained positioning mechanism, m = n + 1",
+    "RRPM": "redundantly restrained positioning mechanism, m > n + 1",
+}
+
+
+def restraint(robot: Robot) -> str:
+    """Return the class by number, a key of RESTRAINTS (Ming and Higuchi, Int. J. Japan Soc. Prec. Eng. 28, 1994)."""
+    if robot.m <= robot.n:
+        return "IRPM"
+    return "CRPM" if robot.m == robot.n + 1 else "RRPM"
+
+
+def free_wrench_matrix(robot: Robot, state: Array) -> Array:
+    """Rows of W that belong to the degrees of freedom, (n, m), at a state (13,).
+
+    Rows of moments are divided by the characteristic length, so that all entries are without unit.
+    """
+    weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)
+    return np.asarray((weights[:, None] * wrench_matrix(robot, state))[robot.rows])
+
+
+def conditioning(W: Array) -> tuple[int, float]:
+    """Rank and condition number of W (n, m), as `free_wrench_matrix` returns it.
+
+    The condition number is the largest over the smallest singular value, infinite where W has not its full rank.
+    """
+    values = np.linalg.svd(W, compute_uv=False)
+    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+    return rank, float(values[0] / values[-1]) if rank == min(W.shape) else np.inf
+
+
+def home_pose(robot: Robot) -> tuple[Array, str]:
+    """Pose (7,) at which to describe a robot, position (m) and quaternion w, x, y, z, and where it comes from.
+
+    The robot's own; without one, upright in the middle of the frame's anchors. From the level of anchors that all have
+    the same height no cable can lift, so there it is lowered by a quarter of their extent.
+    """
+    if robot.home is not None:
+        return robot.home, "home"
+    A = robot.anchors[:, :3]
+    position = A.mean(axis=0)
+    extent = float(np.linalg.norm(np.ptp(A, axis=0)))
+    if "z" in robot.dof and np.ptp(A[:, 2]) < LEVEL * extent:
+        position[2] -= 0.25 * extent
+        return np.concatenate([position, UPRIGHT]), "no home given: below the middle of the frame's anchors"
+    return np.concatenate([position, UPRIGHT]), "no home given: middle of the frame's anchors"

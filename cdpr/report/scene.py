@@ -1,0 +1,55 @@
+"""What `cdpr.report.sketch` draws: a robot at one or more poses, of a run or of no run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import OutputError
+from cdpr.log.run import Run
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A robot with m cables at K poses, world axes."""
+
+    cables: tuple[str, ...]  # names
+    anchors: Array  # (m, 6): A_i in the world, B_i on the platform, m
+    shape: dict[str, Any] | None  # as `Platform.outline`
+    time: Array  # (K,), s
+    position: Array  # (K, 3), m
+    orientation: Array  # (K, 4), quaternion w, x, y, z
+    desired: Array | None = None  # (K, 3), m, positions, where they are something else
+
+    @classmethod
+    def of_run(cls, run: Run) -> Scene:
+        """Return what there is to draw of a run."""
+        head = run.header
+        anchors = np.array(head.anchors)
+        return cls(head.cables, anchors, head.shape, run.time, run.position, run.orientation, run.desired_position)
+
+    @classmethod
+    def of_robot(cls, robot: Robot, time: Array, pose: Array) -> Scene:
+        """Return a robot at poses (K, 7), position (m) and quaternion, at the times (K,), s."""
+        names = tuple(cable.name for cable in robot.cables)
+        return cls(names, robot.anchors, robot.platform.outline, time, pose[:, :3], pose[:, 3:7])
+
+
+def write_svg(scene: Scene, path: Path, label: str) -> None:
+    """Draw the scene into a file, whose folder must exist.
+
+    Raises PluginError without matplotlib, OutputError where the file cannot be written.
+    """
+    from cdpr.report.canvas import inline_svg
+    from cdpr.report.sketch import draw
+
+    text = inline_svg(draw(scene), "robot", label)
+    try:
+        path.write_text(text, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
+    except OSError as error:
+        raise OutputError(f"{path}: cannot write the drawing: {error.strerror or error}") from error

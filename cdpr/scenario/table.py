@@ -1,0 +1,176 @@
+"""A motion as a CSV file: the first line names the columns, each further one is a point in time."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr.scenario.fields import MAX_MAGNITUDE
+from cdpr.scenario.orientation import UNIT_TOLERANCE
+from cdpr.scenario.problems import nearest, shown
+
+MAX_ROWS = 100_000
+MAX_BYTES = 32 * 1024 * 1024
+MAX_FAULTS = 10  # a wrong column is wrong in every row
+
+# What the columns make up. Units: t s, position m, rates m/s, rad/s, m/s^2, world axes; quaternion w, x, y, z.
+GROUPS = {
+    "time": ("t",),
+    "position": ("x", "y", "z"),
+    "orientation": ("qw", "qx", "qy", "qz"),
+    "velocity": ("vx", "vy", "vz"),
+    "angular_velocity": ("wx", "wy", "wz"),
+    "acceleration": ("ax", "ay", "az"),
+}
+COLUMNS = tuple(name for names in GROUPS.values() for name in names)
+REQUIRED = (*GROUPS["time"], *GROUPS["position"])
+
+
+class TableError(Exception):
+    """What is wrong with a file: (line, column, text) each, counted from 1; column 0 stands for the line."""
+
+    def __init__(self, faults: list[tuple[int, int, str]]) -> None:
+        super().__init__(str(faults))
+        self.faults = faults
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Contents of a file of K points.
+
+    Attributes:
+        columns: arrays (K, n) by the names of GROUPS; those that the file does not hold are missing.
+        lines: line of each point, counted from 1, (K,).
+        sha256: checksum of the file.
+    """
+
+    columns: dict[str, Array]
+    lines: list[int] = field(repr=False)
+    sha256: str
+
+    @property
+    def times(self) -> Array:
+        """Times of the points, (K,), s."""
+        return self.columns["time"][:, 0]
+
+    def get(self, name: str) -> Array | None:
+        """Return a group of columns, None where the file does not hold it."""
+        return self.columns.get(name)
+
+
+def parse_table(content: bytes) -> Table:
+    """Read a file's content; TableError lists what is wrong."""
+    if len(content) > MAX_BYTES:
+        raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise TableError([(line, 0, "this is not a text in UTF-8")]) from None
+    rows: list[list[float]] = []
+    lines: list[int] = []
+    faults: list[tuple[int, int, str]] = []
+    names: list[str] = []
+    for number, row_text in enumerate(text.split("\n"), 1):
+        if not row_text.strip() or row_text.lstrip().startswith("#"):
+            continue
+        if not names:
+            names = _header(number, row_text)
+            continue
+        try:
+            row = [float(cell) for cell in row_text.split(",")]
+        except ValueError:
+            row = []
+        # Python alone takes 1_000 for a number. NaN is not moderate either.
+        moderate = "_" not in row_text and all(-MAX_MAGNITUDE <= value <= MAX_MAGNITUDE for value in row)
+        if not moderate or len(row) != len(names):
+            faults += _row_faults(number, row_text, names)
+        rows.append(row)
+        lines.append(number)
+        if len(faults) >= MAX_FAULTS or len(rows) > MAX_ROWS:
+            break
+    if len(rows) > MAX_ROWS:
+        faults.append((lines[-1], 0, f"{MAX_ROWS} points at most are allowed"))
+    if not names:
+        faults.append((1, 0, f"the first line must name the columns: {','.join(REQUIRED)} and if wanted more"))
+    elif len(rows) < 2:
+        faults.append((lines[-1] if lines else 1, 0, f"two or more points are expected, got {len(rows)}"))
+    if faults:
+        raise TableError(faults[:MAX_FAULTS])
+    data = np.array(rows)
+    columns = {
+        group: data[:, [names.index(name) for name in members]]
+        for group, members in GROUPS.items()
+        if members[0] in names
+    }
+    _check(columns, lines)
+    return Table(columns, lines, hashlib.sha256(content).hexdigest())
+
+
+def _header(number: int, line: str) -> list[str]:
+    names = [cell.strip() for cell in line.split(",")]
+    faults = []
+    for k, name in enumerate(names):
+        where = (number, _column(line, k))
+        if name not in COLUMNS:
+            hint = "columns are separated by commas; " if len(names) == 1 else nearest(name, COLUMNS)
+            faults.append((*where, f"unknown column {shown(name)}: {hint}allowed: {', '.join(COLUMNS)}"))
+        elif name in names[:k]:
+            faults.append((*where, f"column '{name}' stands here twice"))
+    if not faults:
+        for members in GROUPS.values():
+            missing = [name for name in members if name not in names]
+            if missing and (len(missing) < len(members) or members[0] in REQUIRED):
+                together = f"; {', '.join(members)} go together" if len(members) > 1 else ""
+                faults.append((number, 0, f"missing column {', '.join(missing)}{together}"))
+    if faults:
+        raise TableError(faults)
+    return names
+
+
+def _row_faults(number: int, line: str, names: list[str]) -> list[tuple[int, int, str]]:
+    cells = line.split(",")
+    if len(cells) != len(names):
+        return [(number, 0, f"{len(names)} numbers expected ({', '.join(names)}), got {len(cells)}")]
+    faults = []
+    for k, (name, cell) in enumerate(zip(names, cells, strict=True)):
+        try:
+            value = float(cell.replace("_", "?"))
+        except ValueError:
+            faults.append((number, _column(line, k), f"{name}: a number expected, got {shown(cell.strip())}"))
+            continue
+        if not math.isfinite(value):
+            faults.append((number, _column(line, k), f"{name}: a finite number expected, got {value}"))
+        elif abs(value) > MAX_MAGNITUDE:
+            text = f"{name}: must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value:g}"
+            faults.append((number, _column(line, k), text))
+    return faults
+
+
+def _column(line: str, k: int) -> int:
+    """Column, counted from 1, of the first character of the k-th cell."""
+    cells = line.split(",")
+    return sum(len(cell) + 1 for cell in cells[:k]) + len(cells[k]) - len(cells[k].lstrip()) + 1
+
+
+def _check(columns: dict[str, Array], lines: list[int]) -> None:
+    """Times must rise, quaternions have unit length; the latter are normalised."""
+    times = columns["time"][:, 0]
+    faults = []
+    if times[0] < 0.0:
+        faults.append((lines[0], 0, f"t: must be at least 0 (s), got {times[0]:g}"))
+    for k in np.flatnonzero(np.diff(times) <= 0.0)[:MAX_FAULTS]:
+        text = f"t: must be greater than the previous point's, {times[k]:.12g} (s), got {times[k + 1]:.12g}"
+        faults.append((lines[k + 1], 0, text))
+    if "orientation" in columns:
+        norms = np.linalg.norm(columns["orientation"], axis=1)
+        for k in np.flatnonzero(np.abs(norms - 1.0) > UNIT_TOLERANCE)[:MAX_FAULTS]:
+            faults.append((lines[k], 0, f"qw, qx, qy, qz: the quaternion's norm is {norms[k]:.6g}, 1 is expected"))
+        if not faults:
+            columns["orientation"] = columns["orientation"] / norms[:, None]
+    if faults:
+        raise TableError(sorted(faults)[:MAX_FAULTS])

@@ -1,0 +1,82 @@
+"""The stage of the loop behind a controller that puts out commands: checks them, clips them, books what they do."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+
+from cdpr.errors import Diverged, Infeasible
+from cdpr.model import Robot
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+from cdpr.tension.checks import BAD_INPUT, LIMIT_TOLERANCE, NOT_FOUND, OK
+from cdpr.tension.stage import Policy
+
+BEYOND = "the controller's command is beyond the tension limits"
+
+
+class CommandStage:
+    """Turns a controller's commands into tensions, once per control step, without distributing anything.
+
+    Args:
+        robot: gives the limits.
+        policy: `stop` ends the run at a command beyond the limits; otherwise it is clipped and counted, with the
+            status NOT_FOUND: the controller's answer failed the check.
+        W: (6, m) wrench matrix, live.
+        wrench: (6,) result: what the cables exert, W @ tension.
+        tension: (m,) result, N.
+        report: (4,) result: status, residual (always 0 N: no wrench was wanted), margin (N), cables at a limit.
+
+    Attributes:
+        command: (m,) where the controller writes, N.
+    """
+
+    def __init__(self, robot: Robot, policy: Policy, W: Array, wrench: Array, tension: Array, report: Array) -> None:
+        self.command = np.zeros(robot.m)
+        self._stop = policy == "stop"
+        limits = np.array([robot.tension_min, robot.tension_max])
+        self._take = partial(take, limits, self.command, W, tension, wrench, report)
+
+    def distribute(self) -> None:
+        """Write tensions, wrench and report for the present command.
+
+        Raises Diverged where the command is not finite, Infeasible under the policy `stop`.
+        """
+        status = self._take()
+        if status == BAD_INPUT:
+            raise Diverged("the controller put out a command that is not finite")
+        if status != OK and self._stop:
+            raise Infeasible(f"{BEYOND} (policy stop)")
+
+
+@kernel
+def take(limits: Array, command: Array, W: Array, tension: Array, wrench: Array, report: Array) -> int:
+    """Clip `command` (m,) to the limits (2, m) and write tension, wrench and report; return the status.
+
+    Nothing is written where the command is not finite.
+    """
+    for i in range(command.shape[0]):
+        if not math.isfinite(command[i]):
+            return BAD_INPUT
+    status, margin, at_limit = OK, math.inf, 0
+    for j in range(6):
+        wrench[j] = 0.0
+    for i in range(command.shape[0]):
+        low, high = limits[0, i], limits[1, i]
+        if not low - LIMIT_TOLERANCE <= command[i] <= high + LIMIT_TOLERANCE:
+            status = NOT_FOUND
+        t = min(max(command[i], low), high)
+        distance = min(t - low, high - t)
+        margin = min(margin, distance)
+        if distance <= LIMIT_TOLERANCE:
+            at_limit += 1
+        tension[i] = t
+        for j in range(6):
+            wrench[j] += W[j, i] * t
+    report[0] = status
+    report[1] = 0.0
+    report[2] = margin
+    report[3] = at_limit
+    return status

@@ -1,0 +1,158 @@
+"""A robot at a pose and along a motion as plain figures, units in their names: what `cdpr info` prints."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import CdprError
+from cdpr.model.kinematics import lengths, make_state
+from cdpr.model.properties import RESTRAINTS, conditioning, free_wrench_matrix, restraint
+from cdpr.model.robot import Array, Robot
+from cdpr.tension.checks import RESIDUAL_TOLERANCE
+from cdpr.tension.closure import positive_null_vector
+from cdpr.tension.stage import Solve
+from cdpr.tension.survey import Survey, survey
+
+# m; a cable shorter than this has no direction.
+MIN_LENGTH = 1e-6
+
+OPTIONAL = {
+    "diameter_m": "diameter",
+    "axial_stiffness_N": "axial_stiffness",
+    "linear_density_kg_per_m": "linear_density",
+    "length_min_m": "length_min",
+    "length_max_m": "length_max",
+    "speed_max_m_per_s": "speed_max",
+}
+
+
+def describe_robot(robot: Robot) -> dict[str, Any]:
+    """Return what holds at every pose."""
+    platform, kind = robot.platform, restraint(robot)
+    return {
+        "name": robot.name,
+        "dof": list(robot.dof),
+        "motion_pattern": robot.pattern,
+        "n": robot.n,
+        "m": robot.m,
+        "redundancy": robot.m - robot.n,
+        "restraint": kind,
+        "restraint_meaning": RESTRAINTS[kind],
+        "unilateral": robot.unilateral,
+        "characteristic_length_m": robot.characteristic_length,
+        "platform": {
+            "mass_kg": platform.mass,
+            "center_of_mass_m": platform.center_of_mass.tolist(),
+            "inertia_kg_m2": platform.inertia.tolist(),
+            "shape_m": platform.outline,
+        },
+        "cables": [
+            {
+                "name": cable.name,
+                "frame_m": cable.frame.tolist(),
+                "platform_m": cable.platform.tolist(),
+                "tension_min_N": cable.tension_min,
+                "tension_max_N": cable.tension_max,
+                **{key: getattr(cable, name) for key, name in OPTIONAL.items()},
+            }
+            for cable in robot.cables
+        ],
+    }
+
+
+def describe_pose(robot: Robot, pose: Array, gravity: Array, solve: Solve) -> dict[str, Any]:
+    """Return restraint, conditioning, lengths and static tensions at a pose (7,), position (m) and quaternion.
+
+    `gravity` is (3,), m/s^2, world. Raises CdprError where a cable has no length, hence no direction.
+    """
+    state = make_state(pose[:3], pose[3:])
+    for cable, length in zip(robot.cables, lengths(robot, state), strict=True):
+        if not length >= MIN_LENGTH:
+            where = f"position {pose[:3].tolist()} m"
+            raise CdprError(f"cable '{cable.name}' has no length at {where}: choose another pose")
+    W = free_wrench_matrix(robot, state)
+    rank, condition = conditioning(W)
+    closed = positive_null_vector(W) is not None if robot.unilateral else True
+    still = survey(robot, np.zeros(1), np.concatenate([state, np.zeros(6)])[None], gravity, solve)
+    balanced = bool(still.feasible[0])
+    return {
+        "position_m": pose[:3].tolist(),
+        "orientation_wxyz": pose[3:].tolist(),
+        "gravity_m_per_s2": np.asarray(gravity).tolist(),
+        "constraint": "suspended" if not closed else "fully constrained" if rank == robot.n else "singular",
+        "rank": rank,
+        "condition_number": condition,
+        "length_m": still.length[0].tolist(),
+        "static_wrench": still.wrench[0].tolist(),
+        "static_tension_N": still.tension[0].tolist() if balanced else None,
+        "static_margin_N": float(still.margin[0]) if balanced else None,
+        "static_problem": None if balanced else _why_not(robot, W, still, solve),
+        "static_residual_N": float(still.residual[0]),
+    }
+
+
+def _why_not(robot: Robot, W: Array, still: Survey, solve: Solve) -> str:
+    """Say what kind of tensions would balance the weight, if any; W is (n, m) as `free_wrench_matrix` returns it."""
+    weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows]
+    wrench = weights * still.wrench[0][robot.rows]
+    allowed = RESIDUAL_TOLERANCE * max(1.0, float(np.linalg.norm(wrench)))
+    any_sign = np.linalg.lstsq(W, wrench, rcond=None)[0]
+    if np.linalg.norm(W @ any_sign - wrench) > allowed:
+        return "no tensions, not even pushing ones, balance the weight"
+    tension = np.zeros(robot.m)
+    status = solve(W, wrench, np.zeros(robot.m), np.full(robot.m, np.inf), tension)
+    if status != 0:
+        return "the weight could be balanced only by cables that push"
+    return f"only tensions of {tension.min():.4g} to {tension.max():.4g} N balance the weight"
+
+
+def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
+    """Return the extent of a motion, what it asks of the cables, and which of their limits it exceeds."""
+    d, worst = motion.desired, int(np.argmin(np.where(motion.feasible, motion.margin, -np.inf)))
+    return {
+        "duration_s": float(motion.time[-1]),
+        "samples": len(motion.time),
+        "path_length_m": float(np.linalg.norm(np.diff(d[:, :3], axis=0), axis=1).sum()),
+        "speed_max_m_per_s": _peak(d[:, 7:10]),
+        "acceleration_max_m_per_s2": _peak(d[:, 13:16]),
+        "angular_speed_max_rad_per_s": _peak(d[:, 10:13]),
+        "angular_acceleration_max_rad_per_s2": _peak(d[:, 16:19]),
+        "feasible_share": float(motion.feasible.mean()),
+        "first_infeasible_s": None if motion.feasible.all() else float(motion.time[np.argmin(motion.feasible)]),
+        "smallest_margin_N": float(motion.margin[worst]) if motion.feasible.all() else None,
+        "smallest_margin_at_s": float(motion.time[worst]) if motion.feasible.all() else None,
+        "cables": [
+            {
+                "name": cable.name,
+                "length_m": _ends(motion.length[:, i]),
+                "rate_m_per_s": _ends(motion.rate[:, i]),
+                "tension_N": _ends(motion.tension[:, i]),
+            }
+            for i, cable in enumerate(robot.cables)
+        ],
+        "exceeded": _exceeded(robot, motion),
+    }
+
+
+def _exceeded(robot: Robot, motion: Survey) -> list[str]:
+    out = []
+    for i, cable in enumerate(robot.cables):
+        shortest, longest = _ends(motion.length[:, i])
+        fastest = float(np.abs(motion.rate[:, i]).max())
+        if cable.length_min is not None and shortest < cable.length_min:
+            out.append(f"{cable.name}: length {shortest:.4g} m, at least {cable.length_min:g} m is allowed")
+        if cable.length_max is not None and longest > cable.length_max:
+            out.append(f"{cable.name}: length {longest:.4g} m, at most {cable.length_max:g} m is allowed")
+        if cable.speed_max is not None and fastest > cable.speed_max:
+            out.append(f"{cable.name}: rate {fastest:.4g} m/s, at most {cable.speed_max:g} m/s is allowed")
+    return out
+
+
+def _peak(vectors: Array) -> float:
+    return float(np.linalg.norm(vectors, axis=1).max())
+
+
+def _ends(values: Array) -> list[float]:
+    return [float(values.min()), float(values.max())]

@@ -1,0 +1,52 @@
+"""Lengths, rates and tensions along a desired motion, without simulating it: inverse kinematics and dynamics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdpr.model import kernels
+from cdpr.model.dynamics import required_wrench
+from cdpr.model.robot import Array, Robot
+from cdpr.tension.stage import Solve, TensionStage
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """K samples of a motion of a robot with m cables; conventions as `cdpr.model` says."""
+
+    time: Array  # (K,), s
+    desired: Array  # (K, 19)
+    length: Array  # (K, m), m
+    rate: Array  # (K, m), m/s
+    wrench: Array  # (K, 6) that the cables must exert, N and N m
+    tension: Array  # (K, m), N; where no distribution is admissible, that which comes nearest to the wrench
+    status: Array  # (K,), `cdpr.tension.Status`
+    residual: Array  # (K,), N, moments divided by the characteristic length
+    margin: Array  # (K,), N, smallest distance of a tension from its limits
+
+    @property
+    def feasible(self) -> Array:
+        """Whether tensions within the limits balance the wrench, (K,)."""
+        return np.asarray(self.status == 0.0)
+
+
+def survey(robot: Robot, time: Array, desired: Array, gravity: Array, solve: Solve) -> Survey:
+    """Follow the desired motion (K, 19) at the times (K,), s; the wrench is that of inverse dynamics.
+
+    `gravity` is (3,), m/s^2, world; `solve` is the bound method of a solver made for this robot. A pose at rest is one
+    sample without velocity and acceleration.
+    """
+    count, m = len(time), robot.m
+    W, w, t, report = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4)
+    stage = TensionStage(robot, solve, "survey", True, "best_effort", W, w, t, report)
+    length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
+    wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
+    for k, row in enumerate(desired):
+        kernels.cable_geometry(robot.anchors, row[:13].copy(), W, length[k], rate[k])
+        w[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19])
+        stage.distribute()
+        wrench[k], tension[k], reports[k] = w, t, report
+    status, residual, margin, _ = reports.T
+    return Survey(time, desired, length, rate, wrench, tension, status, residual, margin)

@@ -1,0 +1,90 @@
+"""Checks of a backend with a platform that a guide holds: free along x and z and about y."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr.testing import samples
+from cdpr.testing.backend_physics import ONE_STEP, SHORT, expect_order
+from cdpr.testing.check import Check, expect_close, needs
+from cdpr.testing.samples import GRAVITY, NO_GRAVITY
+from cdpr.testing.subjects import BackendSubject
+
+
+def guided_state_round_trip(subject: BackendSubject) -> None:
+    """The state of a guided platform comes back from reset, and commands stay with their cables."""
+    rng = np.random.default_rng(30)
+    backend = subject.guided(samples.planar_state(rng))
+    for _ in range(50):
+        given = samples.planar_state(rng, speed=3.0)
+        backend.reset(given)
+        expect_close(samples.distance(backend.state, given), 0.0, 1e-11, "state after reset")
+
+
+def guided_wrench_accelerates(subject: BackendSubject) -> None:
+    """Gravity, each cable and each external force and moment move a guided platform by its equations of motion."""
+    start = samples.planar_state(np.random.default_rng(31), speed=0.0)
+    loads = [(GRAVITY, np.zeros(4), np.zeros(6), "gravity")]
+    loads += [(NO_GRAVITY, 100.0 * part, np.zeros(6), f"cable {i + 1}") for i, part in enumerate(np.eye(4))]
+    loads += [(NO_GRAVITY, np.zeros(4), 100.0 * part, f"external[{k}]") for k, part in enumerate(np.eye(6))]
+    for gravity, command, external, what in loads:
+        backend = subject.guided(start, gravity, SHORT)
+        backend.command[:], backend.external[:] = command, external
+        backend.step(1)
+        wanted = samples.acceleration(samples.planar(), start, gravity, command, external)
+        allowed = ONE_STEP * max(1.0, float(np.abs(wanted).max()))
+        expect_close(backend.state[7:] / SHORT, wanted, allowed, f"acceleration by {what}")
+        subject.close(backend)
+
+
+def held_directions_stay(subject: BackendSubject) -> None:
+    """However hard it is pushed, a guided platform does not move where it is held."""
+    start = samples.planar_state(np.random.default_rng(32))
+    backend = subject.guided(start)
+    backend.command[:] = np.linspace(50.0, 200.0, 4)
+    backend.external[:] = [10.0, 5000.0, 300.0, 800.0, 2.0, 900.0]
+    for _ in range(10):
+        backend.step(30)
+        expect_close(backend.state[[1, 8]], 0.0, 1e-12, "y and its rate")
+        expect_close(backend.state[[4, 6, 10, 12]], 0.0, 1e-12, "attitude and angular velocity about x and z")
+
+
+def guided_order_is_as_declared(subject: BackendSubject) -> str:
+    """With a guide, too, the error falls with the declared power of the step."""
+    order = subject.properties.get("order")
+    needs(order is not None, "it declares no order")
+
+    def end(step: float) -> Array:
+        backend = subject.guided(_start(), step=step)
+        backend.command[:], backend.external[:] = COMMAND, EXTERNAL
+        backend.step(round(0.4 / step))
+        return backend.state
+
+    return expect_order(float(order or 0), end, _truth())
+
+
+COMMAND = np.array([60.0, 90.0, 320.0, 280.0])
+EXTERNAL = np.array([20.0, 50.0, -30.0, 40.0, 5.0, -60.0])
+
+
+def _start() -> Array:
+    return samples.planar_state(np.random.default_rng(33))
+
+
+@lru_cache
+def _truth() -> Array:
+    return samples.travel(samples.planar(), _start(), GRAVITY, COMMAND, EXTERNAL, 0.4, 2e-3)
+
+
+CHECKS = [
+    Check(function)
+    for function in (
+        guided_state_round_trip,
+        guided_wrench_accelerates,
+        held_directions_stay,
+        guided_order_is_as_declared,
+    )
+]

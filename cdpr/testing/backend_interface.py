@@ -1,0 +1,176 @@
+"""Checks of a backend as a part of a program: arrays, repeats, instances, snapshots, silence, leaks."""
+
+from __future__ import annotations
+
+import gc
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr.testing import samples
+from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
+from cdpr.testing.process import Silence, descriptors, resident_bytes, threads
+from cdpr.testing.subjects import BackendSubject
+
+CLOCK = 1e-6  # share by which an engine's sum of steps may differ from their number times the step
+
+
+def _ride(subject: BackendSubject, steps: int = 200) -> Array:
+    """Make a plant and return where held commands and a held wrench take it."""
+    backend = subject.make(samples.state(np.random.default_rng(1), tilt=0.3))
+    backend.command[:] = np.linspace(50.0, 120.0, 8)
+    backend.external[:] = [5.0, -3.0, 400.0, 2.0, 1.0, -1.0]
+    backend.step(steps)
+    end = backend.state.copy()
+    subject.close(backend)
+    return end
+
+
+def arrays_are_kept(subject: BackendSubject) -> None:
+    """command (m,), external (6,) and state (13,) are made once, float64, and only the state is written."""
+    backend = subject.make(samples.state(np.random.default_rng(0)))
+    arrays = {"command": backend.command, "external": backend.external, "state": backend.state}
+    for (name, array), size in zip(arrays.items(), (8, 6, 13), strict=True):
+        expect(array.shape == (size,) and array.dtype == np.float64, f"{name} is {array.dtype}{array.shape}")
+    backend.command[:], backend.external[:] = 70.0, 3.0
+    for _ in range(3):
+        backend.step(2)
+    backend.reset(samples.state(np.random.default_rng(1)))
+    for name, array in arrays.items():
+        expect(getattr(backend, name) is array, f"{name} was replaced; the caller still holds the old one")
+    expect((backend.command == 70.0).all() and (backend.external == 3.0).all(), "it wrote to command or external")
+
+
+def made_and_closed_twice(subject: BackendSubject) -> None:
+    """A plant made after another was closed does the same."""
+    expect_same_bits(_ride(subject), _ride(subject), "state of a second plant after 200 steps")
+
+
+def reset_forgets(subject: BackendSubject) -> None:
+    """After a reset the motion is that of a new plant, to the bit."""
+    rng = np.random.default_rng(2)
+    start, other = samples.state(rng, tilt=0.3), samples.state(rng, speed=5.0)
+    fresh, used = subject.make(start), subject.make(other)
+    used.command[:], used.external[:] = 500.0, 900.0
+    used.step(37)
+    used.reset(start)
+    for backend in (fresh, used):
+        backend.command[:], backend.external[:] = 60.0, 0.0
+        backend.step(200)
+    expect_same_bits(used.state, fresh.state, "state after a reset and 200 steps")
+
+
+def steps_add_up(subject: BackendSubject) -> None:
+    """step(10) is ten times step(1), and step(0) nothing: command and wrench are held in between."""
+    start = samples.state(np.random.default_rng(3), tilt=0.3)
+    whole, parts = subject.make(start), subject.make(start)
+    for backend in (whole, parts):
+        backend.command[:], backend.external[:] = 80.0, [50.0, 20.0, -30.0, 5.0, 4.0, 3.0]
+    parts.step(0)
+    expect_close(parts.state, start, 1e-11, "state after step(0)")
+    whole.step(10)
+    for _ in range(10):
+        parts.step(1)
+    expect_close(parts.state, whole.state, 1e-12, "ten steps of one against one of ten")
+
+
+def instances_are_apart(subject: BackendSubject) -> None:
+    """Two plants in one process do not touch each other."""
+    rng = np.random.default_rng(4)
+    start, other = samples.state(rng, tilt=0.3), samples.state(rng)
+    alone = subject.make(start)
+    alone.command[:] = 90.0
+    for _ in range(50):
+        alone.step(2)
+    expected = alone.state.copy()
+    subject.close(alone)
+    first = subject.make(start)
+    second = subject.make(other, samples.ball(), samples.NO_GRAVITY, 2e-3)
+    first.command[:], second.command[:] = 90.0, 5.0
+    for _ in range(50):
+        first.step(2)
+        second.step(1)
+    expect_same_bits(first.state, expected, "state with another plant beside it")
+
+
+def snapshot_restores(subject: BackendSubject) -> None:
+    """From a snapshot the motion goes on to the same bits, however often, clock included."""
+    needs(subject.properties.get("snapshot"), "it does not declare snapshot")
+    backend = subject.make(samples.state(np.random.default_rng(5), tilt=0.3))
+    backend.command[:], backend.external[:] = np.linspace(40.0, 130.0, 8), [1.0, 2.0, 3.0, 0.4, 0.5, 0.6]
+    backend.step(50)
+    here, snapshot, time = backend.state.copy(), backend.snapshot(), backend.engine_time()
+    backend.step(200)
+    there, end = backend.state.copy(), backend.engine_time()
+    for _ in range(2):
+        backend.step(13)
+        backend.restore(snapshot)
+        expect_same_bits(backend.state, here, "restored state")
+        expect(backend.engine_time() == time, f"the clock reads {backend.engine_time()}, not {time}")
+        backend.step(200)
+        expect_same_bits(backend.state, there, "state 200 steps after the snapshot")
+        expect(backend.engine_time() == end, f"the clock reads {backend.engine_time()}, not {end}")
+
+
+def clock_counts_steps(subject: BackendSubject) -> None:
+    """engine_time is the number of steps since the reset times the step."""
+    backend = subject.make(samples.state(np.random.default_rng(6)), step=2e-3)
+    needs(backend.engine_time() is not None, "it has no clock")
+    for _ in range(2):
+        expect_close(backend.engine_time() or 0.0, 0.0, 0.0, "clock after a reset, s")
+        for k in range(1, 41):
+            backend.step(5)
+            expect_close(backend.engine_time() or 0.0, 5 * k * 2e-3, CLOCK * 5 * k * 2e-3, "clock, s")
+        backend.reset(samples.state(np.random.default_rng(6)))
+
+
+def keeps_quiet(subject: BackendSubject) -> None:
+    """Nothing is printed and no file is left in the working folder, not even where NaN goes in."""
+    with tempfile.TemporaryDirectory() as folder, Silence(Path(folder)) as silence:
+        backend = subject.make(samples.state(np.random.default_rng(7)))
+        backend.step(10)
+        backend.external[0] = np.nan
+        backend.step(3)
+        backend.reset(samples.state(np.random.default_rng(8)))
+        subject.close(backend)
+        gc.collect()
+    expect(not silence.said, f"printed {silence.said[:200]!r}")
+    expect(not silence.left, f"left {', '.join(silence.left)} in the working folder")
+
+
+def nothing_leaks(subject: BackendSubject) -> None:
+    """Forty plants made, run and closed leave no descriptor, no thread and at most 4 MB behind."""
+    needs(os.path.isdir("/proc/self/fd"), "only Linux tells what a process holds")
+
+    def cycle(count: int) -> tuple[int, int, int]:
+        for seed in range(count):
+            backend = subject.make(samples.state(np.random.default_rng(seed)))
+            backend.step(5)
+            subject.close(backend)
+            del backend
+        gc.collect()
+        return descriptors(), threads(), resident_bytes()
+
+    before, after = cycle(20), cycle(40)
+    expect(after[0] - before[0] <= 1, f"{after[0] - before[0]} more open files after 40 plants")
+    expect(after[1] - before[1] <= 1, f"{after[1] - before[1]} more threads after 40 plants")
+    expect(after[2] - before[2] <= 4_000_000, f"{(after[2] - before[2]) / 1e6:.1f} MB more after 40 plants")
+
+
+CHECKS = [
+    Check(function)
+    for function in (
+        arrays_are_kept,
+        made_and_closed_twice,
+        reset_forgets,
+        steps_add_up,
+        instances_are_apart,
+        snapshot_restores,
+        clock_counts_steps,
+        keeps_quiet,
+        nothing_leaks,
+    )
+]

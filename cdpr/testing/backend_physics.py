@@ -1,0 +1,228 @@
+"""Checks of a backend against the equations of motion of a free platform."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from cdpr.errors import CdprError
+from cdpr.model import Robot, dynamics, rotations
+from cdpr.model.robot import Array
+from cdpr.simulation.observe import ANGULAR_SPEED_MAX, SPEED_MAX
+from cdpr.testing import samples
+from cdpr.testing.check import Check, Failed, expect, expect_close, needs
+from cdpr.testing.samples import GRAVITY, NO_GRAVITY
+from cdpr.testing.subjects import BackendSubject
+
+SHORT = 1e-5  # s; over one such step from rest every consistent scheme gives the acceleration
+ONE_STEP = 1e-6  # share of an acceleration that it may be off by then
+STALE = 1e-4  # m, rad, m/s, rad/s: above the error of one step of 1 ms, far below what a step moves
+
+NO_COMMAND = np.zeros(8)
+NO_WRENCH = np.zeros(6)
+
+
+def state_round_trip(subject: BackendSubject) -> None:
+    """The state that reset is given comes back, in any attitude, and what was given stays unchanged."""
+    rng = np.random.default_rng(10)
+    backend = subject.make(samples.state(rng))
+    for _ in range(100):
+        given = samples.state(rng, speed=3.0)
+        kept = given.copy()
+        backend.reset(given)
+        expect_close(given, kept, 0.0, "the array given to reset")
+        given[:] = 0.0  # it was copied, not kept
+        q = backend.state[3:7]
+        sign = 1.0 if q @ kept[3:7] > 0.0 else -1.0
+        expect_close(backend.state[[0, 1, 2]], kept[:3], 1e-11, "position, m")
+        expect_close(sign * q, kept[3:7], 1e-11, "attitude quaternion")
+        expect_close(backend.state[7:10], kept[7:10], 1e-11, "velocity of the origin, m/s, world axes")
+        expect_close(backend.state[10:], kept[10:], 1e-11, "angular velocity, rad/s, world axes")
+
+
+def state_is_current(subject: BackendSubject) -> None:
+    """After a step the state is that of its end, pose and twist, not of the step before."""
+    rng = np.random.default_rng(11)
+    start = samples.state(rng)
+    start[7:] = [8.0, -5.0, 6.0, 3.0, -2.0, 4.0]
+    backend = subject.make(start)
+    backend.step(1)
+    end = samples.travel(samples.free(), start, GRAVITY, NO_COMMAND, NO_WRENCH, 1e-3, 1e-3)
+    expect_close(samples.distance(backend.state, end), 0.0, STALE, "state after one step of 1 ms at 11 m/s")
+
+
+def gravity_pulls(subject: BackendSubject) -> None:
+    """The platform falls along the gravity it was given, whatever that is."""
+    for gravity in (np.array([0.0, 0.0, -9.81]), np.array([1.0, 2.0, -5.0]), np.zeros(3)):
+        _accelerates(subject, gravity, NO_COMMAND, NO_WRENCH, "acceleration by gravity")
+
+
+def external_wrench_acts_on_the_origin(subject: BackendSubject) -> None:
+    """Each external force and moment gives I^-1 of it, at the origin, world axes, full inertia, any attitude."""
+    for k, part in enumerate(np.eye(6)):
+        _accelerates(subject, NO_GRAVITY, NO_COMMAND, 100.0 * part, f"acceleration by external[{k}]")
+
+
+def cables_pull(subject: BackendSubject) -> None:
+    """Each command pulls along its own cable, at its anchor."""
+    for i, part in enumerate(np.eye(8)):
+        _accelerates(subject, NO_GRAVITY, 100.0 * part, NO_WRENCH, f"acceleration by cable {i + 1}")
+
+
+def _accelerates(subject: BackendSubject, gravity: Array, command: Array, external: Array, what: str) -> None:
+    """Compare one short step from rest with the equations of motion."""
+    start = samples.state(np.random.default_rng(12), speed=0.0)
+    backend = subject.make(start, gravity=gravity, step=SHORT)
+    backend.command[:], backend.external[:] = command, external
+    backend.step(1)
+    wanted = samples.acceleration(samples.free(), start, gravity, command, external)
+    expect_close(backend.state[7:] / SHORT, wanted, ONE_STEP * max(1.0, float(np.abs(wanted).max())), what)
+    subject.close(backend)
+
+
+def wrench_ends(subject: BackendSubject) -> None:
+    """Command and external wrench act no longer than they are set."""
+    backend = subject.make(samples.state(np.random.default_rng(13), tilt=0.3))
+    backend.command[:], backend.external[:] = np.linspace(100.0, 400.0, 8), [900.0, 500.0, 700.0, 50.0, 40.0, 60.0]
+    backend.step(3)
+    backend.command[:], backend.external[:] = 0.0, 0.0
+    here = backend.state.copy()
+    backend.step(1)
+    wanted = samples.travel(samples.free(), here, GRAVITY, NO_COMMAND, NO_WRENCH, 1e-3, 1e-3)
+    expect_close(samples.distance(backend.state, wanted), 0.0, STALE, "state one step after command and wrench ended")
+
+
+def coasting_keeps_velocity(subject: BackendSubject) -> None:
+    """Nothing slows a free body down, fast or almost at rest: no damping, no sleeping."""
+    for speed in (3.0, 1e-4):
+        start = samples.state(np.random.default_rng(14), speed=speed)
+        backend = subject.make(start, samples.ball(), NO_GRAVITY, 1e-2)
+        backend.step(1000)
+        expect_close(backend.state[7:] / speed, start[7:] / speed, 1e-9, f"share of {speed:g} m/s after 10 s")
+        expect_close(backend.state[:3], start[:3] + 10.0 * start[7:10], 1e-9 * max(1.0, 10.0 * speed), "position, m")
+
+
+def long_fall(subject: BackendSubject) -> None:
+    """A fall of 30 s is not cut off at some speed, or at one that is declared as speed_max."""
+    limit = float(subject.properties.get("speed_max", math.inf))
+    h = 1e-2
+    steps = int(min(3000.0, 0.9 * limit / (9.81 * h)))
+    start = samples.state(np.random.default_rng(15), speed=0.0)
+    backend = subject.make(start, samples.ball(), step=h)
+    backend.step(steps)
+    t = steps * h
+    expect_close(backend.state[9] / (9.81 * t), -1.0, 1e-9, f"share of the speed after {t:g} s")
+    expect_close(backend.state[2] - start[2], -4.905 * t * t, 0.51 * 9.81 * t * h, "height lost, m")
+
+
+def tumbling_keeps_energy_and_momentum(subject: BackendSubject) -> None:
+    """Ten seconds of free tumbling keep energy within 0.5 % and angular momentum within 0.3 %."""
+    start, robot = samples.state(np.random.default_rng(16)), samples.free()
+    start[7:] = [0.3, -0.2, 0.1, 0.2, 3.0, 0.1]
+    backend = subject.make(start, gravity=NO_GRAVITY)
+    backend.step(10_000)
+    (energy, momentum, spin), (energy_0, momentum_0, spin_0) = (_invariants(robot, s) for s in (backend.state, start))
+    expect_close(energy / energy_0, 1.0, 5e-3, "kinetic energy, share")
+    expect_close(momentum, momentum_0, 1e-9, "momentum, kg m/s")
+    expect_close(spin, spin_0, 3e-3 * float(np.linalg.norm(spin_0)), "angular momentum, world axes, kg m^2/s")
+    expect_close(np.linalg.norm(backend.state[3:7]), 1.0, 1e-9, "norm of the quaternion")
+
+
+def _invariants(robot: Robot, state: Array) -> tuple[float, Array, Array]:
+    """Kinetic energy, momentum and angular momentum about the centre of mass."""
+    R, platform = rotations.matrix(state[3:7]), robot.platform
+    v = state[7:10] + np.cross(state[10:], R @ platform.center_of_mass)
+    spin = R @ platform.inertia @ R.T @ state[10:]
+    return 0.5 * platform.mass * float(v @ v) + 0.5 * float(spin @ state[10:]), platform.mass * v, spin
+
+
+def hovers_in_balance(subject: BackendSubject) -> None:
+    """Under the wrench that carries it the platform stays where it is for two seconds."""
+    start = samples.state(np.random.default_rng(17), speed=0.0)
+    backend = subject.make(start)
+    backend.external[:] = dynamics.required_wrench(samples.free(), start, GRAVITY)
+    backend.step(2000)
+    expect_close(samples.distance(backend.state, start), 0.0, 1e-9, "drift in 2 s")
+
+
+def nan_shows(subject: BackendSubject) -> None:
+    """A NaN or an infinity in command or wrench is visible one step later."""
+    for value in (math.nan, math.inf):
+        for k in range(6):
+            _shows(subject, NO_COMMAND, np.where(np.arange(6) == k, value, 0.0))
+        _shows(subject, np.array([50.0] * 7 + [value]), NO_WRENCH)
+
+
+def huge_wrench_shows(subject: BackendSubject) -> None:
+    """An absurd wrench makes an absurd speed, not a reset and not a clamp."""
+    for part in np.eye(6):
+        _shows(subject, NO_COMMAND, 1e30 * part)
+
+
+def _shows(subject: BackendSubject, command: Array, external: Array) -> None:
+    """Fail unless the state after one step with this load is one that no sound simulation has."""
+    backend = subject.make(samples.state(np.random.default_rng(18), tilt=0.3))
+    backend.step(20)
+    backend.command[:], backend.external[:] = command, external
+    try:
+        backend.step(1)
+    except CdprError:
+        return
+    speed, spin = np.linalg.norm(backend.state[7:10]), np.linalg.norm(backend.state[10:])
+    if np.isfinite(backend.state).all() and speed < SPEED_MAX and spin < ANGULAR_SPEED_MAX:
+        raise Failed(f"command {command.tolist()}, external {external.tolist()}: the next state looks sound")
+    subject.close(backend)
+
+
+def order_is_as_declared(subject: BackendSubject) -> str:
+    """The error under held commands falls with the declared power of the step."""
+    order = subject.properties.get("order")
+    needs(order is not None, "it declares no order")
+    rng = np.random.default_rng(5)
+    start, command, external = samples.state(rng, tilt=0.3), rng.uniform(20.0, 120.0, 8), 30.0 * rng.normal(size=6)
+
+    def end(step: float) -> Array:
+        backend = subject.make(start, step=step)
+        backend.command[:], backend.external[:] = command, external
+        backend.step(round(0.4 / step))
+        return backend.state
+
+    return expect_order(float(order or 0), end, _truth(start.tobytes(), command.tobytes(), external.tobytes()))
+
+
+@lru_cache
+def _truth(start: bytes, command: bytes, external: bytes) -> Array:
+    state, pull, push = (np.frombuffer(part) for part in (start, command, external))
+    return samples.travel(samples.free(), state, GRAVITY, pull, push, 0.4, 2e-3)
+
+
+def expect_order(order: float, end: Callable[[float], Array], truth: Array) -> str:
+    """Fail unless the distance of `end(step)` from the truth falls with `order`; return what it falls with."""
+    steps = np.array([20e-3, 10e-3, 5e-3] if order > 1.5 else [4e-3, 2e-3, 1e-3])
+    errors = [samples.distance(end(step), truth) for step in steps]
+    measured = float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+    expect(abs(measured - order) <= 0.3, f"declared order {order:g}, measured {measured:.2f}")
+    return f"measured {measured:.2f}"
+
+
+CHECKS = [
+    Check(function)
+    for function in (
+        state_round_trip,
+        state_is_current,
+        gravity_pulls,
+        external_wrench_acts_on_the_origin,
+        cables_pull,
+        wrench_ends,
+        coasting_keeps_velocity,
+        long_fall,
+        tumbling_keeps_energy_and_momentum,
+        hovers_in_balance,
+        nan_shows,
+        huge_wrench_shows,
+        order_is_as_declared,
+    )
+]

@@ -1,0 +1,173 @@
+"""Checks of a controller."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from cdpr.errors import CdprError
+from cdpr.model import Robot, dynamics, kinematics, rotations
+from cdpr.model.robot import Array, frozen_array
+from cdpr.testing import samples
+from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
+from cdpr.testing.samples import GRAVITY, NO_GRAVITY
+from cdpr.testing.subjects import ControllerSubject
+
+
+def _target(state: Array) -> Array:
+    """The state (13,) as a desired state (19,) that is held."""
+    return np.concatenate([state, np.zeros(6)])
+
+
+def _rest(seed: int) -> Array:
+    return samples.state(np.random.default_rng(seed), speed=0.0, tilt=0.3)
+
+
+def _motion(k: int) -> tuple[Array, Array]:
+    """A state and a desired state near it; those of all k are near each other, as in a motion."""
+    rng = np.random.default_rng(k)
+    q = rotations.from_rpy(*(np.array([0.1, -0.05, 0.2]) + 0.02 * rng.normal(size=3)))
+    position = np.array([0.1, -0.1, 2.0]) + 0.02 * rng.normal(size=3)
+    desired = np.concatenate([position, q, 0.1 * rng.normal(size=12)])
+    state = desired[:13] + 0.01 * rng.normal(size=13)
+    state[3:7] /= np.linalg.norm(state[3:7])
+    return state, desired
+
+
+def output_is_complete(subject: ControllerSubject) -> str:
+    """Every entry of the output is written and finite, at any state near the desired one."""
+    controller = subject.make(samples.braced())
+    started = perf_counter()
+    for k in range(200):
+        out = subject.ask(controller, *_motion(k), time=1e-3 * k)
+        expect(np.isfinite(out).all(), f"output {out.tolist()}")
+    return f"{1e6 * (perf_counter() - started) / 200:.0f} us a call, samples included"
+
+
+def inputs_stay_unchanged(subject: ControllerSubject) -> None:
+    """State and desired state are only read."""
+    controller = subject.make(samples.braced())
+    for k in range(20):
+        state, desired = _motion(k)
+        copies = state.copy(), desired.copy()
+        subject.ask(controller, *copies)
+        expect_same_bits(copies[0], state, "state after control")
+        expect_same_bits(copies[1], desired, "desired state after control")
+
+
+def reset_forgets(subject: ControllerSubject) -> None:
+    """After reset the output is that of a new controller, to the bit."""
+    used, fresh = subject.make(samples.braced()), subject.make(samples.braced())
+    for k in range(50):
+        subject.ask(used, *_motion(k), time=1e-3 * k)
+    used.reset()
+    for k in range(20):
+        motion = _motion(100 + k)
+        again, wanted = (subject.ask(controller, *motion, time=1e-3 * k) for controller in (used, fresh))
+        expect_same_bits(again, wanted, "output after reset")
+
+
+def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
+    """At rest on a resting target the wrench is that of the statics, centre of mass off the origin included."""
+    needs(not subject.commands, "it puts out commands, no wrench")
+    for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
+        state = _rest(seed)
+        wrench = subject.ask(subject.make(samples.braced(), gravity), state, _target(state))
+        wanted = dynamics.required_wrench(samples.braced(), state, gravity)
+        expect_close(wrench, wanted, 1e-9, "wrench on target, N and N m")
+
+
+def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
+    """An error along or about an axis gives more pull that way: no sign and no row is wrong."""
+    robot, state = samples.braced(), _rest(4)
+    W = kinematics.wrench_matrix(robot, state)
+    balance = _wrench(subject, W, subject.ask(subject.make(robot), state, _target(state)))
+    for k, direction in enumerate(np.eye(6)):
+        target = _target(state)
+        target[:3] += 0.01 * direction[:3]
+        if k > 2:
+            target[3:7] = rotations.multiply(rotations.from_axis_angle(direction[3:], 0.01), state[3:7])
+        pull = _wrench(subject, W, subject.ask(subject.make(robot), state, target)) - balance
+        expect(pull[k] > 0.0, f"{'force' if k < 3 else 'moment'} {pull[k]:.3g} along {'xyz'[k % 3]}")
+
+
+def _wrench(subject: ControllerSubject, W: Array, out: Array) -> Array:
+    return W @ out if subject.commands else out
+
+
+def directions_are_equal(subject: ControllerSubject) -> None:
+    """Turning robot, motion and gravity turns the wrench and keeps the commands, with equal gains everywhere."""
+    needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
+    robot = samples.braced()
+    q = samples.attitude(np.random.default_rng(5))
+    R = rotations.matrix(q)
+    here, there = subject.make(robot), subject.make(_turned_robot(robot, R), R @ GRAVITY)
+    for k in range(10):
+        state, desired = _motion(k)
+        out = subject.ask(here, state, desired, 1e-3 * k)
+        wanted = out if subject.commands else np.concatenate([R @ out[:3], R @ out[3:]])
+        turned = subject.ask(there, _turned(q, state), _turned(q, desired), 1e-3 * k)
+        expect_close(turned, wanted, 1e-6 * max(1.0, float(np.abs(out).max())), "output of the turned robot")
+
+
+def _turned(q: Array, values: Array) -> Array:
+    """A state or desired state seen from axes turned by q."""
+    R, values = rotations.matrix(q), values.copy()
+    values[3:7] = rotations.multiply(q, values[3:7])
+    for start in (0, *range(7, len(values), 3)):
+        values[start : start + 3] = R @ values[start : start + 3]
+    return values
+
+
+def _turned_robot(robot: Robot, R: Array) -> Robot:
+    return replace(robot, cables=tuple(replace(cable, frame=frozen_array(R @ cable.frame)) for cable in robot.cables))
+
+
+def nan_shows(subject: ControllerSubject) -> None:
+    """A state that is not finite never becomes an output that looks sound."""
+    for k in range(13):
+        state, desired = _motion(6)
+        state[k] = np.nan
+        try:
+            out = subject.ask(subject.make(samples.braced()), state, desired)
+        except CdprError:
+            continue
+        expect(not np.isfinite(out).all(), f"state[{k}] is NaN, and the output {out.tolist()}")
+
+
+def it_settles(subject: ControllerSubject) -> str:
+    """A platform 3 cm and 0.03 rad away from its target gets closer than half of that in three seconds."""
+    robot, step = samples.braced(), 5e-3
+    controller = subject.make(robot, step=step)
+    target = _target(_rest(7))
+    state = target[:13].copy()
+    state[:3] += [0.02, -0.02, 0.01]
+    state[3:7] = rotations.multiply(rotations.from_axis_angle(np.array([0.0, 0.6, 0.8]), 0.03), state[3:7])
+    begin = samples.distance(state, target[:13])
+    for k in range(600):
+        out = subject.ask(controller, state, target, k * step)
+        command, external = np.zeros(robot.m), out
+        if subject.commands:
+            command, external = np.clip(out, robot.tension_min, robot.tension_max), np.zeros(6)
+        state = samples.travel(robot, state, GRAVITY, command, external, step, step)
+        expect(np.isfinite(state).all(), f"diverged after {k * step:.3g} s")
+    end = samples.distance(state, target[:13])
+    expect(end < 0.5 * begin, f"{end:.3g} m or rad away after 3 s, from {begin:.3g}")
+    return f"{end:.2g} m or rad away after 3 s"
+
+
+CHECKS = [
+    Check(function)
+    for function in (
+        output_is_complete,
+        inputs_stay_unchanged,
+        reset_forgets,
+        on_target_it_carries_the_weight,
+        it_pulls_towards_the_target,
+        directions_are_equal,
+        nan_shows,
+        it_settles,
+    )
+]

@@ -1,0 +1,180 @@
+"""The three forms of the kit: functions of a factory, cases for pytest, and by name for the command line."""
+
+from __future__ import annotations
+
+import unittest
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from cdpr.errors import CdprError
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver
+from cdpr.plugins.registry import Role, registry
+from cdpr.testing import (
+    backend_guided,
+    backend_interface,
+    backend_physics,
+    controller,
+    solver_answers,
+    solver_interface,
+)
+from cdpr.testing.check import Check, CheckResult, Failed
+from cdpr.testing.subjects import BackendSubject, ControllerSubject, SolverSubject
+
+S = TypeVar("S")
+
+BACKEND: list[Check[BackendSubject]] = [*backend_interface.CHECKS, *backend_physics.CHECKS, *backend_guided.CHECKS]
+SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
+CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS
+
+ROLES: dict[Role, tuple[Sequence[Check[Any]], Callable[..., AbstractContextManager[Any]]]] = {
+    "backend": (BACKEND, BackendSubject),
+    "solver": (SOLVER, SolverSubject),
+    "controller": (CONTROLLER, ControllerSubject),
+}
+
+NOTHING: Mapping[str, Any] = {}
+
+
+def check_backend(
+    factory: Callable[[Robot, Array, float, Any], Backend],
+    *,
+    properties: Mapping[str, Any] = NOTHING,
+    options: Any = None,
+    expected_failures: Mapping[str, str] = NOTHING,
+    only: Collection[str] | None = None,
+) -> list[CheckResult]:
+    """Check a backend: `factory(robot, gravity, physics_step, options)`.
+
+    Args:
+        factory: what the plugin's `PluginInfo.factory` names.
+        properties: what it declares: `order`, `snapshot` (true if it can), `speed_max` (m/s, if it clamps).
+        options: an instance of its options model; none by default.
+        expected_failures: reason by id of each check that is known to fail.
+        only: ids of the checks to run; all by default.
+    """
+    return _run(BACKEND, lambda: BackendSubject(factory, properties, options), expected_failures, only)
+
+
+def check_solver(
+    factory: Callable[[Robot, Any], TensionSolver],
+    *,
+    properties: Mapping[str, Any] = NOTHING,
+    options: Any = None,
+    expected_failures: Mapping[str, str] = NOTHING,
+    only: Collection[str] | None = None,
+) -> list[CheckResult]:
+    """Check a tension solver: `factory(robot, options)`.
+
+    Args:
+        factory: what the plugin's `PluginInfo.factory` names.
+        properties: what it declares: `exact` (balances to round-off), `respects_bounds`, `continuity` ("jump", "C0",
+            "C1", "Cinf"), `coverage` ("full" if it solves whatever can be solved), `objective` ("min_norm" or
+            "mid_range"), `warm_start` (true if answers may depend on earlier ones, within the accuracy).
+        options: an instance of its options model; none by default.
+        expected_failures: reason by id of each check that is known to fail.
+        only: ids of the checks to run; all by default.
+    """
+    return _run(SOLVER, lambda: SolverSubject(factory, properties, options), expected_failures, only)
+
+
+def check_controller(
+    factory: Callable[[Robot, Array, float, Any], Controller],
+    *,
+    properties: Mapping[str, Any] = NOTHING,
+    options: Any = None,
+    expected_failures: Mapping[str, str] = NOTHING,
+    only: Collection[str] | None = None,
+) -> list[CheckResult]:
+    """Check a controller: `factory(robot, gravity, control_step, options)`.
+
+    Args:
+        factory: what the plugin's `PluginInfo.factory` names.
+        properties: what it declares: `output` ("wrench" or "command"), `isotropic` (false if its default gains differ
+            between directions).
+        options: an instance of its options model; none by default.
+        expected_failures: reason by id of each check that is known to fail.
+        only: ids of the checks to run; all by default.
+    """
+    return _run(CONTROLLER, lambda: ControllerSubject(factory, properties, options), expected_failures, only)
+
+
+@dataclass(frozen=True)
+class Case(Generic[S]):
+    """One check of one installed plugin: `str(case)` is its id; called, it raises if the plugin fails."""
+
+    check: Check[S]
+    make: Callable[[], AbstractContextManager[S]]
+    expected_failures: Mapping[str, str]
+
+    def __str__(self) -> str:
+        return self.check.id
+
+    def carry_out(self) -> CheckResult:
+        """Return what came of it."""
+        return self.check.carry_out(self.make(), self.expected_failures)
+
+    def __call__(self) -> None:
+        """Raise Failed where the plugin fails, and SkipTest where the check does not concern it."""
+        result = self.carry_out()
+        if result.outcome == "failed":
+            raise Failed(f"{result.id} ({result.reason}): {result.detail}")
+        if result.outcome == "n/a":
+            raise unittest.SkipTest(result.detail)
+
+
+def backend_checks(
+    name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING
+) -> list[Case[Any]]:
+    """Return the checks of an installed backend, for pytest's `parametrize(..., ids=str)`."""
+    return _cases("backend", name, options, expected_failures)
+
+
+def solver_checks(name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING) -> list[Case[Any]]:
+    """Return the checks of an installed solver, for pytest's `parametrize(..., ids=str)`."""
+    return _cases("solver", name, options, expected_failures)
+
+
+def controller_checks(
+    name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING
+) -> list[Case[Any]]:
+    """Return the checks of an installed controller, for pytest's `parametrize(..., ids=str)`."""
+    return _cases("controller", name, options, expected_failures)
+
+
+def check_plugin(role: Role, name: str) -> list[CheckResult]:
+    """Check an installed plugin as it declares itself, with its default options.
+
+    Raises PluginError where it is unknown or cannot be loaded.
+    """
+    return [case.carry_out() for case in _cases(role, name, None, NOTHING)]
+
+
+def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, str]) -> list[Case[Any]]:
+    entry = registry().get(role, name)
+    factory, properties = entry.load(), entry.info.properties
+    chosen: PluginOptions = entry.info.options() if options is None else options
+    checks, kind = ROLES[role]
+    _refuse_unknown(checks, expected_failures)
+    return [Case(check, lambda: kind(factory, properties, chosen), expected_failures) for check in checks]
+
+
+def _run(
+    checks: Sequence[Check[S]],
+    make: Callable[[], AbstractContextManager[S]],
+    expected_failures: Mapping[str, str],
+    only: Collection[str] | None,
+) -> list[CheckResult]:
+    _refuse_unknown(checks, expected_failures)
+    _refuse_unknown(checks, only or ())
+    wanted = [check for check in checks if only is None or check.id in only]
+    return [check.carry_out(make(), expected_failures) for check in wanted]
+
+
+def _refuse_unknown(checks: Sequence[Check[Any]], ids: Collection[str]) -> None:
+    known = [check.id for check in checks]
+    if unknown := sorted(set(ids) - set(known)):
+        raise CdprError(f"no check is named {', '.join(unknown)}; there are {', '.join(known)}")

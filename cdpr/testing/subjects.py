@@ -1,0 +1,121 @@
+"""The plugin under test: how the checks make it and call it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import PluginError
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.tension import Status
+from cdpr.testing import samples
+from cdpr.testing.check import NotApplicable, expect
+from cdpr.testing.samples import GRAVITY, Problem
+
+
+class _Subject:
+    """Closes what was made when its check ends."""
+
+    def __init__(self, factory: Callable[..., Any], properties: Mapping[str, Any], options: Any) -> None:
+        self.factory, self.properties, self.options = factory, properties, options
+        self._open: list[Backend] = []
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        while self._open:
+            self._open.pop().close()
+
+
+class BackendSubject(_Subject):
+    """A backend under test."""
+
+    def __enter__(self) -> BackendSubject:
+        return self
+
+    def make(self, state: Array, robot: Robot | None = None, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
+        """Make a plant and put it into `state` (13,); by default the free robot with its mass off the origin."""
+        backend: Backend = self.factory(robot or samples.free(), gravity, step, self.options)
+        self._open.append(backend)
+        backend.reset(state)
+        return backend
+
+    def guided(self, state: Array, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
+        """Make the planar robot; a backend that refuses it with a PluginError has no guides."""
+        try:
+            return self.make(state, samples.planar(), gravity, step)
+        except PluginError as refusal:
+            raise NotApplicable(f"it takes no guided platform: {refusal}") from refusal
+
+    def close(self, backend: Backend) -> None:
+        """Close a plant before the check ends."""
+        self._open.remove(backend)
+        backend.close()
+
+
+class SolverSubject(_Subject):
+    """A tension solver under test."""
+
+    def __enter__(self) -> SolverSubject:
+        return self
+
+    def make(self, robot: Robot) -> TensionSolver:
+        """Make a solver for a robot."""
+        solver: TensionSolver = self.factory(robot, self.options)
+        return solver
+
+    def declares(self, name: str) -> bool:
+        """Whether a property is declared and true."""
+        return bool(self.properties.get(name))
+
+    @property
+    def respects_bounds(self) -> bool:
+        """Whether OK promises tensions within the limits: so unless the plugin says otherwise."""
+        return bool(self.properties.get("respects_bounds", True))
+
+    @property
+    def accuracy(self) -> float:
+        """Share of the load, or of the largest limit, by which an answer may be off."""
+        return 1e-9 if self.declares("exact") else 1e-6
+
+
+def ask(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
+    """Return the solver's status and answer; the status must be one, and the answer to OK must be finite."""
+    tension = np.full(problem.W.shape[1], np.nan)
+    status = solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
+    expect(
+        isinstance(status, (int, np.integer)) and not isinstance(status, bool) and status in list(Status),
+        f"returned {status!r}, which is no cdpr.tension.Status",
+    )
+    sound = np.isfinite(problem.W).all() and np.isfinite(problem.wrench).all()  # the stage refuses what is not
+    expect(status != Status.OK or not sound or np.isfinite(tension).all(), "OK, but not every tension is written")
+    return int(status), tension
+
+
+class ControllerSubject(_Subject):
+    """A controller under test."""
+
+    def __enter__(self) -> ControllerSubject:
+        return self
+
+    @property
+    def commands(self) -> bool:
+        """Whether it puts out the command of each cable instead of a wrench."""
+        return bool(self.properties.get("output", "wrench") == "command")
+
+    def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
+        """Make a controller, connected to a tension stage that has nothing to report."""
+        controller: Controller = self.factory(robot, gravity, step, self.options)
+        controller.connect(np.zeros(4))
+        return controller
+
+    def ask(self, controller: Controller, state: Array, desired: Array, time: float = 0.0) -> Array:
+        """Return the output: (6,) or (m,)."""
+        out = np.full(controller.robot.m if self.commands else 6, np.nan)
+        controller.control(time, state, desired, out)
+        return out

@@ -1,0 +1,134 @@
+"""Motions through knots.
+
+Position: each coordinate is the quintic that meets position, velocity and acceleration at both ends of a segment. (The
+thesis's equations 6.19 to 6.21 for the same polynomial are misprinted; these were derived anew.)
+
+Attitude: between knots at rest the rotation vector keeps its direction, so the platform takes the shortest rotation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+from cdpr.trajectory.spline import minimum_jerk
+from cdpr.trajectory.trajectory import COLUMNS, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Knot:
+    """Where the platform should be at a time, and how fast; world axes.
+
+    Velocities and accelerations that are None are chosen: zero at the first and last knot, minimum-jerk in between.
+    """
+
+    time: float  # s
+    position: Array  # (3,), m
+    orientation: Array  # (4,) quaternion w, x, y, z
+    velocity: Array | None = None  # (3,), m/s
+    angular_velocity: Array | None = None  # (3,), rad/s
+    acceleration: Array | None = None  # (3,), m/s^2
+    angular_acceleration: Array | None = None  # (3,), rad/s^2
+
+
+def through(knots: Sequence[Knot]) -> Trajectory:
+    """Pass through two or more knots with increasing times, with continuous acceleration."""
+
+    def rows(values: list[Array | None]) -> Array:
+        return np.array([np.full(3, np.nan) if value is None else value for value in values], dtype=np.float64)
+
+    return interpolate(
+        np.array([knot.time for knot in knots]),
+        np.array([knot.position for knot in knots], dtype=np.float64),
+        np.array([knot.orientation for knot in knots], dtype=np.float64),
+        rows([knot.velocity for knot in knots]),
+        rows([knot.angular_velocity for knot in knots]),
+        rows([knot.acceleration for knot in knots]),
+        rows([knot.angular_acceleration for knot in knots]),
+    )
+
+
+def interpolate(
+    times: Array,
+    position: Array,
+    orientation: Array,
+    velocity: Array | None = None,
+    angular_velocity: Array | None = None,
+    acceleration: Array | None = None,
+    angular_acceleration: Array | None = None,
+) -> Trajectory:
+    """Pass through K >= 2 knots: times (K,), s; positions (K, 3), m; unit quaternions (K, 4); rates (K, 3), world axes.
+
+    Rates that are None or NaN are chosen as for a `Knot`.
+    """
+    if len(times) < 2 or not np.all(np.diff(times) > 0.0):
+        raise ValueError("a motion needs two or more knots with increasing times")
+    v, a = minimum_jerk(times, position, _ends_at_rest(velocity, times), _ends_at_rest(acceleration, times))
+    # In platform axes, where a turn keeps its rotation vector, the sum of the turns is smoothed like a position.
+    spin, spin_rate = minimum_jerk(
+        times,
+        np.concatenate([np.zeros((1, 3)), np.cumsum(_turns(orientation), axis=0)]),
+        _to_body(orientation, _ends_at_rest(angular_velocity, times)),
+        _to_body(orientation, _ends_at_rest(angular_acceleration, times)),
+    )
+    return join(times, position, v, a, orientation, spin, spin_rate)
+
+
+def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: Array, spin_rate: Array) -> Trajectory:
+    """Join complete knots: times (K,), s; x, v, a (K, 3), world axes, m; quaternions (K, 4).
+
+    spin and spin_rate (K, 3) are angular velocity and acceleration in platform axes, rad/s and rad/s^2. Between two
+    knots the platform takes the shorter way round.
+    """
+    from cdpr.trajectory.kernels import rotation_vector_rates
+
+    duration, turns = np.diff(times), _turns(orientation)
+    rate, second = np.empty_like(turns), np.empty_like(turns)
+    rotation_vector_rates(turns, np.ascontiguousarray(spin[1:]), np.ascontiguousarray(spin_rate[1:]), rate, second)
+    segments = np.empty((len(duration), COLUMNS))
+    segments[:, 0], segments[:, 1], segments[:, 38:] = times[:-1], duration, orientation[:-1]
+    h = duration[:, None]
+    segments[:, 2:20] = _quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])
+    segments[:, 20:38] = _quintic(h, np.zeros_like(turns), turns, spin[:-1], rate, spin_rate[:-1], second)
+    return Trajectory(segments)
+
+
+def _ends_at_rest(rates: Array | None, times: Array) -> Array:
+    """Copy of the rates (K, 3); zero at the ends where they are NaN."""
+    rows = np.full((len(times), 3), np.nan) if rates is None else np.array(rates, dtype=np.float64)
+    for end in (0, -1):
+        rows[end] = np.where(np.isnan(rows[end]), 0.0, rows[end])
+    return rows
+
+
+def _turns(q: Array) -> Array:
+    """Rotation vectors (K - 1, 3), rad, from each attitude (K, 4) to the next, in the axes of the former."""
+    a, b = q[:-1], q[1:]
+    scalar = np.sum(a * b, axis=1, keepdims=True)
+    axis = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
+    return rotations.rotation_vector(np.concatenate([scalar, axis], axis=1))
+
+
+def _to_body(q: Array, vectors: Array) -> Array:
+    """Vectors (K, 3) from world axes to those of the attitudes (K, 4)."""
+    twice = 2.0 * np.cross(vectors, q[:, 1:])
+    return np.asarray(vectors + q[:, :1] * twice + np.cross(twice, q[:, 1:]))
+
+
+def _quintic(h: Array, x: Array, step: Array, v0: Array, v1: Array, a0: Array, a1: Array) -> Array:
+    """Coefficients (K, 18), lowest power first, of the share of the duration h (K, 1).
+
+    From x (K, 3) to x + step, with velocities and accelerations (K, 3) at both ends.
+    """
+    c1, c2 = v0 * h, 0.5 * a0 * h**2
+    gap = step - c1 - c2
+    slope = v1 * h - c1 - 2.0 * c2
+    bend = a1 * h**2 - 2.0 * c2
+    c3 = 10.0 * gap - 4.0 * slope + 0.5 * bend
+    c4 = -15.0 * gap + 7.0 * slope - bend
+    c5 = 6.0 * gap - 3.0 * slope + 0.5 * bend
+    return np.stack([x, c1, c2, c3, c4, c5], axis=2).reshape(-1, 18)

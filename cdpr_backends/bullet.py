@@ -1,0 +1,272 @@
+"""PyBullet: one multibody under our cable wrench, in a client of its own."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import PluginError
+from cdpr.model import Robot
+from cdpr.model.guide import Guide, from_coordinates, onto_coordinates
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import Quaternion, Vector
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, RigidBodyBackend
+from cdpr_backends.attitude import put_attitude
+from cdpr_backends.quiet import quiet
+from cdpr_backends.snapshots import put_back, save
+
+with quiet():  # it prints the time of its build
+    import pybullet as pybullet  # as: for bullet_ups, which must not import it louder
+
+BASE = -1
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)  # Bullet's quaternions are x, y, z, w
+
+# Bullet clips speeds silently, at 100 m/s and rad/s by default; above this the guards of the loop have long stopped.
+NO_CLIP = 1e12
+
+
+def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
+    """Return the backend for the chosen kind of cables."""
+    if options.cables == "ups":
+        from cdpr_backends.bullet_ups import BulletUps
+
+        return BulletUps(robot, gravity, physics_step, options)
+    return BulletBackend(robot, gravity, physics_step, options)
+
+
+class BulletBackend(RigidBodyBackend):
+    """A body under the wrench of cdpr's cable kernel. A client costs 29 MB and 20 ms: `close` it."""
+
+    def build(self) -> None:
+        """Make the world."""
+        self.client = Client(self.gravity, self.physics_step)
+        client = self.client.number
+        frame = self.frame
+        if frame.guide is None:
+            self._plant: Free | Guided = Free(client, frame.mass, frame.moments, self.body, self.applied)
+        else:
+            self._plant = Guided(
+                client, frame.guide, frame.mass, frame.moments, frame.center, frame.axes, self.body, self.applied
+            )
+        self._advance, self._read = self._plant.advance, self._plant.read
+
+    def write(self) -> None:
+        """Put the body into `body`."""
+        self._plant.write()
+
+    def read(self) -> None:
+        """Read the body into `body`."""
+        self._read()
+
+    def advance(self) -> None:
+        """Advance by one physics step."""
+        self._advance()
+
+    def snapshot(self) -> object:
+        """Return Bullet's state and our arrays."""
+        return SavedState(self.client), save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        engine, arrays = snapshot
+        engine.restore()
+        put_back(arrays, self._arrays)
+        self.read()
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self.body, self.state, self._plant.home
+
+    def close(self) -> None:
+        """Disconnect the client."""
+        self.client.close()
+
+
+class Free:
+    """A free body in Bullet: its base frame is at the centre of mass, on the principal axes."""
+
+    def __init__(self, client: int, mass: float, moments: Array, body: Array, applied: Array) -> None:
+        self.body, self.home = body, np.zeros(3)
+        self.number = number = pybullet.createMultiBody(baseMass=mass, physicsClientId=client)
+        pybullet.changeDynamics(number, BASE, localInertiaDiagonal=moments.tolist(), physicsClientId=client)
+        undamped(client, number)
+        self.client = client
+        position, velocity = pybullet.getBasePositionAndOrientation, pybullet.getBaseVelocity
+        push, turn, step = pybullet.applyExternalForce, pybullet.applyExternalTorque, pybullet.stepSimulation
+        world = pybullet.WORLD_FRAME
+        at = (0.0, 0.0, 0.0)
+
+        def read() -> None:
+            nonlocal at
+            pose = position(number, client)
+            at = pose[0]
+            read_base(pose, velocity(number, client), body)
+
+        def advance() -> None:
+            fx, fy, fz, mx, my, mz = applied.tolist()
+            push(number, BASE, (fx, fy, fz), at, world, client)
+            turn(number, BASE, (mx, my, mz), world, client)
+            step(client)
+
+        self.read, self.advance = read, advance
+
+    def write(self) -> None:
+        """Put the base into the body state."""
+        p, q, v, w = np.split(self.body, [3, 7, 10])
+        pybullet.resetBasePositionAndOrientation(self.number, p.tolist(), xyzw(q), self.client)
+        pybullet.resetBaseVelocity(self.number, v.tolist(), w.tolist(), self.client)
+
+
+class Guided:
+    """A fixed base, and on it a chain of links, one per coordinate; the last one is the platform."""
+
+    def __init__(
+        self,
+        client: int,
+        guide: Guide,
+        mass: float,
+        moments: Array,
+        center: Array,
+        axes: Array,
+        body: Array,
+        applied: Array,
+    ) -> None:
+        self.client, self.guide, self.body, self.home = client, guide, body, np.zeros(3)
+        kinds = [pybullet.JOINT_PRISMATIC] * len(guide.slides)
+        directions = list(guide.slides)
+        if guide.hinge is not None:
+            kinds.append(pybullet.JOINT_REVOLUTE)
+            directions.append(guide.hinge)
+        self.number = number = chain(
+            client, (0.0, 0.0, 0.0), kinds, np.eye(3)[directions], mass, moments, center.tolist(), xyzw(axes)
+        )
+        self.joints = joints = list(range(len(kinds)))
+        q, u, forces = np.zeros(len(kinds)), np.zeros(len(kinds)), np.zeros(len(kinds))
+        states, drive, step = pybullet.getJointStates, pybullet.setJointMotorControlArray, pybullet.stepSimulation
+        torque = pybullet.TORQUE_CONTROL
+        publish: Callable[[], None] = partial(from_coordinates, guide.packed, guide.rows, self.home, q, u, body)
+
+        def read() -> None:
+            for k, (angle, rate, _, _) in enumerate(states(number, joints, client)):
+                q[k], u[k] = angle, rate
+            publish()
+
+        def advance() -> None:
+            onto_coordinates(guide.rows, applied, forces)
+            drive(number, joints, torque, forces=forces.tolist(), physicsClientId=client)
+            step(client)
+
+        self.read, self.advance = read, advance
+
+    def write(self) -> None:
+        """Put the joints into the body state."""
+        self.home[:] = self.body[:3] * (1.0 - self.guide.packed[:3])
+        pybullet.resetBasePositionAndOrientation(self.number, self.home.tolist(), UPRIGHT, self.client)
+        q, u = self.guide.coordinates(self.body, self.home)
+        for joint in self.joints:
+            pybullet.resetJointState(self.number, joint, q[joint], u[joint], self.client)
+
+
+class Client:
+    """An empty world of Bullet, without window; gone with `close`, or when nobody holds it any more."""
+
+    def __init__(self, gravity: Array, step: float) -> None:
+        self.number = number = int(pybullet.connect(pybullet.DIRECT))
+        if number < 0:
+            raise PluginError("PyBullet opens no more worlds in this process; close some backends")
+        self.close = weakref.finalize(self, pybullet.disconnect, number)
+        pybullet.setGravity(*gravity.tolist(), physicsClientId=number)
+        pybullet.setTimeStep(step, number)
+
+
+class SavedState:
+    """The state of a client, which Bullet keeps in memory for as long as this object lives."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._number = pybullet.saveState(client.number)
+        weakref.finalize(self, _forget, self._number, client.number)
+
+    def restore(self) -> None:
+        """Put the client back into this state."""
+        pybullet.restoreState(stateId=self._number, physicsClientId=self._client.number)
+
+
+def _forget(number: int, client: int) -> None:
+    if pybullet.isConnected(client):
+        pybullet.removeState(number, client)
+
+
+def chain(
+    client: int,
+    base: Sequence[float],
+    kinds: Sequence[int],
+    directions: Array,
+    mass: float,
+    moments: Array,
+    center: Sequence[float],
+    axes: Sequence[float],
+) -> int:
+    """Add links without mass or friction on a fixed base, and a last one with mass, moments, centre and axes."""
+    n = len(kinds)
+    nowhere = [[0.0, 0.0, 0.0]] * n
+    number = int(
+        pybullet.createMultiBody(
+            baseMass=0.0,
+            basePosition=base,
+            linkMasses=[0.0] * (n - 1) + [mass],
+            linkCollisionShapeIndices=[-1] * n,
+            linkVisualShapeIndices=[-1] * n,
+            linkPositions=nowhere,
+            linkOrientations=[UPRIGHT] * n,
+            linkInertialFramePositions=[*nowhere[1:], center],
+            linkInertialFrameOrientations=[UPRIGHT] * (n - 1) + [axes],
+            linkParentIndices=list(range(n)),
+            linkJointTypes=list(kinds),
+            linkJointAxis=directions.tolist(),
+            physicsClientId=client,
+        )
+    )
+    pybullet.changeDynamics(number, n - 1, localInertiaDiagonal=moments.tolist(), physicsClientId=client)
+    for joint in range(n):
+        pybullet.setJointMotorControl2(number, joint, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
+    undamped(client, number)
+    return number
+
+
+def undamped(client: int, number: int) -> None:
+    """Take damping (0.04 by default), the clipping of speeds and sleeping off a body and its links."""
+    for link in range(BASE, pybullet.getNumJoints(number, client)):
+        pybullet.changeDynamics(
+            number,
+            link,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            jointDamping=0.0,
+            maxJointVelocity=NO_CLIP,
+            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+            physicsClientId=client,
+        )
+
+
+def xyzw(q: Array) -> list[float]:
+    """Bullet's order of a quaternion w, x, y, z."""
+    w, x, y, z = q.tolist()
+    return [x, y, z, w]
+
+
+@kernel
+def read_base(pose: tuple[Vector, Quaternion], twist: tuple[Vector, Vector], body: Array) -> None:
+    """Write Bullet's base (position and x, y, z, w; velocity and angular velocity) into a body state (13,)."""
+    p, q = pose
+    v, w = twist
+    put_attitude((q[3], q[0], q[1], q[2]), body)
+    for i in range(3):
+        body[i] = p[i]
+        body[7 + i] = v[i]
+        body[10 + i] = w[i]

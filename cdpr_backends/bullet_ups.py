@@ -1,0 +1,90 @@
+"""PyBullet with rigid legs as cables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr_backends.bullet import UPRIGHT, Client, Free, SavedState, chain, pybullet
+from cdpr_backends.snapshots import put_back, save
+from cdpr_backends.ups import MASS, Leg, UpsBackend
+
+UNIVERSAL_SLIDE = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC)
+SLIDE = 2  # its number among them
+STRONG = 1e9  # N, what a loop may bear
+ITERATIONS = 50  # of the solver that closes the loops: to 4e-7 m
+
+
+class BulletUps(UpsBackend):
+    """A free body on legs closed by point-to-point constraints.
+
+    Each `write` opens a client, which costs 20 ms: one that was emptied is not the same to the bit as a new one.
+    """
+
+    def build(self) -> None:
+        """Leave the world to `write`."""
+
+    def write(self) -> None:
+        """Make the world with the body in `body`."""
+        client = Client(self.gravity, self.physics_step)
+        pybullet.setPhysicsEngineParameter(numSolverIterations=ITERATIONS, physicsClientId=client.number)
+        platform = Free(client.number, self.frame.mass, self.frame.moments, self.body, self.applied)
+        platform.write()
+        self._use(client, platform, [add_leg(client.number, platform.number, leg) for leg in self.legs()])
+
+    def _use(self, client: Client, platform: Free, legs: list[int]) -> None:
+        self._client, self._platform, self._legs = client, platform, legs
+
+    def read(self) -> None:
+        """Read the body into `body`."""
+        self._platform.read()
+
+    def advance(self) -> None:
+        """Advance by one physics step."""
+        client = self._client.number
+        for leg, tension in zip(self._legs, self.command.tolist(), strict=True):
+            pybullet.setJointMotorControl2(leg, SLIDE, pybullet.TORQUE_CONTROL, force=-tension, physicsClientId=client)
+        self._platform.advance()
+
+    def snapshot(self) -> object:
+        """Return the world as it was built, Bullet's state and our arrays."""
+        return (self._client, self._platform, self._legs), SavedState(self._client), save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        world, engine, arrays = snapshot
+        self._use(*world)
+        engine.restore()
+        put_back(arrays, self._arrays)
+        self.read()
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self.body, self.state
+
+    def close(self) -> None:
+        """Close the client."""
+        self._client.close()
+
+
+def add_leg(client: int, platform: int, leg: Leg) -> int:
+    """Add a leg, connect it to the platform and return its number."""
+    moments, center = np.full(3, leg.inertia), leg.center.tolist()
+    number = chain(client, leg.anchor.tolist(), UNIVERSAL_SLIDE, leg.axes, MASS, moments, center, UPRIGHT)
+    for joint, rate in enumerate(leg.rates.tolist()):
+        pybullet.resetJointState(number, joint, 0.0, rate, client)
+    loop = pybullet.createConstraint(
+        platform,
+        -1,
+        number,
+        SLIDE,
+        pybullet.JOINT_POINT2POINT,
+        [0.0, 0.0, 0.0],
+        leg.tip.tolist(),
+        center,  # the tip, from the leg's centre
+        physicsClientId=client,
+    )
+    pybullet.changeConstraint(loop, maxForce=STRONG, physicsClientId=client)
+    return number

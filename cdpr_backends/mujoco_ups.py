@@ -1,0 +1,86 @@
+"""MuJoCo with rigid legs as cables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr_backends.mujoco import PLATFORM, World, describe
+from cdpr_backends.snapshots import put_back, save
+from cdpr_backends.ups import MASS, Leg, UpsBackend
+
+# The loops hold as stiffly as MuJoCo allows, 2 steps; with its own 20 ms the platform is gone after 1.4 s.
+TIME_CONSTANT = 2.0  # steps
+IMPEDANCE = (0.9999, 0.99999, 0.001, 0.5, 2.0)
+
+
+class MujocoUps(UpsBackend):
+    """A free body on legs closed by `connect` constraints."""
+
+    def build(self) -> None:
+        """Leave the world to `write`."""
+
+    def write(self) -> None:
+        """Make the world with the body in `body`."""
+        spec = describe(self.frame, self.gravity, self.physics_step, "euler")
+        platform = spec.body("platform")
+        platform.pos, platform.quat = self.body[:3], self.body[3:7]
+        legs = self.legs()
+        for i, leg in enumerate(legs):
+            add_leg(spec, i, leg, self.physics_step)
+        world = World(self.frame, spec)
+        world.write(self.body)
+        world.data.qvel[6:] = np.concatenate([leg.rates for leg in legs])
+        self._use(world)
+
+    def _use(self, world: World) -> None:
+        self._world = world
+        self._slides = world.data.qfrc_applied[8::3]  # after the platform's six, each leg's third
+        self._wrench = world.data.xfrc_applied[PLATFORM]
+        self._read = world.reader(self.body)
+
+    def read(self) -> None:
+        """Read the body into `body`."""
+        self._read()
+
+    def advance(self) -> None:
+        """Advance by one physics step."""
+        np.negative(self.command, out=self._slides)
+        self._wrench[:] = self.applied
+        mujoco.mj_step(self._world.model, self._world.data)
+
+    def engine_time(self) -> float:
+        """Return MuJoCo's time, s."""
+        return float(self._world.data.time)
+
+    def snapshot(self) -> object:
+        """Return the world as it was built, its state and our arrays."""
+        return self._world, self._world.save(), save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        world, engine, arrays = snapshot
+        self._use(world)
+        world.put_back(engine)
+        put_back(arrays, self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self.body, self.state
+
+
+def add_leg(spec: mujoco.MjSpec, i: int, leg: Leg, step: float) -> None:
+    """Add leg i and connect it to the platform."""
+    link = spec.worldbody.add_body(name=f"leg_{i}", pos=leg.anchor, mass=MASS, explicitinertial=True)
+    link.ipos, link.inertia = leg.center, [leg.inertia] * 3
+    for kind, axis in zip(("HINGE", "HINGE", "SLIDE"), leg.axes, strict=True):
+        link.add_joint(type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"), axis=axis)
+    loop = spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY, name1="platform", name2=f"leg_{i}"
+    )
+    loop.data[:3] = leg.tip
+    loop.solref[:] = TIME_CONSTANT * step, 1.0
+    loop.solimp[:] = IMPEDANCE

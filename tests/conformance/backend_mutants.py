@@ -1,0 +1,405 @@
+"""Deliberately broken backends, each with the checks that must catch it.
+
+Each is the reference backend with one fault. The seven stepping traps of engines are among them: wrong frame, damping,
+speed clamp, persistent wrench, lag, silent reset, dropped NaN.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from cdpr.errors import PluginError
+from cdpr.model import rotations
+from cdpr.plugins import Backend
+from cdpr_backends.reference import make
+
+
+class Wrapped(Backend):
+    """The reference backend step by step, with places to break it."""
+
+    def __init__(self, robot, gravity, physics_step, options):
+        super().__init__(robot, gravity, physics_step, options)
+        self.inner = make(robot, gravity, physics_step, options)
+        self.count = 0
+
+    def reset(self, state):
+        self.count = 0
+        self.inner.reset(state)
+        self.publish()
+
+    def step(self, n):
+        for _ in range(n):
+            self.count += 1
+            self.inner.command[:], self.inner.external[:] = self.loads()
+            self.inner.step(1)
+            self.after()
+        self.publish()
+
+    def engine_time(self):
+        return self.count * self.physics_step
+
+    def snapshot(self):
+        return self.inner.snapshot(), self.count
+
+    def restore(self, snapshot):
+        inner, self.count = snapshot
+        self.inner.restore(inner)
+        self.publish()
+
+    def loads(self):
+        return self.command, self.external
+
+    def after(self):
+        pass
+
+    def publish(self):
+        self.state[:] = self.inner.state
+
+    def put(self, state):
+        """Go on from another state."""
+        self.inner.reset(state)
+
+
+def turned(state, inverse=False):
+    R = rotations.matrix(state[3:7])
+    out = state.copy()
+    out[10:] = (R if inverse else R.T) @ state[10:]
+    return out
+
+
+class BodyFrameRead(Wrapped):
+    """Frame: the angular velocity is read in platform axes."""
+
+    def publish(self):
+        self.state[:] = turned(self.inner.state)
+
+
+class BodyFrameBothWays(BodyFrameRead):
+    """Frame: read and written in platform axes, so that a round trip shows nothing."""
+
+    def reset(self, state):
+        super().reset(turned(state, inverse=True))
+
+
+class Damping(Wrapped):
+    """Damping: 0.04 per second, PyBullet's default."""
+
+    def after(self):
+        state = self.inner.state.copy()
+        state[7:] *= 1 - 0.04 * self.physics_step
+        self.put(state)
+
+
+class Clamp(Wrapped):
+    """Clamp: at 100 m/s, as in PyBullet."""
+
+    def after(self):
+        state = self.inner.state.copy()
+        speed = np.linalg.norm(state[7:10])
+        if speed > 100:
+            state[7:10] *= 100 / speed
+            self.put(state)
+
+
+class Persistent(Wrapped):
+    """Persistence: a wrench stays until another one replaces it."""
+
+    last = np.zeros(6)
+
+    def loads(self):
+        if self.external.any():
+            self.last = self.external.copy()
+        return self.command, self.last
+
+
+class Momentary(Wrapped):
+    """The opposite: the wrench lasts one step instead of being held."""
+
+    def step(self, n):
+        super().step(min(n, 1))
+        kept, self.external = self.external, np.zeros(6)
+        super().step(n - min(n, 1))
+        self.external = kept
+
+
+class Lag(Wrapped):
+    """Lag: the pose is that of the step before, as MuJoCo's xpos."""
+
+    pose = None
+
+    def reset(self, state):
+        self.pose = None
+        super().reset(state)
+
+    def step(self, n):
+        self.pose = self.inner.state[:7].copy()
+        super().step(n)
+
+    def publish(self):
+        super().publish()
+        if self.pose is not None:
+            self.state[:7] = self.pose
+
+
+class AutoReset(Wrapped):
+    """Auto-reset: from a bad state back to the start, clock and all, as MuJoCo by default."""
+
+    def reset(self, state):
+        self.start = np.array(state)
+        super().reset(state)
+
+    def after(self):
+        if not np.isfinite(self.inner.state).all() or np.abs(self.inner.state).max() > 1e10:
+            self.reset(self.start)
+
+
+class DroppedNan(Wrapped):
+    """Dropped NaN: a bad load is ignored, as in DART."""
+
+    def loads(self):
+        return tuple(np.where(np.isfinite(load), load, 0.0) for load in (self.command, self.external))
+
+
+class Sleeping(Wrapped):
+    """What is slow comes to rest."""
+
+    def after(self):
+        if np.abs(self.inner.state[7:]).max() < 1e-3:
+            self.put(np.concatenate([self.inner.state[:7], np.zeros(6)]))
+
+
+class OwnGravity(Wrapped):
+    """Gravity is the world's, whatever it was given."""
+
+    def __init__(self, robot, gravity, physics_step, options):
+        super().__init__(robot, np.array([0, 0, -9.81]), physics_step, options)
+
+
+class WrenchInPlatformAxes(Wrapped):
+    def loads(self):
+        R = rotations.matrix(self.inner.state[3:7])
+        return self.command, np.concatenate([R @ self.external[:3], R @ self.external[3:]])
+
+
+class WrenchAtCentreOfMass(Wrapped):
+    def loads(self):
+        external = self.external.copy()
+        arm = rotations.matrix(self.inner.state[3:7]) @ self.robot.platform.center_of_mass
+        external[3:] += np.cross(arm, external[:3])
+        return self.command, external
+
+
+class SwappedCables(Wrapped):
+    def loads(self):
+        return self.command[::-1], self.external
+
+
+class Drifting(Wrapped):
+    """The quaternion grows; in effect a tumbling body gains energy."""
+
+    def after(self):
+        state = self.inner.state.copy()
+        state[10:] *= 1 + 1e-6
+        self.put(state)
+
+
+class Creeping(Wrapped):
+    def after(self):
+        state = self.inner.state.copy()
+        state[2] -= 1e-10
+        self.put(state)
+
+
+class FrozenGeometry(Wrapped):
+    """Runge-Kutta with the cables evaluated once a step: first order, declared fourth."""
+
+    def loads(self):
+        from cdpr.model import kinematics
+
+        wrench = kinematics.wrench_matrix(self.robot, self.inner.state) @ self.command
+        return np.zeros(self.robot.m), self.external + wrench
+
+
+class Replacing(Wrapped):
+    """The state is a new array after each step."""
+
+    def publish(self):
+        self.state = self.inner.state.copy()
+
+
+class Scribbling(Wrapped):
+    """It clears the command that it was given."""
+
+    def step(self, n):
+        super().step(n)
+        self.command[:] = 0.0
+
+
+class Aliasing(Wrapped):
+    """It keeps and changes the array that reset was given."""
+
+    def reset(self, state):
+        super().reset(state)
+        state[0] += 1e-9
+
+
+class Once(Wrapped):
+    """Only the first one made in a process works well."""
+
+    made = 0
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        Once.made += 1
+        self.fault = 1e-6 * (Once.made > 1)
+
+    def loads(self):
+        return self.command, self.external + self.fault
+
+
+class Unforgetting(Wrapped):
+    """It keeps something of earlier steps over a reset."""
+
+    residue = 0.0
+
+    def loads(self):
+        self.residue += 1e-9
+        return self.command, self.external + self.residue
+
+
+class Sharing(Wrapped):
+    """All plants of a process have one command."""
+
+    shared = np.zeros(100)
+
+    def loads(self):
+        self.shared[: self.robot.m] += 1e-9 * self.command
+        return self.command + self.shared[: self.robot.m], self.external
+
+
+class HalfSnapshot(Wrapped):
+    """The snapshot lacks the velocity."""
+
+    def snapshot(self):
+        return self.inner.state[:7].copy()
+
+    def restore(self, snapshot):
+        self.put(np.concatenate([snapshot, self.inner.state[7:]]))
+        self.publish()
+
+
+class RunningClock(Wrapped):
+    """The clock is not set back by a reset."""
+
+    ticks = 0
+
+    def step(self, n):
+        self.ticks += n
+        super().step(n)
+
+    def engine_time(self):
+        return self.ticks * self.physics_step
+
+
+class Chatting(Wrapped):
+    def reset(self, state):
+        print("pybullet build time: today")
+        super().reset(state)
+
+
+class NativeChatting(Wrapped):
+    """What a library prints below Python."""
+
+    def reset(self, state):
+        os.write(2, b"Warning: unknown state\n")
+        super().reset(state)
+
+
+class Littering(Wrapped):
+    def publish(self):
+        if not np.isfinite(self.inner.state).all():
+            Path("MUJOCO_LOG.TXT").write_text("bad state")
+        super().publish()
+
+
+class LeakingFiles(Wrapped):
+    def reset(self, state):
+        os.open(os.devnull, os.O_RDONLY)
+        super().reset(state)
+
+
+class LeakingMemory(Wrapped):
+    kept = []  # noqa: RUF012 - that is the fault
+
+    def close(self):
+        self.kept.append(np.ones(50_000))
+
+
+class Unguided(Wrapped):
+    """It looks at no guide: every platform moves freely."""
+
+    def __init__(self, robot, gravity, physics_step, options):
+        import dataclasses
+
+        super().__init__(dataclasses.replace(robot, dof=("x", "y", "z", "rx", "ry", "rz")), gravity, physics_step, None)
+
+
+class WrongHinge(Wrapped):
+    """The hinge turns the other way round."""
+
+    def publish(self):
+        super().publish()
+        if self.robot.n < 6:
+            self.state[5] *= -1
+            self.state[11] *= -1
+
+
+class NoGuides(Wrapped):
+    """An honest one: it refuses what it cannot do."""
+
+    def __init__(self, robot, *rest):
+        if robot.n < 6:
+            raise PluginError("only free platforms")
+        super().__init__(robot, *rest)
+
+
+ORDER = {"order": 4}
+
+# Broken backend -> what it declares, and the checks that must fail. It may fail others too.
+MUTANTS = {
+    BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
+    BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),
+    Damping: ({}, ["coasting_keeps_velocity", "long_fall"]),
+    Clamp: ({}, ["long_fall"]),
+    Persistent: ({}, ["wrench_ends"]),
+    Momentary: ({}, ["steps_add_up"]),
+    Lag: ({}, ["state_is_current"]),
+    AutoReset: ({}, ["nan_shows", "huge_wrench_shows"]),
+    DroppedNan: ({}, ["nan_shows"]),
+    Sleeping: ({}, ["coasting_keeps_velocity"]),
+    OwnGravity: ({}, ["gravity_pulls"]),
+    WrenchInPlatformAxes: ({}, ["external_wrench_acts_on_the_origin"]),
+    WrenchAtCentreOfMass: ({}, ["external_wrench_acts_on_the_origin", "hovers_in_balance"]),
+    SwappedCables: ({}, ["cables_pull", "guided_wrench_accelerates"]),
+    Drifting: ({}, ["tumbling_keeps_energy_and_momentum"]),
+    Creeping: ({}, ["hovers_in_balance"]),
+    FrozenGeometry: (ORDER, ["order_is_as_declared", "guided_order_is_as_declared"]),
+    Replacing: ({}, ["arrays_are_kept"]),
+    Scribbling: ({}, ["arrays_are_kept"]),
+    Aliasing: ({}, ["state_round_trip"]),
+    Once: ({}, ["made_and_closed_twice"]),
+    Unforgetting: ({}, ["reset_forgets"]),
+    Sharing: ({}, ["instances_are_apart"]),
+    HalfSnapshot: ({"snapshot": True}, ["snapshot_restores"]),
+    RunningClock: ({}, ["clock_counts_steps"]),
+    Chatting: ({}, ["keeps_quiet"]),
+    NativeChatting: ({}, ["keeps_quiet"]),
+    Littering: ({}, ["keeps_quiet"]),
+    LeakingFiles: ({}, ["nothing_leaks"]),
+    LeakingMemory: ({}, ["nothing_leaks"]),
+    Unguided: ({}, ["held_directions_stay", "guided_wrench_accelerates"]),
+    WrongHinge: ({}, ["guided_state_round_trip"]),
+}

@@ -1,0 +1,61 @@
+"""Every installed plugin of ours passes the kit."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
+from cdpr.testing import backend_checks, check_solver, controller_checks, solver_checks
+
+FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": controller_checks}
+
+CASES = [
+    pytest.param(case, id=f"{role}-{name}-{case}")
+    for role in ROLES
+    for name, entry in sorted(registry().plugins[role].items())
+    if entry.distribution == OWN_DISTRIBUTION and not entry.missing
+    for case in FORMS[role](name)
+]
+
+
+@pytest.mark.parametrize("check", CASES)
+def test_built_in(check):
+    check()
+
+
+def test_qp_finds_every_answer_and_the_least_norm():
+    entry = registry().get("solver", "qp")
+    declared = {**entry.info.properties, "coverage": "full", "objective": "min_norm"}
+    results = check_solver(entry.load(), properties=declared)
+    assert {result.outcome for result in results} == {"passed"}, results
+
+
+def cdpr(*arguments):
+    return subprocess.run([sys.executable, "-m", "cdpr", *arguments], capture_output=True, text=True, timeout=120)
+
+
+def test_command_prints_a_table():
+    done = cdpr("check", "controller", "static")
+    assert done.returncode == 0, done.stderr
+    assert "passed    it_settles" in done.stdout
+    assert done.stdout.splitlines()[-1].startswith("controller 'static': ")
+
+
+def test_command_prints_json():
+    done = cdpr("check", "solver", "pseudo_inverse", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["name"] == "pseudo_inverse"
+    outcomes = {check["id"]: check["outcome"] for check in told["checks"]}
+    assert outcomes["answers_balance"] == "passed"
+    assert outcomes["answers_are_within_the_limits"] == "n/a"
+
+
+def test_unknown_name_is_told_as_everywhere():
+    done = cdpr("check", "backend", "mujuco")
+    assert done.returncode == 3
+    assert "did you mean 'mujoco'?" in done.stderr

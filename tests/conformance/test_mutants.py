@@ -1,0 +1,70 @@
+"""Each check of the kit is killed by a plugin that is broken on purpose."""
+
+from __future__ import annotations
+
+import backend_mutants
+import controller_mutants
+import pytest
+import solver_mutants
+
+from cdpr.errors import CdprError
+from cdpr.testing import check_backend, check_controller, check_solver
+from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
+
+ROLES = [
+    (check_backend, BACKEND, backend_mutants.MUTANTS, {}),
+    (check_solver, SOLVER, solver_mutants.MUTANTS, solver_mutants.QP),
+    (check_controller, CONTROLLER, controller_mutants.MUTANTS, {}),
+]
+
+BROKEN = [
+    pytest.param(check, mutant, {**base, **properties}, ids, id=f"{check.__name__}-{mutant.__name__}")
+    for check, _, mutants, base in ROLES
+    for mutant, (properties, ids) in mutants.items()
+]
+
+
+@pytest.mark.parametrize(("check", "mutant", "properties", "ids"), BROKEN)
+def test_broken_plugin_is_caught(check, mutant, properties, ids):
+    results = check(mutant, properties=properties, only=ids)
+    assert {result.id: result.outcome for result in results} == dict.fromkeys(ids, "failed")
+    assert all(result.detail for result in results)
+
+
+@pytest.mark.parametrize(
+    ("check", "checks", "mutants", "base"), ROLES, ids=lambda value: getattr(value, "__name__", "")
+)
+def test_every_check_has_a_mutant(check, checks, mutants, base):
+    killed = {id for _, ids in mutants.values() for id in ids}
+    assert {check.id for check in checks} == killed
+
+
+def test_unbroken_wrapper_passes():
+    """The mutants fail for their fault, not for the wrapping."""
+    results = check_backend(backend_mutants.Wrapped, properties={"order": 4})
+    assert [result for result in results if result.outcome == "failed"] == []
+
+
+def test_a_backend_without_guides_is_not_applicable():
+    results = {result.id: result for result in check_backend(backend_mutants.NoGuides)}
+    assert results["held_directions_stay"].outcome == "n/a"
+    assert "only free platforms" in results["held_directions_stay"].detail
+
+
+def test_expected_failures_are_strict():
+    known = {"long_fall": "the engine clamps", "gravity_pulls": "no longer true"}
+    results = {r.id: r for r in check_backend(backend_mutants.Clamp, expected_failures=known, only=known)}
+    assert results["long_fall"].outcome == "expected"
+    assert "the engine clamps" in results["long_fall"].detail
+    assert results["gravity_pulls"].outcome == "failed"
+    assert "no longer true" in results["gravity_pulls"].detail
+
+
+def test_a_declared_clamp_is_no_fault():
+    (result,) = check_backend(backend_mutants.Clamp, properties={"speed_max": 100.0}, only=["long_fall"])
+    assert result.outcome == "passed"
+
+
+def test_unknown_ids_are_refused():
+    with pytest.raises(CdprError, match=r"no check is named long_fell; there are .*long_fall"):
+        check_backend(backend_mutants.Wrapped, expected_failures={"long_fell": "typo"})

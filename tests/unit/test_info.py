@@ -1,0 +1,218 @@
+"""`cdpr info`, and what it rests on: restraint, conditioning, positive null vectors, motions looked at beforehand."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from conftest import GRAVITY, ROOT, crossed_box, make_robot
+from scipy.optimize import linprog
+
+from cdpr import simulate
+from cdpr.cli.info import command
+from cdpr.errors import CdprError, OutputError, ScenarioError
+from cdpr.model import rotations
+from cdpr.model.kinematics import make_state
+from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, restraint
+from cdpr.scenario import load_robot
+from cdpr.tension.closure import positive_null_vector
+from cdpr.tension.portrait import describe_pose
+from cdpr_solvers.qp import MinimumNorm
+
+SCENARIOS = ROOT / "scenarios"
+
+
+def info(*arguments, code=0):
+    result = CliRunner().invoke(command, [str(a) for a in arguments], catch_exceptions=False)
+    assert result.exit_code == code, result.output
+    return result
+
+
+def figures(*arguments):
+    return json.loads(info(*arguments, "--json").stdout)
+
+
+def largest_margin(W):
+    """The largest s with W t = 0, s <= t <= 1, by scipy: positive if and only if a positive null vector exists."""
+    n, m = W.shape
+    A = np.hstack([-np.eye(m), np.ones((m, 1))])
+    W0 = np.hstack([W, np.zeros((n, 1))])
+    answer = linprog([0.0] * m + [-1.0], A, np.zeros(m), W0, np.zeros(n), [(0, 1)] * m + [(None, 1)])
+    return -answer.fun
+
+
+def test_positive_null_vectors_agree_with_a_linear_program():
+    rng = np.random.default_rng(3)
+    found = {True: 0, False: 0}
+    for _ in range(400):
+        n = int(rng.integers(1, 7))
+        W = rng.normal(size=(n, int(rng.integers(1, n + 8))))
+        if rng.random() < 0.3:
+            W[-1] = W[0]  # rank-deficient
+        t, margin = positive_null_vector(W), largest_margin(W)
+        assert (t is not None) == (margin > 1e-7), margin
+        found[t is not None] += 1
+        if t is not None:
+            assert t.min() >= 1.0
+            np.testing.assert_allclose(W @ t, 0.0, atol=1e-9 * t.max())
+    assert min(found.values()) > 50
+
+
+@pytest.mark.parametrize(("m", "kind"), [(5, "IRPM"), (6, "IRPM"), (7, "CRPM"), (8, "RRPM")])
+def test_restraint_by_number(m, kind):
+    assert restraint(make_robot(crossed_box(np.random.default_rng(0), m))) == kind
+
+
+def test_conditioning_is_free_of_the_unit_of_length():
+    anchors = crossed_box(np.random.default_rng(1), 8)
+    state = make_state([0.1, 0.0, 2.0], rotations.from_rpy(0.1, 0.2, 0.3))
+    large = np.concatenate([1000.0 * state[:3], state[3:]])
+    W = free_wrench_matrix(make_robot(anchors), state)
+    rank, condition = conditioning(W)
+    assert rank == 6
+    assert condition == pytest.approx(np.linalg.cond(W), rel=1e-12)
+    assert conditioning(free_wrench_matrix(make_robot(1000.0 * anchors), large))[1] == pytest.approx(condition)
+
+
+def test_a_point_in_the_line_of_its_cables_is_singular():
+    anchors = np.array([[-1.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 0]])
+    assert conditioning(free_wrench_matrix(make_robot(anchors), make_state([0, 0, 0]))) == (1, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("name", "constraint"),
+    [
+        ("caroca", "suspended"),
+        ("cogiro", "suspended"),
+        ("thesis", "suspended"),
+        ("point_mass", "suspended"),
+        ("ipanema_1", "fully constrained"),
+        ("planar", "fully constrained"),
+        ("planar_point_mass", "fully constrained"),
+        ("carriage", "fully constrained"),
+    ],
+)
+def test_repository_robots_at_home(name, constraint):
+    told = figures(SCENARIOS / "robots" / f"{name}.yaml")
+    robot, pose = told["robot"], told["pose"]
+    assert pose["source"] == "home"
+    assert pose["constraint"] == constraint
+    assert pose["rank"] == robot["n"]
+    tension = np.array(pose["static_tension_N"])
+    assert pose["static_problem"] is None
+    W = free_wrench_matrix(load_robot(SCENARIOS / "robots" / f"{name}.yaml"), make_state(pose["position_m"]))
+    weight = np.linalg.norm(W @ tension) / 9.81
+    assert weight == pytest.approx(robot["platform"]["mass_kg"] if "z" in robot["dof"] else 0.0, rel=1e-3, abs=1e-9)
+
+
+def test_text_of_cogiro():
+    text = info(SCENARIOS / "robots" / "cogiro.yaml").stdout
+    for expected in (
+        "n = 6: x, y, z, rx, ry, rz (3R3T)",
+        "m = 8, redundancy r = m - n = 2",
+        "RRPM: redundantly restrained positioning mechanism, m > n + 1",
+        "at [0, 0, 2] m, upright (home)",
+        "suspended: no t > 0 has W t = 0",
+        "moments divided by the characteristic length, 0.944 m",
+        "337.66 to 387.27 N",
+    ):
+        assert expected in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_pose_from_the_command_line():
+    told = figures(SCENARIOS / "robots" / "cogiro.yaml", "--pose", "-1,0.5,2,0.1,-0.1,0.3")["pose"]
+    assert told["position_m"] == [-1.0, 0.5, 2.0]
+    np.testing.assert_allclose(told["orientation_wxyz"], rotations.from_rpy(0.1, -0.1, 0.3))
+    assert (
+        "roll pitch yaw [0.1, -0.1, 0.3] rad (--pose)"
+        in info(SCENARIOS / "robots" / "cogiro.yaml", "--pose", "-1,0.5,2,0.1,-0.1,0.3").stdout
+    )
+
+
+@pytest.mark.parametrize("pose", ["1,2", "a,b,c", "0,0,nan", "0,0,1,0.1,0,0", ""])
+def test_a_bad_pose_is_one_clear_error(pose):
+    result = info(SCENARIOS / "robots" / "planar.yaml", "--pose", pose, code=2)
+    assert "--pose" in result.stderr
+    assert "expected" in result.stderr or "x, z, ry only" in result.stderr
+
+
+def test_bad_files():
+    with pytest.raises(ScenarioError, match=r"nothing\.yaml"):
+        info("nothing.yaml")
+    with pytest.raises(ScenarioError, match=r"home.orientation may differ from upright only about"):
+        info(SCENARIOS / "robots" / "planar.yaml", "--set", "home.orientation.rpy=[0.1, 0, 0]")
+    with pytest.raises(CdprError, match="cable 'cable_1' has no length"):
+        info(SCENARIOS / "robots" / "point_mass.yaml", "--pose", "20,0,12")
+
+
+def test_home_where_the_file_has_none():
+    anchors = np.zeros((4, 6))
+    anchors[:, :3] = [[-2, -2, 3], [2, -2, 3], [2, 2, 3], [-2, 2, 3]]
+    pose, source = home_pose(make_robot(anchors))
+    np.testing.assert_allclose(pose, [0, 0, 3 - 0.25 * np.sqrt(32), 1, 0, 0, 0])  # no cable lifts from its own level
+    assert "below the middle" in source
+    anchors[:2, 2] = 0.0
+    pose, source = home_pose(make_robot(anchors))
+    np.testing.assert_allclose(pose[:3], [0, 0, 1.5])
+    assert source == "no home given: middle of the frame's anchors"
+
+
+@pytest.mark.parametrize(
+    ("anchors", "limits", "reason"),
+    [
+        ([[-1, 0, 2], [1, 0, 2]], (1, 5), "only tensions of .* N balance the weight"),
+        ([[-1, 0, -2], [1, 0, -2]], (1, 500), "only by cables that push"),
+        ([[-1, 0, 0], [1, 0, 0]], (1, 500), "not even pushing ones"),
+    ],
+)
+def test_why_there_are_no_static_tensions(anchors, limits, reason):
+    robot = make_robot(np.hstack([anchors, np.zeros((2, 3))]), mass=10.0, limits=limits)
+    robot = type(robot)(robot.name, robot.platform, robot.cables, dof=("x", "z"))
+    pose = describe_pose(robot, np.array([0.0, 0, 0, 1, 0, 0, 0]), GRAVITY, MinimumNorm(robot, None).solve)
+    assert pose["static_tension_N"] is None
+    assert re.search(reason, pose["static_problem"])
+
+
+def test_a_preview_agrees_with_the_run():
+    told = figures(SCENARIOS / "cogiro.yaml")["motion"]
+    run = simulate(SCENARIOS / "cogiro.yaml")
+    assert told["feasible_share"] == 1.0
+    assert told["duration_s"] == 7.0
+    assert told["smallest_margin_N"] == pytest.approx(run.margin.min(), abs=0.01)
+    way = np.linalg.norm(np.diff(run.position, axis=0), axis=1).sum()
+    assert told["path_length_m"] == pytest.approx(way, rel=1e-4)
+    assert told["speed_max_m_per_s"] == pytest.approx(np.linalg.norm(run.velocity, axis=1).max(), rel=1e-3)
+    for i, cable in enumerate(told["cables"]):
+        np.testing.assert_allclose(cable["length_m"], [run.length[:, i].min(), run.length[:, i].max()], atol=1e-4)
+        np.testing.assert_allclose(cable["tension_N"], [run.tension[:, i].min(), run.tension[:, i].max()], atol=0.1)
+
+
+def test_exceeded_limits_and_infeasible_samples_are_named():
+    slow = ["--set", "robot.cables[0].speed_max=1", "--set", "robot.cables[1].length.max=20"]
+    told = figures(SCENARIOS / "point_mass.yaml", *slow)["motion"]
+    assert [text.split(":")[0] for text in told["exceeded"]] == ["cable_1", "cable_2"]
+    text = info(SCENARIOS / "point_mass.yaml", *slow, "--set", "robot.tension.max=190").stdout
+    assert "exceeded: cable_1: rate 3.288 m/s, at most 1 m/s is allowed" in text
+    assert "first not at 0 s" in text
+    assert "none: only tensions of" in text
+    assert "fastest (m/s)        1, unknown, unknown" in text
+
+
+def test_out_holds_a_drawing_and_the_figures(tmp_path):
+    pytest.importorskip("matplotlib")
+    folder = tmp_path / "new" / "folder"
+    text = info(SCENARIOS / "planar.yaml", "--out", folder).stdout
+    assert text.splitlines()[-1] == str(folder / "robot.svg")
+    svg = (folder / "robot.svg").read_text()
+    assert svg.startswith("<svg xmlns=")
+    assert ">path<" in svg
+    assert json.loads((folder / "info.json").read_text()) == figures(SCENARIOS / "planar.yaml")
+    info(SCENARIOS / "robots" / "planar.yaml", "--out", folder)
+    assert ">path<" not in (folder / "robot.svg").read_text()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot be written"):
+        info(SCENARIOS / "robots" / "planar.yaml", "--out", tmp_path / "file")
