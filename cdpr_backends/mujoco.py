@@ -16,8 +16,10 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
-# of the loop find the same in the same step.
+# of the loop find the same in the same step. (MuJoCo knows only one such setting for the whole process.)
 mujoco.set_mju_user_warning(lambda text: None)
+
+ROUNDING = 1e-12  # keeps a sum of moments from missing the triangle inequality by its last bit
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
@@ -126,7 +128,7 @@ def compiled(spec: mujoco.MjSpec, frame: BodyFrame) -> tuple[mujoco.MjModel, muj
     afterwards.
     """
     moments = frame.moments
-    spec.body("platform").inertia = np.minimum(moments, moments.sum() - moments)
+    spec.body("platform").inertia = np.minimum(moments, (moments.sum() - moments) * (1.0 - ROUNDING))
     model = spec.compile()
     data = mujoco.MjData(model)
     model.body_inertia[1] = moments

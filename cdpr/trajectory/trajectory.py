@@ -90,7 +90,10 @@ def through(knots: Sequence[Knot]) -> Trajectory:
         _known([knot.velocity for knot in knots]),
         _known([knot.acceleration for knot in knots]),
     )
-    attitudes = [np.asarray(knot.orientation, dtype=np.float64) for knot in knots]
+    attitudes = [np.array(knot.orientation, dtype=np.float64) for knot in knots]
+    for before, after in pairwise(attitudes):
+        if before @ after < 0.0:  # q and -q are one attitude: stay on one side, so that the quaternion does not jump
+            after *= -1.0
     turns = [rotations.rotation_vector(rotations.multiply(rotations.conjugate(a), b)) for a, b in pairwise(attitudes)]
     # In platform axes, where a turn keeps its rotation vector, the sum of the turns is smoothed like a position.
     to_body = [rotations.matrix(q).T for q in attitudes]

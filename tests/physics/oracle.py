@@ -29,7 +29,8 @@ class SemiImplicitEuler:
     def step(self, n):
         platform = self.robot.platform
         c, m, inertia = platform.center_of_mass.copy(), platform.mass, platform.inertia
-        A, B = self.robot.anchors[:, :3], self.robot.anchors[:, 3:]
+        anchors = self.robot.anchors.copy()
+        A, B = anchors[:, :3], anchors[:, 3:]
         p, v, omega = self.state[:3].copy(), self.state[7:10].copy(), self.state[10:].copy()
         R = Rotation.from_quat(self.state[3:7], scalar_first=True)
         x, v = p + R.apply(c), v + np.cross(omega, R.apply(c))
