@@ -18,6 +18,7 @@ from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginErr
 if TYPE_CHECKING:
     from cdpr.log.run import Run
 
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROGRESS_SECONDS = 0.1  # between two updates of the bar
 
 
@@ -90,7 +91,7 @@ def command(
 
 
 class _Signals:
-    """Ctrl-C and SIGTERM: the first is remembered, so that the run can close its log; the second ends at once."""
+    """What ends a run: the first signal is remembered, so that the run can close its log; the second ends at once."""
 
     pending = False
     came = False
@@ -100,13 +101,13 @@ class _Signals:
         if self.came:
             raise KeyboardInterrupt
         self.pending = self.came = True
-        self.terminated = number == signal.SIGTERM
+        self.terminated = number != signal.SIGINT
 
 
 @contextmanager
 def _signals() -> Iterator[_Signals]:
     signals = _Signals()
-    before = {number: signal.signal(number, signals.handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, signals.handle) for number in STOPPING}
     try:
         yield signals
     finally:
