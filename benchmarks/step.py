@@ -3,7 +3,8 @@
 A step is trajectory, computed torque, exact QP, checks, cable kernel, engine, recorder and full-rate log on disk, at
 1 kHz on caroca. Every 256 steps the loop stops for a chunk of pinv calls, so that both see the same machine; the ratio
 is that of the medians over all chunks. Set-up is not part of it, and a first whole run is not counted: it pays for
-memory and disk pages that the system has not handed out before. Run: python benchmarks/step.py [--json]
+memory and disk pages that the system has not handed out before. Run: python benchmarks/step.py [--json | --gate LIMIT],
+the last to fail where a step costs more than LIMIT pinvs.
 """
 
 from __future__ import annotations
@@ -123,7 +124,20 @@ def measure() -> dict[str, dict[str, object]]:
     return result
 
 
+def gate(limit: float) -> None:
+    """Fail where a step costs more than `limit` pinvs."""
+    step_cost(BACKENDS[0], 1)
+    for backend in BACKENDS:
+        ratio = step_cost(backend, 1)["ratio"]
+        print(f"{backend}: {ratio:.2f} pinv a step, at most {limit:g} allowed")
+        if ratio > limit:
+            sys.exit(1)
+
+
 def main() -> None:
+    if "--gate" in sys.argv:
+        gate(float(sys.argv[sys.argv.index("--gate") + 1]))
+        return
     result = measure()
     if "--json" in sys.argv:
         print(json.dumps(result, indent=2))

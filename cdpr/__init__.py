@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from cdpr.errors import CdprError, Diverged, Infeasible, SimulationStopped
+    from cdpr.errors import CdprError, Diverged, Infeasible, PluginError, ScenarioError, SimulationStopped
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
     from cdpr.scenario import Scenario, load_robot, load_scenario
@@ -26,8 +26,10 @@ _HOME = {
     "CdprError": "cdpr.errors",
     "Diverged": "cdpr.errors",
     "Infeasible": "cdpr.errors",
+    "PluginError": "cdpr.errors",
     "Run": "cdpr.log.run",
     "Scenario": "cdpr.scenario",
+    "ScenarioError": "cdpr.errors",
     "SimulationStopped": "cdpr.errors",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
@@ -39,8 +41,10 @@ __all__ = [
     "CdprError",
     "Diverged",
     "Infeasible",
+    "PluginError",
     "Run",
     "Scenario",
+    "ScenarioError",
     "SimulationStopped",
     "__version__",
     "load_robot",

@@ -19,8 +19,10 @@ from cdpr.plugins import Backend, RigidBodyBackend
 from cdpr_backends.snapshots import put_back, save
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
-# of the loop find the same in the same step.
+# of the loop find the same in the same step. (MuJoCo knows only one such setting for the whole process.)
 mujoco.set_mju_user_warning(lambda text: None)
+
+ROUNDING = 1e-12  # keeps a sum of moments from missing the triangle inequality by its last bit
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
 
@@ -159,7 +161,8 @@ class World:
         self.frame = frame
         # The compiler refuses principal moments that miss the triangle inequality by mere rounding: they are put in
         # afterwards.
-        spec.body("platform").inertia = np.minimum(frame.moments, frame.moments.sum() - frame.moments)
+        moments = frame.moments
+        spec.body("platform").inertia = np.minimum(moments, (moments.sum() - moments) * (1.0 - ROUNDING))
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self.model.body_inertia[PLATFORM] = frame.moments

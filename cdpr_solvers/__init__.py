@@ -13,7 +13,13 @@ def cdpr_solvers() -> list[PluginInfo]:
             name="qp",
             factory="cdpr_solvers.qp:MinimumNorm",
             summary="minimum 2-norm within the limits, exact, by a dual active set in the null space",
-            properties={"exact": True, "respects_bounds": True, "continuity": "C0"},
+            properties={
+                "exact": True,
+                "respects_bounds": True,
+                "continuity": "C0",
+                "coverage": "full",
+                "objective": "min_norm",
+            },
         ),
         PluginInfo(
             name="pseudo_inverse",
@@ -25,7 +31,7 @@ def cdpr_solvers() -> list[PluginInfo]:
             name="closed_form",
             factory="cdpr_solvers.closed_form:ClosedForm",
             summary="closest to the middle of the limits (thesis 6.28, corrected); gives up outside the limits",
-            properties={"exact": True, "respects_bounds": True, "continuity": "Cinf"},
+            properties={"exact": True, "respects_bounds": True, "continuity": "Cinf", "objective": "mid_range"},
         ),
         PluginInfo(
             name="osqp",
@@ -33,6 +39,13 @@ def cdpr_solvers() -> list[PluginInfo]:
             summary="minimum 2-norm within the limits by OSQP, to about 1e-6 N",
             requires=("osqp", "scipy"),
             extra="cdpr[solvers]",
-            properties={"exact": False, "respects_bounds": True, "continuity": "C0"},
+            properties={
+                "exact": False,
+                "respects_bounds": True,
+                "continuity": "C0",
+                "coverage": "full",
+                "objective": "min_norm",
+                "warm_start": True,  # of its step size and scaling only
+            },
         ),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import warnings
@@ -67,11 +68,17 @@ def main() -> None:
         error.show()
         code = ExitCode.BAD_INPUT
     except CdprError as error:
+        if os.environ.get(DEBUG):
+            raise
         click.echo(str(error), err=True)
         code = error.exit_code
-    except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output has gone: nothing to say, nobody to say it to
-        code = ExitCode.OK
+    except OSError as error:
+        if error.errno == errno.EPIPE:  # the reader of our output has gone: nobody to say anything to
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit
+            code = ExitCode.OK
+        else:
+            click.echo(f"cannot write the output: {error}", err=True)
+            code = ExitCode.NOT_WRITABLE
     except Exception as error:
         if os.environ.get(DEBUG):
             raise

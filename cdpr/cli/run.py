@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -11,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli import DEBUG
 from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginError
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run
 
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROGRESS_SECONDS = 0.1  # between two updates of the bar
 
 
@@ -24,7 +27,7 @@ PROGRESS_SECONDS = 0.1  # between two updates of the bar
 @click.option("--backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
 @click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the scenario.")
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
 @click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
@@ -47,45 +50,48 @@ def command(
 
     loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     # Only a sound scenario is worth the time that these take to import.
+    from cdpr.log.run import Run
     from cdpr.log.run_folder import RunFolder
     from cdpr.log.run_json import plain
     from cdpr.model.jit import on_first_compilation
     from cdpr.simulation import simulate
     from cdpr.simulation.build import make_header
 
-    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    on_first_compilation(lambda: click.echo("compiling numerical kernels, kept for later runs...", err=True))
     folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
     stop: CdprError | None = None
-    with _signals() as signals, _bar() as bar:
+    with _signals() as signals:
+        with _bar() as bar:
 
-        def progress(done: int, total: int) -> None:
-            # Here no write is under way, and half a second is the longest that it takes to get here.
-            if signals.pending:
-                signals.pending = False
-                raise Interrupted("interrupted")
-            bar(done, total)
+            def progress(done: int, total: int) -> None:
+                if signals.pending:  # here no write is under way
+                    signals.pending = False
+                    raise Interrupted("interrupted")
+                bar(done, total)
 
-        try:
-            run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
-        except CdprError as error:
-            if error.run is None:
-                raise
-            stop, run = error, error.run  # type: ignore[assignment]
-    if report:
-        failure = _write_report(run)
-        stop = stop or failure
-    if as_json:
-        figures = {**run.summary(), "message": run.message, "folder": run.folder}
-        click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
-    else:
-        _print(run)
+            try:
+                run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
+            except CdprError as error:
+                if not isinstance(error.run, Run) or not len(error.run.rows):
+                    raise
+                stop, run = error, error.run
+        if report:
+            failure = _write_report(run)
+            stop = stop or failure
+        if as_json:
+            figures = {**run.summary(), "message": run.message, "folder": run.folder}
+            click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
+        else:
+            _print(run)
     if stop is not None:
+        if os.environ.get(DEBUG):
+            raise stop
         click.echo(f"stopped: {stop}", err=True)
         raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else stop.exit_code)
 
 
 class _Signals:
-    """Ctrl-C and SIGTERM: the first is remembered, so that the run can close its log; the second ends at once."""
+    """What ends a run: the first signal is remembered, so that the run can close its log; the second ends at once."""
 
     pending = False
     came = False
@@ -95,13 +101,13 @@ class _Signals:
         if self.came:
             raise KeyboardInterrupt
         self.pending = self.came = True
-        self.terminated = number == signal.SIGTERM
+        self.terminated = number != signal.SIGINT
 
 
 @contextmanager
 def _signals() -> Iterator[_Signals]:
     signals = _Signals()
-    before = {number: signal.signal(number, signals.handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, signals.handle) for number in STOPPING}
     try:
         yield signals
     finally:
@@ -112,7 +118,7 @@ def _signals() -> Iterator[_Signals]:
 @contextmanager
 def _bar() -> Iterator[Callable[[int, int], None]]:
     """A progress bar on stderr, where that is a terminal."""
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield lambda done, total: None
         return
     from time import monotonic
@@ -168,7 +174,9 @@ def _print(run: Run) -> None:
 
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:
-    yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}"
+    bad = figures["infeasible_steps"]
+    but = f", but {bad} of {figures['samples']} samples had no admissible tensions" if bad else ""
+    yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
     for name, key, scale, unit in (
         ("position error", "position_error_m", 1e3, "mm"),
         ("orientation error", "orientation_error_rad", 1e3, "mrad"),

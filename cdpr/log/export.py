@@ -52,6 +52,8 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
         PluginError: a package that this needs is not installed.
     """
     write = EXPORTS[to]
+    if out.exists() and not out.is_file():
+        raise OutputError(f"{out}: is no regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
     temporary = out.with_name(f"{out.name}.tmp")  # so that no half-written file ever bears the name

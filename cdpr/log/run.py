@@ -81,8 +81,14 @@ class Run:
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
     folder: str | None = None
 
+    def __repr__(self) -> str:
+        header = self.header
+        return f"<Run of {header.scenario} on {header.backend}: {len(self.rows)} samples, {self.status}>"
+
     def __getitem__(self, name: str) -> Array:
         """Return a field by name: (K,) where it has one column, else (K, columns)."""
+        if name not in self.header.layout.columns:
+            raise KeyError(f"no field is named {name!r}; there are {', '.join(self.header.layout.columns)}")
         columns = self.header.layout.columns[name]
         block = self.rows[:, columns]
         return block[:, 0] if name in SCALARS else block

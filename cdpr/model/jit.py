@@ -7,6 +7,10 @@ from typing import ParamSpec, TypeVar, cast
 
 import numba
 
+from cdpr.model import kernel_cache
+
+numba.config.CACHE_DIR = kernel_cache.folder()
+
 P = ParamSpec("P")
 R = TypeVar("R")
 

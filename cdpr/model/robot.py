@@ -22,6 +22,13 @@ def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) ->
     return array
 
 
+def read_only(array: Array) -> Array:
+    """Return a view of `array` through which it cannot be changed."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
 @dataclass(frozen=True, eq=False)
 class Cable:
     """One cable between the frame and the platform.
@@ -107,18 +114,18 @@ class Robot:
 
     @cached_property
     def anchors(self) -> Array:
-        """Anchors [A_i, B_i] side by side, shape (m, 6): what the kernels take."""
-        return np.array([[*cable.frame, *cable.platform] for cable in self.cables], dtype=np.float64)
+        """Anchors [A_i, B_i] side by side, shape (m, 6), m: what the kernels take."""
+        return frozen_array([[*cable.frame, *cable.platform] for cable in self.cables])
 
     @cached_property
     def tension_min(self) -> Array:
         """Lowest admissible tensions, shape (m,), N."""
-        return np.array([cable.tension_min for cable in self.cables], dtype=np.float64)
+        return frozen_array([cable.tension_min for cable in self.cables])
 
     @cached_property
     def tension_max(self) -> Array:
         """Highest admissible tensions, shape (m,), N."""
-        return np.array([cable.tension_max for cable in self.cables], dtype=np.float64)
+        return frozen_array([cable.tension_max for cable in self.cables])
 
     @cached_property
     def characteristic_length(self) -> float:
@@ -128,10 +135,6 @@ class Robot:
 
     @cached_property
     def inertial(self) -> Array:
-        """Mass properties packed for the kernels, shape (22,).
-
-        Mass, centre of mass (3), inertia tensor (9, row by row) and its inverse (9).
-        """
+        """Mass properties packed for the kernels, shape (13,): mass, centre of mass (3), inertia tensor row by row."""
         platform = self.platform
-        inverse = np.linalg.inv(platform.inertia)
-        return np.concatenate([[platform.mass], platform.center_of_mass, platform.inertia.ravel(), inverse.ravel()])
+        return frozen_array(np.concatenate([[platform.mass], platform.center_of_mass, platform.inertia.ravel()]))

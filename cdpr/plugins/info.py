@@ -38,6 +38,23 @@ class PluginInfo:
     options: type[PluginOptions] = PluginOptions
     interface: int = INTERFACE_VERSION
 
+    def __post_init__(self) -> None:
+        """Refuse what would only fail later, when all plugins are listed."""
+        for name in ("name", "factory", "summary", "extra"):
+            if not isinstance(getattr(self, name), str):
+                raise TypeError(f"PluginInfo.{name} must be a text, got {getattr(self, name)!r}")
+        if not self.name or ":" not in self.factory:
+            raise ValueError(f"a plugin needs a name and a factory 'module:Class', got {self.name!r}, {self.factory!r}")
+        if isinstance(self.requires, str) or not all(isinstance(module, str) for module in self.requires):
+            raise TypeError(f"PluginInfo.requires must be a tuple of module names, got {self.requires!r}")
+        if not isinstance(self.properties, Mapping):
+            raise TypeError(f"PluginInfo.properties must be a mapping, got {self.properties!r}")
+        if not (isinstance(self.options, type) and issubclass(self.options, PluginOptions)):
+            raise TypeError(
+                f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which refuses "
+                f"misspelt keys, got {self.options!r}"
+            )
+
 
 class Hooks:
     """The hooks of cdpr."""

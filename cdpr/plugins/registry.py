@@ -15,7 +15,7 @@ from typing import Any, Literal
 import pluggy
 
 from cdpr.errors import PluginError
-from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
+from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo
 
 Role = Literal["backend", "controller", "solver"]
 ROLES: tuple[Role, ...] = ("backend", "controller", "solver")
@@ -37,7 +37,7 @@ class Registered:
     @property
     def missing(self) -> list[str]:
         """Required modules that are not installed."""
-        return [name for name in self.info.requires if importlib.util.find_spec(name) is None]
+        return [name for name in self.info.requires if not _found(name)]
 
     @property
     def remedy(self) -> str:
@@ -98,6 +98,13 @@ class Registry:
             f"{distribution}: {role} '{info.name}' exists in {other.distribution} too; "
             f"write '{distribution}:{info.name}' to use this one"
         )
+
+
+def _found(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except (ImportError, ValueError):  # of a package that is missing itself
+        return False
 
 
 def unknown(role: Role, name: str, names: list[str]) -> str:
@@ -166,11 +173,6 @@ def _rows(point: importlib.metadata.EntryPoint) -> list[tuple[Role, PluginInfo]]
                     raise PluginError(
                         f"{role} '{info.name}' was written for interface {info.interface}; this cdpr has "
                         f"{INTERFACE_VERSION}: install versions that match"
-                    )
-                if not issubclass(info.options, PluginOptions):
-                    raise PluginError(
-                        f"{role} '{info.name}': its options {info.options.__name__} must derive from "
-                        "cdpr.plugins.PluginOptions, which refuses misspelt keys"
                     )
                 rows.append((role, info))
     if not rows:

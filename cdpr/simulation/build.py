@@ -12,6 +12,7 @@ import numpy as np
 from cdpr import __version__
 from cdpr.errors import CdprError, PluginError
 from cdpr.log.run import Header
+from cdpr.model import kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, describe, registry
@@ -89,7 +90,10 @@ def _output(entry: Registered) -> Output:
 
 
 def make_header(scenario: Scenario) -> Header:
-    """Describe the run to come; the same for equal scenario, seed and versions."""
+    """Describe the run to come; the same for equal scenario, seed and versions.
+
+    Raises PluginError where a plugin is unknown or what it needs is not installed.
+    """
     robot, simulation = scenario.robot, scenario.simulation
     return Header(
         scenario=scenario.name,
@@ -116,13 +120,15 @@ def make_header(scenario: Scenario) -> Header:
 def _versions(scenario: Scenario) -> dict[str, str]:
     """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring."""
     found = registry()
-    versions = {"cdpr": __version__, "python": platform.python_version()}
+    versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
     names = set(LIBRARIES)
     for entry in (
         found.get("backend", scenario.simulation.backend),
         found.get("controller", scenario.controller.type),
         found.get("solver", scenario.solver.type),
     ):
+        if entry.missing:
+            entry.load()  # says what is missing and how to get it, before anything is written
         names |= {*entry.info.requires, entry.distribution}
     for name in sorted(names - {"cdpr"}):
         try:

@@ -6,7 +6,7 @@ import numpy as np
 
 from cdpr.log.run import Event
 from cdpr.model.robot import Array
-from cdpr.plugins.controller import Output
+from cdpr.simulation.loop import Parts
 from cdpr.tension.command import BEYOND
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
@@ -15,18 +15,25 @@ from cdpr.tension.status import Status
 MOST = 200
 
 
-CLIPPED = "the solver minds no limits; tensions beyond them were clipped"
+ANSWERS = {
+    "best_effort": "the nearest wrench within the limits instead",
+    "hold_tension": "the tensions before held instead",
+    "stop": "stopped",
+}
+CLIPPED = "the solver minds no limits, its tensions were clipped to them"
 
 
-def tension_events(status: Array, step: float, respects_limits: bool, output: Output = "wrench") -> list[Event]:
+def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
     """One event for each uninterrupted span of samples with the same status that is not OK.
 
-    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held; `output` is what the
-    controller puts out.
+    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held.
     """
-    meaning = MEANING if respects_limits else {**MEANING, Status.NOT_FOUND: CLIPPED}
-    if output == "command":
-        meaning = {**MEANING, Status.NOT_FOUND: f"{BEYOND}; it was clipped"}
+    meaning = {kind: f"{text}; {ANSWERS[parts.policy]}" for kind, text in MEANING.items()}
+    if parts.output == "command":
+        meaning[Status.NOT_FOUND] = f"{BEYOND}; it was clipped"
+    elif not parts.respects_limits and parts.policy == "best_effort":
+        meaning[Status.NOT_FOUND] = CLIPPED
+    end = (len(status) - 1) * step
     if not len(status):
         return []
     starts = np.flatnonzero(np.concatenate([[True], np.diff(status) != 0]))
@@ -36,7 +43,7 @@ def tension_events(status: Array, step: float, respects_limits: bool, output: Ou
     for start, stop in spans[:MOST]:
         kind = Status(int(status[start]))
         text = f"{meaning[kind]} ({stop - start} samples)"
-        events.append(Event(start * step, kind.name.lower(), text, until=stop * step))
+        events.append(Event(start * step, kind.name.lower(), text, until=min(stop * step, end)))
     if len(spans) > MOST:
         events.append(Event(spans[MOST][0] * step, "more", f"{len(spans) - MOST} further spans without distribution"))
     return events

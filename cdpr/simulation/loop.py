@@ -10,16 +10,17 @@ from time import monotonic, sleep
 
 import numpy as np
 
-from cdpr.errors import Diverged, PluginError, SimulationStopped
+from cdpr.errors import Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.log.mcap_file import BLOCK
 from cdpr.model import Robot
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.simulation.observe import FAULTS, observe
+from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import Policy, TensionStage
+from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
 BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
@@ -56,6 +57,7 @@ class Loop:
 
     def __init__(self, parts: Parts) -> None:
         self.parts = parts
+        self.count = 0
         robot, backend = parts.robot, parts.backend
         layout = Layout(robot.m)
         self.row = row = np.zeros(layout.width)
@@ -65,6 +67,9 @@ class Loop:
 
         self.state = view("position", "angular_velocity")
         self.desired = view("desired_position", "desired_angular_acceleration")
+        # What the controller sees of them it cannot change.
+        self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
+        self.status = layout.columns["status"].start
         self.wrench = view("wrench")
         self.tension = view("tension")
         self.W = np.zeros((6, robot.m))
@@ -88,28 +93,42 @@ class Loop:
                 report,
             )
             self.out = self.wrench
-        arm = float(np.linalg.norm(robot.platform.center_of_mass))
-        geometry = (arm, backend.state, self.state, self.W, view("length"), view("rate"))
-        self.observe = partial(observe, robot.anchors, parts.control_step, *geometry)
-        self.observe_start = partial(observe, robot.anchors, 0.0, *geometry)  # no time has passed
+        bounds = acceleration_bounds(robot, backend.gravity)
+        plant = (bounds, backend.command, backend.external, backend.state)
+        geometry = (self.state, self.W, view("length"), view("rate"))
+        self.observe = partial(observe, robot.anchors, parts.control_step, *plant, *geometry)
+        self.observe_start = partial(observe, robot.anchors, 0.0, *plant, *geometry)  # no time has passed
 
-    def warm_up(self, start: Array) -> None:
+    def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
 
-        What a first call costs (compiling, loading from disk) is then over before a clock runs.
+        What a first call costs (compiling, loading from disk) is then over before a clock runs; in real time also that
+        of the infeasible policy. Raises PluginError where controller or solver write nothing.
         """
         parts = self.parts
         try:
             self._first()
             self.sample(0.0)
-            parts.controller.control(0.0, self.state, self.desired, self.out)
+            self.out[:] = np.nan
+            parts.controller.control(0.0, self.given_state, self.given_desired, self.out)
+            if np.isnan(self.out).all():
+                raise PluginError(
+                    f"the controller wrote no {parts.output}: `control` must write into the array it is given"
+                )
             self.stage.distribute()
+            if self.row[self.status] != Status.INFEASIBLE and not self.stage.answered:
+                raise PluginError(
+                    f"solver '{parts.solver_name}' wrote no tensions: `solve` must write into the array it is given"
+                )
+            if real_time:
+                self.stage.warm_up_policy()
             parts.backend.command[...] = self.tension
             parts.backend.step(parts.substeps)
             self.observe()
         except SimulationStopped:
             pass  # the run itself will say so, at its proper time
         self.row[:] = 0.0
+        self.stage.forget()
         parts.controller.reset()
         parts.solver.reset()
         parts.backend.command[...] = 0.0
@@ -130,7 +149,7 @@ class Loop:
         """
         parts, row = self.parts, self.row
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
-        state, desired, out = self.state, self.desired, self.out
+        state, desired, out = self.given_state, self.given_desired, self.out
         tension, command, advance = self.tension, backend.command, backend.step
         sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
         clock = backend.engine_time
@@ -138,43 +157,46 @@ class Loop:
         self.count = 0
         k, flush_at, flush_time = 0, BLOCK, monotonic() + BLOCK_SECONDS
         started = monotonic()
+        time = 0.0
         try:
             self._first()
             while True:
-                time = k * period
                 row[0] = time
                 sample(time)
                 control(time, state, desired, out)
-                distribute()
+                try:
+                    distribute()
+                except Infeasible:
+                    rows[k] = row  # this sample tells why
+                    k += 1
+                    raise
                 rows[k] = row
                 if k == last:
                     k += 1
                     return k
                 command[...] = tension
                 k += 1
+                time = k * period
                 advance(substeps)
                 fault = look()
                 if fault:
                     self._check(fault)
                 reading = clock()
-                if reading is not None and not abs(reading - k * period) <= CLOCK_TOLERANCE * k * period:
+                if reading is not None and not abs(reading - time) <= CLOCK_TOLERANCE * time:
                     raise Diverged(f"the engine's clock reads {reading:.6g} s: it reset itself")
                 if k >= flush_at or monotonic() > flush_time:
                     flush(k)
                     flush_at, flush_time = k - k % BLOCK + BLOCK, monotonic() + BLOCK_SECONDS
                 if real_time:
-                    ahead = k * period - (monotonic() - started)
-                    if ahead > 0.0:
-                        sleep(ahead)
+                    while (ahead := time - (monotonic() - started)) > 0.0:
+                        if monotonic() > flush_time:
+                            flush(k)
+                            flush_time = monotonic() + BLOCK_SECONDS
+                        sleep(min(ahead, BLOCK_SECONDS))
         except (SimulationStopped, PluginError) as stop:
-            raise type(stop)(f"t = {k * period:.6g} s: {stop}") from stop
+            raise type(stop)(f"t = {time:.6g} s: {stop}") from stop
         finally:
             self.count = k
-
-    @property
-    def time(self) -> float:
-        """Time that the last run reached, s."""
-        return self.count * self.parts.control_step
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state

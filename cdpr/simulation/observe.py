@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry, conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
@@ -15,10 +18,12 @@ ANGULAR_SPEED_MAX = 1e4  # rad/s
 # Quaternions are renormalised by every engine each step; this is far above round-off, far below a usable attitude.
 NORM_TOLERANCE = 1e-6
 
-# A step of the pose may differ from the velocity after it by this many times the change of velocity, plus what
-# round-off and attitude maps leave. Semi-implicit schemes need 0, any consistent scheme at most 1.
+# A step of the pose may differ from the velocity after it by as much as the strongest acceleration allows, and by this
+# factor, for schemes that do not know the velocity in between; plus what round-off and attitude maps leave.
 JUMP_FACTOR = 2.0
 JUMP_SPEED = 1e-6  # m/s and rad/s
+
+LENGTH_MIN = 1e-9  # m; the direction of a shorter cable is rounding
 
 FAULTS = {
     1: "the state is not finite",
@@ -29,14 +34,39 @@ FAULTS = {
 }
 
 
+def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
+    """What bounds the platform's accelerations, (6,), for `observe`.
+
+    1 / mass; |gravity|; distance of the centre of mass from the origin; largest distance at which a cable or a wrench
+    at the origin acts from the centre of mass; 1 / smallest principal moment; largest ratio of the gyroscopic
+    angular acceleration to the squared angular speed.
+    """
+    platform = robot.platform
+    moments = np.linalg.eigvalsh(platform.inertia)
+    arm = float(np.linalg.norm(platform.center_of_mass))
+    reach = float(np.linalg.norm(robot.anchors[:, 3:] - platform.center_of_mass, axis=1).max())
+    ratio = (moments[2] - moments[0]) / moments[0]
+    weight = float(np.linalg.norm(gravity))
+    return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio])
+
+
 @kernel
 def observe(
-    anchors: Array, period: float, arm: float, live: Array, state: Array, W: Array, length: Array, rate: Array
+    anchors: Array,
+    period: float,
+    bounds: Array,
+    command: Array,
+    external: Array,
+    live: Array,
+    state: Array,
+    W: Array,
+    length: Array,
+    rate: Array,
 ) -> int:
     """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
 
-    `state` (13,) holds the state of one control `period` (s) ago and becomes a copy of `live`; `arm` (m) is the
-    distance of the centre of mass from the origin, which lets the origin swing about it within a step.
+    `state` (13,) holds the state of one control `period` (s) ago and becomes a copy of `live`; `bounds` are as
+    `acceleration_bounds` says; `command` (m,) and `external` (6,) acted in between.
     """
     fault = 0
     for i in range(13):
@@ -46,28 +76,33 @@ def observe(
         q = quaternion(live, 3)
         if abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) > NORM_TOLERANCE:
             fault = 2
-        speed, spin, jump, change, spin_change = 0.0, 0.0, 0.0, 0.0, 0.0
+        speed, spin, jump, twist, push, torque = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         turn = logarithm(multiply(q, conjugate(quaternion(state, 3))))
-        twist = 0.0
         for i in range(3):
             v, w = live[7 + i], live[10 + i]
             speed += v * v
-            spin += w * w
+            spin += max(w * w, state[10 + i] ** 2)
             jump += (live[i] - state[i] - period * v) ** 2
-            change += (v - state[7 + i]) ** 2
             twist += (turn[i] - period * w) ** 2
-            spin_change += (w - state[10 + i]) ** 2
-        allowed = JUMP_FACTOR * math.sqrt(change) + JUMP_SPEED + period * spin * arm
+            push += external[i] ** 2
+            torque += external[3 + i] ** 2
+        pull = math.sqrt(push)
+        for i in range(anchors.shape[0]):
+            pull += abs(command[i])
+        arm = bounds[2]
+        angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
+        linear = pull * bounds[0] + bounds[1] + arm * (angular + spin)
         # A turn by more than pi comes back as its shorter twin: only smaller ones can be compared.
-        spin_allowed = JUMP_FACTOR * math.sqrt(spin_change) + JUMP_SPEED + period * spin
         comparable = period * math.sqrt(spin) < 1.0
         if speed > SPEED_MAX * SPEED_MAX or spin > ANGULAR_SPEED_MAX * ANGULAR_SPEED_MAX:
             fault = 3
-        elif math.sqrt(jump) > period * allowed or (comparable and math.sqrt(twist) > period * spin_allowed):
+        elif math.sqrt(jump) > period * (JUMP_SPEED + JUMP_FACTOR * period * linear) or (
+            comparable and math.sqrt(twist) > period * (JUMP_SPEED + JUMP_FACTOR * period * angular)
+        ):
             fault = 4
         cable_geometry(anchors, live, W, length, rate)
         for i in range(anchors.shape[0]):
-            if not length[i] > 0.0:
+            if not length[i] > LENGTH_MIN:
                 fault = 5
     for i in range(13):
         state[i] = live[i]

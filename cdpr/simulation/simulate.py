@@ -8,17 +8,19 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputError, PluginError
 from cdpr.log.recorder import Recorder
-from cdpr.log.run import Event, Run
+from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.events import tension_events
-from cdpr.simulation.loop import Loop
+from cdpr.simulation.loop import Loop, Parts
 
-STATUS: dict[type[CdprError], str] = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
+STATUS: dict[type[BaseException], str] = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
 
 
 def simulate(
@@ -47,74 +49,114 @@ def simulate(
         ScenarioError: the scenario is wrong.
         PluginError: a plugin is missing or broken.
         OutputError: `out` cannot be written.
-        SimulationStopped: the run ended early: Infeasible, Diverged or Interrupted.
+        SimulationStopped: the run ended early: Infeasible, Diverged or (from `progress`) Interrupted.
 
-    The `run` of an error that came up while the simulation ran holds all samples up to there.
+    The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to there.
     """
     changes = overrides or {}
     if isinstance(scenario, Scenario):
         scenario = scenario.with_changes(changes, backend=backend, solver=solver, controller=controller)
     else:
         scenario = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
-    begun = perf_counter()
     header = make_header(scenario)
-    parts = build(scenario)
-    loop = Loop(parts)
-    loop.warm_up(scenario.initial.state())
-    steps = scenario.simulation.steps
     folder = RunFolder(Path(out), header) if isinstance(out, (str, os.PathLike)) else out
-    started = perf_counter()
-    recorder = Recorder(header, steps, None if folder is None else folder.path)
-
-    def flush(k: int) -> None:
-        recorder.flush(k)
-        if progress is not None:
-            progress(k, steps + 1)  # may raise Interrupted; the rows up to here are on disk
-
-    error: CdprError | None = None
+    attempt = _Attempt(scenario, header, folder)
+    error: BaseException | None = None
     try:
-        loop.run(recorder.rows, flush, real_time=real_time)
-    except CdprError as stop:
+        attempt.go(real_time, progress or (lambda done, total: None))
+    except (CdprError, KeyboardInterrupt) as stop:
         error = stop
-    except KeyboardInterrupt:
-        error = Interrupted(f"t = {loop.time:.6g} s: interrupted")
-    except Exception as foreign:
-        error = PluginError(f"t = {loop.time:.6g} s: a plugin raised {describe(foreign)} in {_origin(foreign)}")
-    finally:
-        parts.backend.close()
-    looped = perf_counter()
-    try:
-        recorder.close(loop.count)
-    except OutputError as unwritable:
-        error = unwritable
-    rows = recorder.rows[: loop.count]
-    status = rows[:, header.layout.columns["status"]][:, 0]
-    events = tension_events(status, header.control_step, parts.respects_limits, parts.output)
-    outcome = "finished"
-    if error is not None:
-        outcome = STATUS.get(type(error), "failed")
-        events.append(Event(loop.time, outcome, str(error)))
-    run = Run(
-        header=header,
-        rows=rows,
-        status=outcome,
-        message="" if error is None else str(error),
-        events=tuple(events),
-        timings={"setup_s": started - begun, "loop_s": looped - started},
-        unused=scenario.unused,
-        folder=None if folder is None else str(folder.path),
-    )
-    if error is not None:
-        error.run = run
-    if folder is not None:
-        try:
-            folder.finish(run)
-        except OutputError as unwritable:
-            unwritable.run = run
-            error = error or unwritable
-    if error is not None:
-        raise error
-    return run
+    except MemoryError:
+        size = 8 * header.layout.width * (scenario.simulation.steps + 1) / 2**30
+        error = CdprError(f"the {size:.3g} GiB of samples do not fit into memory: shorten simulation.duration")
+    except (Exception, SystemExit) as foreign:
+        error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign)}")
+        error.__cause__ = foreign
+    return attempt.end(error)
+
+
+class _Attempt:
+    """One run from its parts to its end; whatever happens, `end` keeps what there is."""
+
+    def __init__(self, scenario: Scenario, header: Header, folder: RunFolder | None) -> None:
+        self.scenario = scenario
+        self.header = header
+        self.folder = folder
+        self.parts: Parts | None = None
+        self.loop: Loop | None = None
+        self.recorder: Recorder | None = None
+        self.begun = self.started = perf_counter()
+
+    @property
+    def time(self) -> float:
+        """How far the run came, s."""
+        return 0.0 if self.loop is None else self.loop.count * self.header.control_step
+
+    @property
+    def when(self) -> str:
+        """Beginning of a message about the present moment."""
+        return "" if self.recorder is None else f"t = {self.time:.6g} s: "
+
+    def go(self, real_time: bool, progress: Callable[[int, int], None]) -> None:
+        """Build, warm up and run."""
+        self.parts = build(self.scenario)
+        self.loop = Loop(self.parts)
+        self.loop.warm_up(self.scenario.initial.state(), real_time)
+        samples = self.scenario.simulation.steps + 1
+        recorder = Recorder(self.header, samples - 1, None if self.folder is None else self.folder.path)
+        self.recorder = recorder
+        progress(0, samples)
+        self.started = perf_counter()
+
+        def flush(k: int) -> None:
+            recorder.flush(k)
+            progress(k, samples)  # may raise Interrupted; the rows up to here are on disk
+
+        self.loop.run(recorder.rows, flush, real_time=real_time)
+
+    def end(self, error: BaseException | None) -> Run:
+        """Close log, folder and backend, and return the run or raise the error with the run in it."""
+        looped = perf_counter()
+        rows = np.empty((0, self.header.layout.width))
+        if self.loop is not None and self.recorder is not None:
+            rows = self.recorder.rows[: self.loop.count]
+            try:
+                self.recorder.close(self.loop.count)
+            except OutputError as unwritable:
+                error = unwritable
+        events = []
+        if self.parts is not None:
+            status = rows[:, self.header.layout.columns["status"]][:, 0]
+            events = tension_events(status, self.header.control_step, self.parts)
+            try:
+                self.parts.backend.close()
+            except (Exception, SystemExit) as foreign:
+                events.append(Event(self.time, "warning", f"the backend raised {describe(foreign)} while closing"))
+        outcome, message = "finished", ""
+        if error is not None:
+            outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")
+            message = str(error) or "interrupted"
+            cause = error.__cause__
+            events.append(Event(self.time, outcome, str(cause) if isinstance(cause, CdprError) else message))
+        run = Run(
+            header=self.header,
+            rows=rows,
+            status=outcome,
+            message=message,
+            events=tuple(events),
+            timings={"setup_s": self.started - self.begun, "loop_s": looped - self.started},
+            unused=self.scenario.unused,
+            folder=None if self.folder is None else str(self.folder.path),
+        )
+        if self.folder is not None:
+            try:
+                self.folder.finish(run)
+            except OutputError as unwritable:
+                error = error or unwritable
+        if error is not None:
+            error.run = run  # type: ignore[attr-defined]
+            raise error
+        return run
 
 
 def _origin(error: BaseException) -> str:

@@ -10,6 +10,10 @@ from cdpr.model.robot import Array
 # A limit counts as kept within this share of the largest coordinate: the round-off of the updates.
 FEASIBILITY_TOLERANCE = 1e-13
 
+# A limit that cannot be kept but is broken by less than this share of the largest coordinate counts as kept: the
+# rounding of an ill-conditioned problem whose only solution is a vertex, far below what the checks accept.
+VERTEX_TOLERANCE = 1e-9
+
 # A constraint normal whose part orthogonal to the active ones is below this share of its length depends on them.
 DEPENDENCE_TOLERANCE = 1e-11
 
@@ -69,8 +73,10 @@ def nearest(
                 below, above = low[i] - point[i], point[i] - high[i]
                 excess = max(below, above)
                 if excess > tolerance:
-                    if size[i] <= DEPENDENCE_TOLERANCE:
-                        return INFEASIBLE  # this cable cannot be changed at all
+                    if size[i] <= DEPENDENCE_TOLERANCE:  # this cable cannot be changed at all
+                        if excess > VERTEX_TOLERANCE * scale:
+                            return INFEASIBLE
+                        continue
                     if excess > worst * size[i]:
                         p, worst = i, excess / size[i]
                         side = 1.0 if below > above else -1.0
@@ -108,7 +114,10 @@ def nearest(
             full = -slack / square if independent else math.inf
             step = min(partial, full)
             if step == math.inf:
-                return INFEASIBLE
+                if -slack > VERTEX_TOLERANCE * scale:
+                    return INFEASIBLE
+                active[p] = -side
+                break
             for j in range(k):
                 u[j] -= step * dual[j]
             u_p += step

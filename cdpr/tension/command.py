@@ -39,6 +39,14 @@ class CommandStage:
         limits = np.array([robot.tension_min, robot.tension_max])
         self._take = partial(take, limits, self.command, W, tension, wrench, report)
 
+    answered = True  # there is no solver to be asked
+
+    def forget(self) -> None:
+        """Do nothing: there are no answers to forget."""
+
+    def warm_up_policy(self) -> None:
+        """Do nothing: there is nothing to compile."""
+
     def distribute(self) -> None:
         """Write tensions, wrench and report for the present command.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import Robot
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.checks import accept, judge, select
 from cdpr.tension.status import Status
@@ -19,9 +19,9 @@ Policy = Literal["best_effort", "hold_tension", "stop"]
 Solve = Callable[[Array, Array, Array, Array, Array], int]
 
 MEANING = {
-    Status.INFEASIBLE: "no tensions within the limits balance the wrench",
-    Status.NOT_FOUND: "the solver found no tensions within the limits that balance the wrench",
-    Status.UNSUPPORTED: "the solver does not support this robot or pose",
+    Status.INFEASIBLE: "the solver says that no tensions within the limits balance the wrench",
+    Status.NOT_FOUND: "no answer of the solver passed the checks (finite, within the limits, balancing the wrench)",
+    Status.UNSUPPORTED: "the solver says that it does not support this robot or pose",
     Status.BAD_INPUT: "the solver refused its input",
 }
 
@@ -33,9 +33,9 @@ class TensionStage:
         robot: gives the limits.
         solve: the solver's bound method.
         name: the solver's name, for messages.
-        respects_limits: what the solver declares. The answer of one that does not is clipped to the limits.
-        policy: what to do where the solver has no admissible answer: the nearest wrench within the limits, the
-            previous tensions, or stop.
+        respects_limits: what the solver declares.
+        policy: what to do where the solver has no admissible answer: the nearest wrench within the limits (or, from a
+            solver that respects none, its answer clipped), the previous tensions, or stop.
         W: (6, m) wrench matrix, live. The solver gets the rows of the robot's degrees of freedom.
         wrench: (6,) wanted wrench, live; likewise.
         tension: (m,) result.
@@ -69,7 +69,9 @@ class TensionStage:
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
         self._limits = limits
-        self._solve = partial(solve, W, wrench, robot.tension_min, robot.tension_max, answer)
+        self._wrench = wrench
+        # The solver cannot change what its answer is checked against.
+        self._solve = partial(solve, read_only(W), read_only(wrench), robot.tension_min, robot.tension_max, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
         self._judge = partial(judge, W, wrench, weights, limits, tension, report)
         work = np.zeros(box.work_size(robot.n, robot.m))
@@ -85,28 +87,45 @@ class TensionStage:
             self._select()
         try:
             status = self._solve()
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
-        if status == 0:
+        answered = status == 0
+        if answered:
             status = self._accept()
         if status != 0:
-            self._fall_back(status)
+            self._fall_back(status, answered)
 
-    def _fall_back(self, code: int) -> None:
+    def warm_up_policy(self) -> None:
+        """Call what only an infeasible wrench needs, so that it does not compile in the loop."""
+        self._best_effort()
+
+    def forget(self) -> None:
+        """Forget all answers."""
+        self._answer[:] = np.nan
+
+    @property
+    def answered(self) -> bool:
+        """Whether the solver has ever written anything into its answer."""
+        return not np.isnan(self._answer).all()
+
+    def _fall_back(self, code: int, answered: bool) -> None:
+        """Find tensions where the solver gave none, or none that passed the checks."""
         try:
             status = Status(code)
         except ValueError:
             raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
-        if self._accept() == Status.BAD_INPUT:
+        if not np.isfinite(self._wrench).all():
             raise Diverged("the controller put out a wrench that is not finite")
-        if self._policy == "stop":
-            raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
-        tension = self._tension
-        previous = tension.copy()
-        if not self._respects_limits and np.isfinite(self._answer).all():
+        tension, previous = self._tension, self._tension.copy()
+        clip = answered and not self._respects_limits and np.isfinite(self._answer).all()
+        if self._policy != "best_effort":
+            tension[:] = previous
+        elif clip:
             tension[:] = self._answer
-        elif self._policy == "hold_tension" or self._best_effort() < 0:
+        elif self._best_effort() < 0:
             tension[:] = previous
         np.clip(tension, self._limits[0], self._limits[1], out=tension)
         self._judge()
         self._report[0] = status
+        if self._policy == "stop":
+            raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")

@@ -86,6 +86,7 @@ def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: A
     """
     from cdpr.trajectory.kernels import rotation_vector_rates
 
+    orientation = _on_one_side(orientation)
     duration, turns = np.diff(times), _turns(orientation)
     rate, second = np.empty_like(turns), np.empty_like(turns)
     rotation_vector_rates(turns, np.ascontiguousarray(spin[1:]), np.ascontiguousarray(spin_rate[1:]), rate, second)
@@ -103,6 +104,12 @@ def _ends_at_rest(rates: Array | None, times: Array) -> Array:
     for end in (0, -1):
         rows[end] = np.where(np.isnan(rows[end]), 0.0, rows[end])
     return rows
+
+
+def _on_one_side(q: Array) -> Array:
+    """The same attitudes (K, 4), signs chosen so that the quaternion does not jump from one to the next."""
+    flips = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray(q * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
 
 
 def _turns(q: Array) -> Array:

@@ -12,6 +12,8 @@ import cdpr
 from cdpr.errors import Diverged
 from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.observe import FAULTS as FAULT_TEXTS
+from cdpr.simulation.observe import acceleration_bounds, observe
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 MOVING = 20  # steps; at rest in its initial pose a reset body differs from a sound one by its clock only
@@ -67,7 +69,22 @@ class Faulty:
             self._fault(self._backend)
 
 
-FAULTS = [nan, infinite, absurd_speed, absurd_spin, shrunk_quaternion, jump, turn, reset]
+def small_jump(backend):
+    """Twice of what the strongest acceleration explains in a step."""
+    backend.state[1] += 2.5 * 1e-6 * (2 * 3500 / 150 + 9.81)
+
+
+FAULTS = {
+    nan: "not finite",
+    infinite: "not finite",
+    absurd_speed: "absurdly fast",
+    absurd_spin: "absurdly fast",
+    shrunk_quaternion: "not of unit length",
+    jump: "the pose jumped",
+    small_jump: "the pose jumped",
+    turn: "the pose jumped",
+    reset: "the pose jumped",
+}
 
 
 @pytest.mark.parametrize("backend", ["reference", "mujoco"])
@@ -81,7 +98,7 @@ def test_each_fault_is_found_in_its_own_step(backend, fault):
         plant = Faulty(parts.backend, fault, when)
         loop = Loop(dataclasses.replace(parts, backend=plant))
         rows = np.empty((scenario.simulation.steps + 1, len(loop.row)))
-        with pytest.raises(Diverged, match=r"^t = "):
+        with pytest.raises(Diverged, match=rf"^t = {when / 1000:g} s: .*{FAULTS[fault]}"):
             loop.run(rows, lambda _: None)
         assert loop.count == when  # samples 0 ... when - 1 are kept
         assert np.isfinite(rows[: loop.count]).all()
@@ -95,6 +112,36 @@ def test_a_reset_at_the_start_pose_shows_in_the_engines_clock():
     with pytest.raises(Diverged, match="clock reads 0 s"):
         loop.run(rows, lambda _: None)
     assert loop.count == 7
+
+
+def test_a_cable_without_length_is_found():
+    """The anchor of the first cable, seen from a state that brings the platform's anchor there."""
+    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+    anchors = robot.anchors.copy()
+    state = np.concatenate([anchors[0, :3] - anchors[0, 3:], [1, 0, 0, 0], np.zeros(6)])
+    W, lengths, rates = np.zeros((6, 8)), np.zeros(8), np.zeros(8)
+    bounds = acceleration_bounds(robot, np.zeros(3))
+    fault = observe(anchors, 0.0, bounds, np.zeros(8), np.zeros(6), state, state.copy(), W, lengths, rates)
+    assert FAULT_TEXTS[fault] == "a cable has no length"
+
+
+@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+def test_long_control_periods_of_a_swinging_platform_raise_no_alarm(backend):
+    """Motion that goes to and fro within a control period, as pretension makes it."""
+    run = cdpr.simulate(
+        CAROCA,
+        backend=backend,
+        controller="static",
+        overrides={
+            "simulation": {"duration": 2.0, "control_step": 0.1, "physics_step": 1e-3},
+            "trajectory": {"type": "hold"},
+            "robot.tension.min": 500,
+            "controller.kp": 0.0,
+            "controller.kd": 0.0,
+            "initial.angular_velocity": [0.0, 0.0, 0.2],
+        },
+    )
+    assert run.status == "finished"
 
 
 def test_sound_runs_raise_no_alarm():

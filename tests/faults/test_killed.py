@@ -54,7 +54,7 @@ def wait_for_rows(process, folder):
         time.sleep(0.005)
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
 def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
     command = [sys.executable, "-m", "cdpr", "run", CAROCA, "--no-report", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(

@@ -33,7 +33,8 @@ class SemiImplicitEuler:
 
     def wrench(self, p, R):
         """Force and moment about the origin, world axes."""
-        A, B = self.robot.anchors[:, :3], self.robot.anchors[:, 3:]
+        anchors = self.robot.anchors.copy()
+        A, B = anchors[:, :3], anchors[:, 3:]
         arms = R.apply(B)
         lines = A - p - arms
         pulls = self.command[:, None] * lines / np.linalg.norm(lines, axis=1)[:, None]

@@ -70,7 +70,6 @@ def test_our_own_plugins_come_through_the_entry_points():
         (ModuleType("empty"), "implements no hook"),
         (package(info("a"), hook="cdpr_solver"), "unknown hook 'cdpr_solver'"),
         (package("a"), "returned str, not PluginInfo"),
-        (package(info("a", options=Lax)), "its options Lax must derive from cdpr.plugins.PluginOptions"),
         (package(info("a", interface=INTERFACE_VERSION + 1)), "interface 2; this cdpr has 1"),
     ],
 )
@@ -80,6 +79,28 @@ def test_a_broken_plugin_is_described_and_left_out(plugin, reason):
     (problem,) = found.problems
     assert "bad" in problem
     assert reason in problem
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"options": Lax}, "must derive from cdpr.plugins.PluginOptions"),
+        ({"options": dict}, "must derive from cdpr.plugins.PluginOptions"),
+        ({"name": None}, "must be a text"),
+        ({"name": ""}, "needs a name"),
+        ({"factory": "json"}, "'module:Class'"),
+        ({"summary": None}, "must be a text"),
+        ({"requires": "mujoco"}, "tuple of module names"),
+        ({"properties": None}, "must be a mapping"),
+    ],
+)
+def test_a_malformed_row_is_refused_where_it_is_made(changes, reason):
+    with pytest.raises((TypeError, ValueError), match=reason):
+        info(**{"name": "a", **changes})
+
+
+def test_a_submodule_of_a_missing_package_is_missing():
+    assert Registered("backend", info("x", requires=("no_such.part",)), "cdpr", "1").missing == ["no_such.part"]
 
 
 def test_an_interrupt_is_not_swallowed():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import pytest
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo, PluginOptions
@@ -163,8 +163,10 @@ class NeedyOptions(PluginOptions):
     path: str = Field(description="file to run")
 
 
-class LaxOptions(BaseModel):
-    """What an author writes who does not know PluginOptions."""
+class LaxOptions(PluginOptions):
+    """What an author writes who wants text taken for numbers."""
+
+    model_config = ConfigDict(strict=False)
 
     gain: float = 1.0
     on: bool = False
@@ -180,9 +182,7 @@ class OddSchema(PluginOptions):
         return {"properties": {"type": True}, "anyOf": [True, {"$ref": "elsewhere"}]}
 
 
-class BrokenOptions(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-
+class BrokenOptions(PluginOptions):
     @model_validator(mode="before")
     @classmethod
     def _explodes(cls, data: object) -> object:

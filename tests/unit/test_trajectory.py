@@ -129,3 +129,12 @@ def test_times_must_increase():
         through([knot, knot])
     with pytest.raises(ValueError, match="two or more"):
         through([knot])
+
+
+def test_the_quaternion_does_not_jump_at_a_knot():
+    """q and -q are one attitude."""
+    q = rotations.from_rpy(0.1, 0.2, 0.3)
+    knots = [Knot(float(k), np.full(3, float(k)), (-1) ** k * q) for k in range(4)]
+    trajectory = through(knots)
+    path = np.array([trajectory.sample(time)[3:7] for time in np.linspace(0, 3, 301)])
+    assert np.abs(np.diff(path, axis=0)).max() < 1e-12
