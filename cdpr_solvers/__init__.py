@@ -43,7 +43,6 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "exact": False,
                 "respects_bounds": True,
                 "continuity": "C0",
-                "coverage": "full",
                 "objective": "min_norm",
                 "warm_start": True,  # of its step size and scaling only
             },

@@ -246,15 +246,15 @@ class Aliasing(Wrapped):
         state[0] += 1e-9
 
 
-class Once(Wrapped):
-    """Only the first one made in a process works well."""
+class Ageing(Wrapped):
+    """Each one made in a process is a little worse than the one before."""
 
     made = 0
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
-        Once.made += 1
-        self.fault = 1e-6 * (Once.made > 1)
+        Ageing.made += 1
+        self.fault = 1e-6 * Ageing.made
 
     def loads(self):
         return self.command, self.external + self.fault
@@ -390,7 +390,7 @@ MUTANTS = {
     Replacing: ({}, ["arrays_are_kept"]),
     Scribbling: ({}, ["arrays_are_kept"]),
     Aliasing: ({}, ["state_round_trip"]),
-    Once: ({}, ["made_and_closed_twice"]),
+    Ageing: ({}, ["made_and_closed_twice"]),
     Unforgetting: ({}, ["reset_forgets"]),
     Sharing: ({}, ["instances_are_apart"]),
     HalfSnapshot: ({"snapshot": True}, ["snapshot_restores"]),

@@ -13,8 +13,8 @@ from cdpr.tension import Status
 STEP = 0.25
 
 
-def events(statuses, *, policy="best_effort", respects_limits=True):
-    parts = SimpleNamespace(policy=policy, respects_limits=respects_limits)
+def events(statuses, *, policy="best_effort", respects_limits=True, output="wrench"):
+    parts = SimpleNamespace(policy=policy, respects_limits=respects_limits, output=output)
     return tension_events(np.array(statuses, dtype=float), STEP, parts)
 
 
@@ -45,6 +45,11 @@ def test_nothing_to_tell():
 def test_what_was_done_is_told(policy, respects_limits, text):
     (event,) = events([Status.NOT_FOUND], policy=policy, respects_limits=respects_limits)
     assert text in event.text
+
+
+def test_a_clipped_command_is_the_controllers():
+    (event,) = events([Status.NOT_FOUND], output="command")
+    assert event.text.startswith("the controller's command is beyond the tension limits; it was clipped")
 
 
 def test_more_than_anyone_reads_are_counted():
