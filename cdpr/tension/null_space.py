@@ -84,7 +84,7 @@ def split(W: Array, wrench: Array, particular: Array, basis: Array, work: Array)
             s -= V[j, k] * rhs[k]
         if j < rank:
             rhs[j] = s / diagonal[j]
-        elif abs(s) > allowed:
+        elif not abs(s) <= allowed:  # NaN is not consistent either
             consistent = False
     for c in range(m - rank):  # Q e_c, in `particular` for want of other space
         for i in range(m):

@@ -212,3 +212,23 @@ def test_open_and_close_leak_nothing(offset_robot, name, options):
     before = resident()
     use(300)
     assert resident() - before < 5.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BACKENDS)
+def test_a_million_steps_need_no_more_memory(name):
+    """Hovering under the weight's own tensions would drift; a held carriage stays, and steps all the same."""
+    robot = dataclasses.replace(make_robot(crossed_box(np.random.default_rng(0), 8)), dof=("x",))
+    backend = plant(name, robot)
+    start = np.concatenate([[0, 0, 2], [1, 0, 0, 0], np.zeros(6)])
+    backend.reset(start)
+
+    def use(times):
+        for _ in range(times):
+            backend.step(1)
+
+    use(1000)
+    before = resident()
+    use(1_000_000)
+    assert resident() - before < 5.0
+    np.testing.assert_allclose(backend.state, start, atol=1e-12)
