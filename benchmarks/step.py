@@ -26,10 +26,10 @@ from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.loop import Loop
 
-SCENARIO = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
-SECONDS = 20.0
+SCENARIOS = Path(__file__).parent.parent / "scenarios"
+SECONDS = 5.0
+RUNS = 15  # counted, after one that is not
 PINV_CALLS = 100
-WARM_UP = 5  # chunks
 BACKENDS = [name for name in ("reference", "mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
 
 
@@ -41,16 +41,12 @@ def pinv_cost(matrix: np.ndarray) -> float:
     return (perf_counter() - start) / PINV_CALLS
 
 
-def step_cost(backend: str, substeps: int) -> dict[str, float]:
-    """Medians over interleaved chunks: a step and a pinv, s, and their ratio."""
-    scenario = load_scenario(
-        SCENARIO,
-        backend=backend,
-        overrides={"simulation.duration": SECONDS, "simulation.physics_step": 1e-3 / substeps},
-    )
+def one_run(backend: str, substeps: int, path: Path, steps: list[float], pinvs: list[float]) -> None:
+    """Run once and append what a step and a pinv cost in each chunk, s."""
+    overrides = {"simulation.duration": SECONDS, "simulation.physics_step": 1e-3 / substeps}
+    scenario = load_scenario(path, backend=backend, overrides=overrides)
     loop = Loop(build(scenario))
     loop.warm_up(scenario.initial.state())
-    steps, pinvs = [], []
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(make_header(scenario), scenario.simulation.steps, Path(folder))
         done, since = 0, perf_counter()
@@ -58,14 +54,23 @@ def step_cost(backend: str, substeps: int) -> dict[str, float]:
         def chunk(k: int) -> None:
             nonlocal done, since
             recorder.flush(k)
-            if k > done:
-                steps.append((perf_counter() - since) / (k - done))
+            steps.append((perf_counter() - since) / (k - done))
             pinvs.append(pinv_cost(loop.W))
             done, since = k, perf_counter()
 
         loop.run(recorder.rows, chunk)
         recorder.close(loop.count)
-    step, pinv = median(steps[WARM_UP:]), median(pinvs[WARM_UP:])
+
+
+def step_cost(backend: str, substeps: int, scenario: str = "caroca") -> dict[str, float]:
+    """Medians over interleaved chunks of several runs: a step and a pinv, s, and their ratio."""
+    steps: list[float] = []
+    pinvs: list[float] = []
+    path = SCENARIOS / f"{scenario}.yaml"
+    one_run(backend, substeps, path, [], [])
+    for _ in range(RUNS):
+        one_run(backend, substeps, path, steps, pinvs)
+    step, pinv = median(steps), median(pinvs)
     return {"step_us": 1e6 * step, "pinv_us": 1e6 * pinv, "ratio": step / pinv}
 
 
@@ -83,7 +88,7 @@ def share(call: Callable[[], object], matrix: np.ndarray) -> float:
 
 def stage_costs(backend: str) -> dict[str, float]:
     """Each stage called alone, in a held pose, as a share of one pinv."""
-    scenario = load_scenario(SCENARIO, backend=backend, overrides={"trajectory": {"type": "hold"}})
+    scenario = load_scenario(SCENARIOS / "caroca.yaml", backend=backend, overrides={"trajectory": {"type": "hold"}})
     parts = build(scenario)
     loop = Loop(parts)
     rows = np.empty((scenario.simulation.steps + 1, len(loop.row)))
@@ -114,10 +119,10 @@ def stage_costs(backend: str) -> dict[str, float]:
 def measure() -> dict[str, dict[str, object]]:
     """All figures, by backend."""
     result: dict[str, dict[str, object]] = {}
-    step_cost(BACKENDS[0], 1)
     for backend in BACKENDS:
         result[backend] = {
             **step_cost(backend, 1),
+            "ratio_cogiro": step_cost(backend, 1, "cogiro")["ratio"],
             "ratio_10_substeps": step_cost(backend, 10)["ratio"],
             "stages": stage_costs(backend),
         }
@@ -126,7 +131,6 @@ def measure() -> dict[str, dict[str, object]]:
 
 def gate(limit: float) -> None:
     """Fail where a step costs more than `limit` pinvs."""
-    step_cost(BACKENDS[0], 1)
     for backend in BACKENDS:
         ratio = step_cost(backend, 1)["ratio"]
         print(f"{backend}: {ratio:.2f} pinv a step, at most {limit:g} allowed")
@@ -144,7 +148,8 @@ def main() -> None:
         return
     for backend, costs in result.items():
         print(
-            f"{backend}: {costs['ratio']:.2f} pinv a step, {costs['ratio_10_substeps']:.2f} with 10 physics steps "
+            f"{backend}: {costs['ratio']:.2f} pinv a step, {costs['ratio_cogiro']:.2f} for cogiro, "
+            f"{costs['ratio_10_substeps']:.2f} with 10 physics steps "
             f"({costs['step_us']:.1f} us against {costs['pinv_us']:.1f} us)"
         )
         for stage, share in costs["stages"].items():
