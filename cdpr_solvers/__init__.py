@@ -98,7 +98,7 @@ def cdpr_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="piqp",
             factory="cdpr_solvers.piqp:Piqp",
-            summary="minimum 2-norm within the limits by PIQP, to about 1e-6 N",
+            summary="minimum 2-norm within the limits by PIQP, to about 1e-5 N",
             requires=("piqp",),
             extra="cdpr[solvers]",
             properties={

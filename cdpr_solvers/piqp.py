@@ -24,7 +24,7 @@ MEANING = {piqp.PIQP_SOLVED: Status.OK, piqp.PIQP_PRIMAL_INFEASIBLE: Status.INFE
 
 
 class Piqp(LibrarySolver):
-    """min |t|^2 subject to W t = wrench, t_min <= t <= t_max; about 1e-6 N from the exact optimum.
+    """min |t|^2 subject to W t = wrench, t_min <= t <= t_max; about 1e-5 N from the exact optimum.
 
     Made anew for each call, which costs a quarter of the time: its scaling would start from that of the problem before.
     """
