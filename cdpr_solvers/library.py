@@ -24,11 +24,11 @@ OK, NOT_FOUND = int(Status.OK), int(Status.NOT_FOUND)
 
 
 class LibrarySolver(TensionSolver):
-    """A convex program over low <= [1 ; W] t <= high, the rows of `limits` first, solved by a library.
+    """A convex program over low <= [1 ; W] t <= high, the limits above and the equations below, solved by a library.
 
     Libraries check no input and have tolerances of their own, absolute ones, so a call
     - refuses what is not finite and limits that contradict each other,
-    - scales tensions and rows to between 1 and 2, by powers of two, which rounds nothing,
+    - scales tensions and rows to numbers below 2, by powers of two, which rounds nothing,
     - refuses a wrench so large that no cables could reach it: some libraries take large numbers for infinity,
     - calls an answer NOT_FOUND that leaves the limits or misses the wrench by more than the tension stage allows.
 
