@@ -25,10 +25,10 @@ LONG_STEP = 2**20
 class Exact(TensionSolver):
     """The optimum of the problem as its floating-point numbers state it, each tension rounded once, to the nearest.
 
-    For checking other solvers, as the thesis did with the exact program of CGAL. Any number of cables: eight take
-    about a millisecond, the 1-norm several. Also whether there is a solution at all is decided exactly: dependent rows of W, or fewer cables than
-    rows, balance a wrench that was rounded only by luck, and are INFEASIBLE otherwise. `one_norm` minimises the sum of
-    the tensions; where that leaves several, it takes one of them.
+    For checking other solvers, as the thesis did with the exact program of CGAL. Any number of cables: eight take about
+    a millisecond, the 1-norm several. Also whether there is a solution at all is decided exactly: dependent rows of W,
+    or fewer cables than rows, balance a wrench that was rounded only by luck, and are INFEASIBLE otherwise. `one_norm`
+    minimises the sum of the tensions; where that leaves several, it takes one of them.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
