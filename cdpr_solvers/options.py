@@ -60,6 +60,23 @@ class AnalyticCentreOptions(PluginOptions):
     )
 
 
+class ExactOptions(PluginOptions):
+    """Options of the solver `exact`."""
+
+    objective: Literal["min_norm", "one_norm"] = Field(
+        "min_norm", description="what is least: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
+    )
+
+
+class QpsolversOptions(PluginOptions):
+    """Options of the solver `qpsolvers`."""
+
+    name: str = Field("daqp", description="a solver that the library qpsolvers knows and finds installed")
+    settings: dict[str, bool | int | float | str] = Field(
+        default_factory=dict, description="settings of that solver, under its own names, such as eps_abs"
+    )
+
+
 def per_cable(robot: Robot, name: str, values: Sequence[float] | None) -> list[float]:
     """Return one value per cable, 1 by default; PluginError where there are more or fewer."""
     if values is None:

@@ -27,6 +27,29 @@ def test_built_in(check):
     check()
 
 
+# What options may change; the rest of the kit asks about code that they share.
+ANSWERS = {
+    "answers_balance",
+    "what_can_be_solved_is_solved",
+    "infeasible_is_never_ok",
+    "degenerate_problems_are_answered",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "declared"),
+    [
+        ("exact", {"objective": "one_norm"}, {"objective": "one_norm", "continuity": "jump"}),
+        ("qpsolvers", {"name": "quadprog"}, {}),
+    ],
+)
+def test_options_keep_what_is_declared(name, options, declared):
+    entry = registry().get("solver", name)
+    chosen = entry.info.options(**options)
+    results = check_solver(entry.load(), properties={**entry.info.properties, **declared}, options=chosen, only=ANSWERS)
+    assert {result.outcome for result in results} == {"passed"}, results
+
+
 def cdpr(*arguments):
     return subprocess.run([sys.executable, "-m", "cdpr", *arguments], capture_output=True, text=True, timeout=120)
 
