@@ -176,7 +176,7 @@ def test_a_thin_polygon_has_its_centroid_within(seed, width):
     along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
     N, c = np.array([along, across]), rng.uniform(-1.0, 1.0, 2)
     low = rng.uniform(1.0, 5.0, 2)
-    high = low + [100.0, width]
+    high = low + np.array([100.0, width])
     np.testing.assert_allclose(c + N @ middle(corners(N, c, low, high)), (low + high) / 2, atol=1e-9 + 1e-12 / width)
 
 
