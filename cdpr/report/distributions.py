@@ -83,9 +83,9 @@ def _answers(answers: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def _status(answer: dict[str, Any]) -> str:
-    if answer["status"] is None:
-        return "none"
-    return str(answer["status"]) if answer["status"] != "OK" or answer["admissible"] else "OK, untrue"
+    if answer["status"] != "OK" or answer["admissible"]:
+        return f"{answer['status'] or 'none'}{'' if answer['true'] else ', untrue'}"
+    return "OK, but beyond" if answer["true"] else "OK, untrue"
 
 
 def _number(value: float | None, form: str) -> str:
@@ -125,4 +125,4 @@ def _tension(t: float | None, cable: dict[str, Any]) -> str:
         mark = "!"
     else:
         mark = "<" if below >= -LIMIT_TOLERANCE else ">" if above >= -LIMIT_TOLERANCE else " "
-    return f"{t:.2f}{mark}"
+    return f"{round(t, 2) + 0.0:.2f}{mark}"  # no minus before zero

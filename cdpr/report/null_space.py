@@ -7,23 +7,25 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cdpr.model.robot import Array
-from cdpr.report.canvas import Axes, Chart, inline_svg, styled
+from cdpr.report import null_space_line, null_space_plane
+from cdpr.report.canvas import Chart, inline_svg, styled
 from cdpr.report.legend import LINE
 from cdpr.report.marks import INK, SOFT
+from cdpr.report.null_space_panel import BAD, GOOD, Group, Panel, write_badge
 from cdpr.report.text import vector
 
 # Inches.
 SIDE = 5.6  # of the large panel
 SMALL = 2.3  # of the small one
-LEFT, BOTTOM, TOP, GAP = 0.75, 0.55, 0.62, 0.35
+LEFT, BOTTOM, TOP, GAP = 0.75, 0.55, 0.95, 0.35
 COLUMN = 3.0
 LETTERS = 38  # of a line in the column
+SPACE = 0.07  # between two entries of the legend
 
 # Answers closer than this share of the panel cannot be told apart, and share a badge.
 SAME = 0.004
@@ -32,31 +34,6 @@ SAME = 0.004
 CLOSE_UP = 0.3
 
 PADDING = 0.18
-GOOD, BAD = "#1b7f4d", "#c0392b"
-ADMISSIBLE = "#dcefe3"
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Answers that coincide."""
-
-    x: Array  # (r,)
-    solvers: list[str]
-    admissible: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Panel:
-    """Axes with their window in x and their size in inches."""
-
-    axes: Axes
-    low: Array  # (r,)
-    high: Array
-    size: Array  # (2,)
-
-    def shows(self, x: Array) -> bool:
-        """Whether the window holds x."""
-        return bool(np.all((x >= self.low) & (x <= self.high)))
 
 
 def draw_null_space(figures: dict[str, Any]) -> str:
@@ -71,21 +48,21 @@ def draw_null_space(figures: dict[str, Any]) -> str:
 @styled
 def chart(figures: dict[str, Any]) -> Chart:
     """Draw the admissible set with limits and answers; a close-up too where they differ much in size."""
-    from cdpr.report import null_space_line, null_space_plane
-
     corners = np.array(figures["null_space"]["corners_N"])
     r = np.array(figures["null_space"]["basis"]).shape[1]
     corners = corners.reshape(-1, r)
     part = null_space_line if r == 1 else null_space_plane
     whole, close = windows(corners, figures, r)
-    groups = _groups(figures["solvers"], SAME * float(np.max(np.subtract(*(close or whole)[::-1]))))
+    low, high = close or whole
+    near = SAME * float((high - low).max())
+    groups = _groups(figures["solvers"], near)
     entries = [_wrapped(group) for group in groups]
-    column = (SMALL + GAP + BOTTOM if close else 0.0) + LINE * (sum(map(len, entries)) + 6)
+    column = (SMALL + GAP + BOTTOM if close else 0.0) + LINE * (sum(map(len, entries)) + 5) + SPACE * len(entries)
     height = TOP + max(SIDE + BOTTOM, column)
     width = LEFT + SIDE + GAP + COLUMN
     page = Chart(figsize=(width, height))
     beside = part.ROOM  # at the right of the large panel, for its own labels
-    panels = [_panel(page, (LEFT, height - TOP - SIDE), np.array((SIDE - beside, SIDE)), close or whole)]
+    panels = [_panel(page, (LEFT, height - TOP - SIDE), np.array((SIDE - beside, SIDE)), (low, high))]
     x, y = LEFT + SIDE + GAP, height - TOP
     if close:
         panels.append(_panel(page, (x + 0.45, y - SMALL), np.array((SMALL, SMALL)), whole))
@@ -96,10 +73,11 @@ def chart(figures: dict[str, Any]) -> Chart:
     if close:
         part.draw(panels[1], figures, corners, [(k, g) for k, g in numbered if not shown(g.x)], detailed=False)
         part.frame(panels[1], panels[0])
-    _legend(page, groups, entries, (x, y), empty=not len(corners))
-    force = "wrench " + vector(figures["wrench"]["value"]) + " N, N m"
-    title = f"{figures['robot']}: the tensions t = t₀ + N x that balance the {force}"
+    _legend(page, list(zip(groups, entries, strict=True)), (x, y), near, empty=not len(corners))
+    title = f"{figures['robot']}: the tensions t = t₀ + N x that balance the wrench"
     page.text(LEFT / width, 1.0 - 0.18 / height, title, va="top", fontsize=10.0, fontweight="bold")
+    where = f"{vector(figures['wrench']['value'])} N, N m at {vector(figures['pose']['position_m'])} m"
+    page.text(LEFT / width, 1.0 - 0.4 / height, where, va="top", color=SOFT)
     return page
 
 
@@ -168,18 +146,8 @@ def _panel(page: Chart, corner: tuple[float, float], size: Array, window: tuple[
     return Panel(axes, low, high, size)
 
 
-def write_badge(axes: Any, point: tuple[float, float], number: int, good: bool, transform: Any) -> None:
-    """Write a number in a circle."""
-    colour = GOOD if good else BAD
-    look = {"boxstyle": "circle,pad=0.22", "facecolor": "white", "edgecolor": colour, "linewidth": 1.0}
-    axes.text(
-        *point, str(number), transform=transform, ha="center", va="center", fontsize=7.5, color=colour,
-        fontweight="bold", zorder=8, bbox=look,
-    )  # fmt: skip
-
-
 def _legend(
-    page: Chart, groups: list[Group], entries: list[list[str]], corner: tuple[float, float], *, empty: bool
+    page: Chart, entries: list[tuple[Group, list[str]]], corner: tuple[float, float], near: float, *, empty: bool
 ) -> None:
     """Write who is who from the corner downwards."""
     x, y = corner[0] + 0.14, corner[1] - 0.1
@@ -187,12 +155,13 @@ def _legend(
     what = "no tensions are admissible" if empty else "shaded: the admissible tensions"
     page.text(x - 0.1, y, what, transform=inches, va="center", color=BAD if empty else GOOD, fontweight="bold")
     y -= 1.5 * LINE
-    for number, (group, texts) in enumerate(zip(groups, entries, strict=True), 1):
+    for number, (group, texts) in enumerate(entries, 1):
         write_badge(page, (x, y), number, group.admissible, inches)
         for text in texts:
             page.text(x + 0.22, y, text, transform=inches, va="center", color=INK)
             y -= LINE
-        y -= 0.05
-    page.text(
-        x - 0.1, y - 0.05, "+ at x = 0: the least norm, t₀ = W⁺ wrench", transform=inches, va="center", color=SOFT
-    )
+        y -= SPACE
+    y -= SPACE
+    for text in ("+ at x = 0: the least norm, t₀ = W⁺ wrench", f"answers within {near:.2g} N share a number"):
+        page.text(x - 0.1, y, text, transform=inches, va="center", color=SOFT)
+        y -= LINE

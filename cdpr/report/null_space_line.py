@@ -1,4 +1,4 @@
-"""Tension over x where one cable is redundant: an interval, limits as horizontal lines, answers as numbered verticals."""
+"""Tension over x where one cable is redundant: an interval, limits across it, answers as numbered verticals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cdpr.model.robot import Array
 from cdpr.report.canvas import Line2D, MaxNLocator
 from cdpr.report.legend import LINE
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
-from cdpr.report.null_space import ADMISSIBLE, BAD, GOOD, Group, Panel, write_badge
+from cdpr.report.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.placing import spread_out
 
 ROOM = 1.0  # in, at the right of the panel: names of the cables
@@ -38,14 +38,17 @@ def draw(
     for i, look in enumerate(looks):
         axes.add_artist(Line2D([low, high], ends[:, i], **look, linewidth=1.4, zorder=3))
     _limits(panel, limits, looks, (bottom, top), detailed=detailed)
-    for number, group in groups:
+    for _, group in groups:
         colour = GOOD if group.admissible else BAD
         x = float(group.x[0])
         axes.add_artist(Line2D([x, x], [bottom, top], color=colour, linewidth=0.9, linestyle=(0, (3, 2)), zorder=4))
         t = start + slope * x
-        dot = {"marker": "o" if group.admissible else "X", "markersize": 4.5, "markeredgecolor": "white"}
+        dot: dict[str, Any] = {
+            "marker": "o" if group.admissible else "X",
+            "markersize": 4.5,
+            "markeredgecolor": "white",
+        }
         axes.add_artist(Line2D(np.full(len(t), x), t, linestyle="", color=colour, **dot, zorder=7))
-        del number
     _badges(panel, groups, top)
     nbins = 7 if detailed else 3
     axes.xaxis.set_major_locator(MaxNLocator(nbins=nbins, steps=(1, 2, 2.5, 5, 10)))
@@ -136,8 +139,8 @@ def _ends(
             if abs(tension - value) <= near
         ]
         if panel.low[0] <= x <= panel.high[0]:
-            side = -1.0 if k == 0 else 1.0
+            beside = x + (-0.5 if k == 0 else 0.5) * LINE * inch
             panel.axes.text(
-                x + side * 0.5 * LINE * inch, np.mean(view), ", ".join(names), rotation=90.0, ha="center", va="center",
-                fontsize=7.0, color=GOOD, zorder=5,
+                beside, 0.5 * sum(view), ", ".join(names), rotation=90.0, ha="center", va="center",
+                fontsize=7.0, color=GOOD, zorder=5, bbox=LABEL,
             )  # fmt: skip

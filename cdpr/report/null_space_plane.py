@@ -9,7 +9,7 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.report.canvas import Line2D, MaxNLocator, Path, PathPatch
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
-from cdpr.report.null_space import ADMISSIBLE, BAD, GOOD, Group, Panel, write_badge
+from cdpr.report.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.placing import Taken, place_along, place_badges
 from cdpr.tension.polygon import ZERO_ROW
 
@@ -36,7 +36,10 @@ def draw(
         at = _data(panel, badge)
         colour = GOOD if group.admissible else BAD
         axes.add_artist(Line2D(*np.array([group.x, at]).T, color=colour, linewidth=0.8, zorder=6))
-        marker = {"marker": "o" if group.admissible else "X", "markersize": 5.0 if group.admissible else 6.0}
+        marker: dict[str, Any] = {
+            "marker": "o" if group.admissible else "X",
+            "markersize": 5.0 if group.admissible else 6.0,
+        }
         axes.add_artist(Line2D(*group.x[:, None], color=colour, markeredgecolor="white", **marker, zorder=7))
         write_badge(axes, (at[0], at[1]), number, group.admissible, axes.transData)
     _limits(panel, figures, corners, taken, detailed=detailed)
@@ -66,8 +69,8 @@ def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: Taken,
                 bounds = _touches(corners, N[i], cable[key] - start[i])
                 rows.append((not bounds, segment, f"{shorten(cable['name'], 14)} {name}", look))
     for faint, segment, label, look in sorted(rows, key=lambda row: row[0]):
-        style = {"linewidth": 0.7, "alpha": 0.45} if faint else {"linewidth": 1.3}
-        panel.axes.add_artist(Line2D(*segment.T, **look, **style, zorder=2 if faint else 3))
+        style: dict[str, Any] = {"linewidth": 0.7, "alpha": 0.45} if faint else {"linewidth": 1.3}
+        panel.axes.add_artist(Line2D(segment[:, 0], segment[:, 1], **look, **style, zorder=2 if faint else 3))
         a, b = (_inches(panel, point) for point in segment)
         if detailed and np.linalg.norm(b - a) > SHORTEST:
             centre, angle = place_along(taken, a, b, LETTER * len(label))
@@ -75,7 +78,7 @@ def _limits(panel: Panel, figures: dict[str, Any], corners: Array, taken: Taken,
             text = panel.axes.text(
                 x, y, label, rotation=angle, ha="center", va="center", fontsize=7.0, color=look["color"], zorder=5
             )
-            text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.7, "alpha": 0.85})
+            text.set_bbox(LABEL)
 
 
 def _touches(corners: Array, g: Array, b: float) -> bool:

@@ -46,10 +46,11 @@ class Answer:
     solver: str
     status: Status | None  # what it said; None where it was not made, raised, or returned something else
     reason: str = ""  # why it has no admissible answer; empty where it has one
+    true: bool = True  # whether what it said stands up to the checks, and to what it declares
     tension: Array | None = None  # (m,), N, as the solver wrote them; None unless it said OK
     residual: float = math.nan  # N, moments divided by the characteristic length
     margin: float = math.nan  # N, smallest distance from a limit; negative beyond
-    at_limit: int = 0  # cables at a limit
+    at_limit: int = 0  # cables at a limit or beyond
     seconds: float | None = None  # median of repeated calls
 
     @property
@@ -81,22 +82,21 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
     except ValueError:
         return Answer(name, None, f"returned {code!r}, which is no status", seconds=seconds)
     if status != Status.OK:
-        wrong = "; but there are some" if status == Status.INFEASIBLE and problem.feasible else ""
-        return Answer(name, status, REASONS[status] + wrong, seconds=seconds)
+        wrong = status == Status.INFEASIBLE and problem.feasible
+        return Answer(name, status, REASONS[status] + wrong * "; but there are some", not wrong, seconds=seconds)
     report = np.zeros(4)
     allowed = judge(problem.W, problem.wanted, problem.weights, problem.limits, tension, report)
     accepted = accept(problem.W, problem.wanted, problem.weights, problem.limits, tension, tension.copy(), report)
     _, residual, margin, at_limit = report.tolist()
-    reason = ""
+    reason, true = "", accepted == Status.OK
     if not np.isfinite(tension).all():
         reason, residual, margin = "says OK, but not all of its tensions are finite", math.nan, math.nan
     elif not residual <= allowed:
         reason = f"says OK, but leaves {residual:.3g} N unbalanced"
     elif margin < -LIMIT_TOLERANCE:
-        how = "says OK, but goes" if contestant.respects_limits else "asks for no limits and goes"
-        reason = f"{how} {-margin:.4g} N beyond them"
-    assert (reason == "") == (accepted == Status.OK)
-    return Answer(name, status, reason, tension, residual, margin, int(at_limit), seconds)
+        true = not contestant.respects_limits
+        reason = f"{'asks for no limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
+    return Answer(name, status, reason, true, tension, residual, margin, int(at_limit), seconds)
 
 
 def _time(call: Callable[[], object]) -> float:
@@ -158,6 +158,7 @@ def _figures(problem: Problem, answer: Answer) -> dict[str, Any]:
         "solver": answer.solver,
         "status": None if answer.status is None else answer.status.name,
         "admissible": answer.admissible,
+        "true": answer.true,
         "reason": answer.reason,
         "tension_N": None if t is None else t.tolist(),
         "null_space_N": problem.x(t).tolist() if t is not None and finite and problem.general is not None else None,
