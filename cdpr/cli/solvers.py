@@ -117,13 +117,11 @@ def _long(solver: dict[str, Any]) -> Iterator[str]:
         yield from _fact("not installed", solver["remedy"])
 
 
-def _fact(name: str, value: str) -> Iterator[str]:
-    """Yield one line, or more where the value is long."""
-    import textwrap
+def _fact(name: str, value: str) -> list[str]:
+    """One line, or more where the value is long."""
+    from cdpr.report.text import wrapped
 
-    from cdpr.report.text import WIDTH
-
-    yield from textwrap.wrap(f"  {name:<14} {value}", WIDTH, subsequent_indent=" " * 17, drop_whitespace=True)
+    return wrapped(f"  {name:<14} {value}", 17)
 
 
 def _text(value: object) -> str:

@@ -94,8 +94,8 @@ def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] 
 
     def contestant(name: str, entry: Registered) -> Contestant:
         def make() -> Solve:
-            options = own[1] if own is not None and own[0] == name else entry.info.options()
-            solve: Solve = entry.load()(robot, options).solve
+            options = own[1] if own is not None and own[0] == name else entry.read_options({})
+            solve: Solve = entry.make(robot, options).solve
             return solve
 
         absent = f"not installed: {entry.remedy}" if entry.missing else ""

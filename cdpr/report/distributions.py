@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cdpr.report.marks import shorten
-from cdpr.report.text import WIDTH, condition_number, row, table, turned, vector
+from cdpr.report.text import WIDTH, condition_number, row, table, turned, vector, wrapped
 from cdpr.tension.checks import LIMIT_TOLERANCE
 
 NAME = 24  # letters of a solver's name
@@ -28,7 +28,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     yield from _tensions(figures)
     for answer in figures["solvers"]:
         if answer["reason"]:
-            yield f"  {answer['solver']}: {answer['reason']}"
+            yield from wrapped(f"  {answer['solver']}: {answer['reason']}", 4)
     if (why := no_picture(figures)) is not None:
         yield f"  no picture: {why}"
 
@@ -37,7 +37,7 @@ def no_picture(figures: dict[str, Any]) -> str | None:
     """Why the distributions cannot be drawn; None where they can, with one or two redundant cables."""
     if figures["null_space"] is None:
         return "no tensions at all balance the wrench"
-    r = figures["m"] - figures["rank"]
+    r = figures["null_space"]["dimension"]
     if r in (1, 2):
         return None
     if r == 0:
@@ -60,6 +60,8 @@ def _feasible(figures: dict[str, Any]) -> str:
     if not figures["reachable"]:
         return "no: the cables cannot exert this wrench, whatever their tensions"
     if figures["feasible"]:
+        if margin is None:  # inf, in JSON
+            return "yes; every cable is locked"
         return f"yes; the best distribution stays {margin:.6g} N from all limits"
     return "no" + ("" if margin is None else f"; all limits would have to be wider by {-margin:.6g} N")
 

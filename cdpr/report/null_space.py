@@ -49,7 +49,7 @@ def draw_null_space(figures: dict[str, Any]) -> str:
 def chart(figures: dict[str, Any]) -> Chart:
     """Draw the admissible set with limits and answers; a close-up too where they differ much in size."""
     corners = np.array(figures["null_space"]["corners_N"])
-    r = np.array(figures["null_space"]["basis"]).shape[1]
+    r = figures["null_space"]["dimension"]
     corners = corners.reshape(-1, r)
     part = null_space_line if r == 1 else null_space_plane
     whole, close = windows(corners, figures, r)
@@ -87,7 +87,7 @@ def windows(corners: Array, figures: dict[str, Any], r: int) -> tuple[tuple[Arra
         (np.array(a["null_space_N"]), a["admissible"]) for a in figures["solvers"] if a["null_space_N"] is not None
     ]
     answers = np.array([x for x, _ in found]).reshape(-1, r)
-    centre = figures["null_space"]["centre_N"]
+    centre = figures["null_space"]["safest_N"]
     zone = corners if len(corners) else np.array([] if centre is None else centre).reshape(-1, r)
     everything = np.concatenate([zone, answers])
     if not len(everything):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -12,6 +13,11 @@ WIDTH = 120  # letters in a line
 def row(name: str, value: str) -> str:
     """One line of a list of facts."""
     return f"  {name:<21}{value}"
+
+
+def wrapped(text: str, indent: int) -> list[str]:
+    """`text` in lines of at most WIDTH letters, all but the first indented."""
+    return textwrap.wrap(text, WIDTH, subsequent_indent=" " * indent)
 
 
 def table(rows: Sequence[Sequence[str]], left: int = 1) -> Iterator[str]:

@@ -35,7 +35,7 @@ class Contestant:
 
     name: str
     make: Callable[[], Solve]
-    respects_limits: bool = True  # as it declares
+    respects_bounds: bool = True  # as it declares
     absent: str = ""  # why it cannot take part after all
 
 
@@ -73,7 +73,7 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
         solve = contestant.make()
         arguments = (read_only(problem.W), read_only(problem.wanted), robot.tension_min, robot.tension_max)
         code = solve(*arguments, tension)
-        seconds = _time(lambda: solve(*arguments, np.empty(robot.m)))
+        seconds = _time(solve, arguments, np.empty(robot.m))
     except (Exception, SystemExit) as error:
         text = " ".join(str(error).split())
         return Answer(name, None, f"raised {type(error).__name__}: {text}".removesuffix(": "))
@@ -94,18 +94,19 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
     elif not residual <= allowed:
         reason = f"says OK, but leaves {residual:.3g} N unbalanced"
     elif margin < -LIMIT_TOLERANCE:
-        true = not contestant.respects_limits
+        true = not contestant.respects_bounds
         reason = f"{'asks for no limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
     return Answer(name, status, reason, true, tension, residual, margin, int(at_limit), seconds)
 
 
-def _time(call: Callable[[], object]) -> float:
-    """Median time of a call, s."""
+def _time(solve: Solve, arguments: tuple[Array, Array, Array, Array], tension: Array) -> float:
+    """Median time of a call, s, each as if it were the first."""
     times: list[int] = []
     end = perf_counter_ns() + round(1e9 * SECONDS)
     while len(times) < CALLS and (len(times) < 3 or perf_counter_ns() < end):
+        tension[:] = np.nan
         start = perf_counter_ns()
-        call()
+        solve(*arguments, tension)
         times.append(perf_counter_ns() - start)
     return 1e-9 * median(times)
 
@@ -119,9 +120,9 @@ def describe(problem: Problem, answers: Sequence[Answer], source: str, wrench_so
     rank, condition = problem.conditioning
     space: dict[str, Any] | None = None
     if problem.general is not None:
-        particular, N = problem.general
-        centre = None if problem.centre is None else problem.centre.tolist()
-        space = {"particular_N": particular.tolist(), "basis": N.tolist(), "centre_N": centre}
+        c, N = problem.general
+        space = {"dimension": N.shape[1], "particular_N": c.tolist(), "basis": N.tolist()}
+        space["safest_N"] = None if problem.safest is None else problem.safest[1].tolist()
         if problem.corners is not None:
             space["corners_N"] = problem.corners.tolist()
     return {
@@ -145,7 +146,7 @@ def describe(problem: Problem, answers: Sequence[Answer], source: str, wrench_so
         ],
         "reachable": problem.general is not None,
         "feasible": problem.feasible,
-        "largest_margin_N": problem.margin,
+        "largest_margin_N": None if problem.safest is None else problem.safest[0],
         "null_space": space,
         "solvers": [_figures(problem, answer) for answer in answers],
     }

@@ -20,18 +20,19 @@ TOLERANCE = 1e-12
 ZERO_ROW = 1e-11
 
 
+@kernel
 def most_vertices(m: int) -> int:
-    """Rows that `polygon` needs for its vertices: one for each limit, and four to start from."""
+    """Rows that `clip_polygon` needs for its vertices: one for each limit, and four to start from."""
     return 2 * m + 4
 
 
 def work_size(m: int) -> int:
-    """Floats that `polygon` needs as work space."""
+    """Floats that `clip_polygon` needs as work space."""
     return 2 * most_vertices(m)
 
 
 @kernel
-def interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> int:
+def clip_interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> int:
     """Write the ends of { x : low <= c + N[:, 0] x <= high } into ends[0] <= ends[1].
 
     Returns how many there are: 0 where the set is empty, 1 where it is a point (then written twice), 2.
@@ -67,7 +68,7 @@ def interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> int:
 
 
 @kernel
-def polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, work: Array) -> int:
+def clip_polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, work: Array) -> int:
     """Write the corners of { x : low <= c + N[:, :2] x <= high } into `vertices` (>= 2 m + 4, 2), anticlockwise.
 
     Returns how many there are: 0 where the set is empty, 1 where it is a point, 2 where it is a segment. `work` holds
@@ -105,7 +106,7 @@ def polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, work: 
 
 
 @kernel
-def centroid(vertices: Array, count: int, x: Array) -> None:
+def centre_of_polygon(vertices: Array, count: int, x: Array) -> None:
     """Write the centroid of a convex polygon of `count` >= 1 corners, of a segment or of a point into x (2,).
 
     The mean of the triangles of a fan, weighed by their areas: never outside, however thin the polygon.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,12 +11,8 @@ import numpy as np
 from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.model.properties import conditioning, free_wrench_matrix
 from cdpr.model.robot import Array, Robot
-from cdpr.tension import active_set, null_space, polygon
-from cdpr.tension.active_set import nearest
-
-# The largest possible margin is found by halving an interval so often: to a billionth of its first guess and better.
-HALVINGS = 50
-WIDEST = 1e12  # N: limits that have to be widened by more than this are of no interest
+from cdpr.tension import null_space, polygon, safest
+from cdpr.tension.checks import LIMIT_TOLERANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,77 +51,55 @@ class Problem:
 
     @cached_property
     def general(self) -> tuple[Array, Array] | None:
-        """Particular solution t_0 (m,) of least norm and orthonormal null space N (m, r) of W; all t are t_0 + N x.
+        """Particular solution c (m,) and orthonormal null space N (m, r): all t with W t = wrench are c + N x.
 
-        None where W cannot produce the wrench at all.
+        c is that of least norm; cables whose limits are equal are locked, and x does not change them. None where W
+        cannot produce the wrench at all.
         """
         n, m = self.W.shape
-        particular, basis = np.zeros(m), np.zeros((m, m))
-        rank = null_space.split(self.W, self.wanted, particular, basis, np.zeros(null_space.work_size(n, m)))
-        return None if rank < 0 else (particular, np.ascontiguousarray(basis[:, : m - rank]))
+        box, N = np.zeros((3, m)), np.zeros((m, m))
+        low, high = self.limits
+        r = null_space.reduce(self.W, self.wanted, low, high, box, N, np.zeros(null_space.work_size(n, m)))
+        return None if r < 0 else (box[0], np.ascontiguousarray(N[:, :r]))
 
     @cached_property
     def corners(self) -> Array | None:
         """Corners of the admissible x, (k, r): ends of an interval, polygon anticlockwise; None unless r is 1 or 2."""
         if self.general is None or self.general[1].shape[1] not in (1, 2):
             return None
-        particular, N = self.general
+        c, N = self.general
         low, high = self.limits
         if N.shape[1] == 1:
             ends = np.zeros(2)
-            return ends[: polygon.interval(N, particular, low, high, ends), None]
+            return ends[: polygon.clip_interval(N, c, low, high, ends), None]
         vertices, work = np.zeros((polygon.most_vertices(len(N)), 2)), np.zeros(polygon.work_size(len(N)))
-        return vertices[: polygon.polygon(N, particular, low, high, vertices, work)]
+        return vertices[: polygon.clip_polygon(N, c, low, high, vertices, work)]
 
     @cached_property
-    def margin(self) -> float | None:
-        """The largest possible smallest distance of a tension from its limits, N; None where W cannot.
+    def safest(self) -> tuple[float, Array] | None:
+        """Largest possible smallest distance of a tension from its limits, N, and an x (r,) that has it.
 
-        Negative where no tensions are admissible: by so much the limits would have to be widened.
+        Negative where no tensions are admissible: by so much the limits would have to be wider. Locked cables do not
+        count; inf where all are. None where W cannot produce the wrench at all.
         """
         if self.general is None:
             return None
-        most = float(np.min(self.limits[1] - self.limits[0])) / 2.0
-        if self._within(most) is not None:
-            return most
-        low, step = min(0.0, most), 1.0
-        while self._within(low) is None:
-            low -= step
-            step *= 2.0
-            if step > WIDEST:
-                return None
-        high = most
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if self._within(middle) is None else (middle, high)
-        return low
+        c, N = self.general
+        (low, high), (m, r) = self.limits, N.shape
+        x = np.zeros(r)
+        margin = safest.safest_point(False, N, r, c, low, high, x, np.zeros(safest.work_size(m, r)))
+        return None if math.isnan(margin) else (margin, x)
 
     @property
     def feasible(self) -> bool:
         """Whether some tensions within the limits balance the wrench."""
-        return self._within(0.0) is not None
-
-    @property
-    def centre(self) -> Array | None:
-        """An x (r,) of the largest possible margin, N; None where there is none."""
-        return None if self.margin is None else self._within(self.margin)
+        return self.safest is not None and self.safest[0] >= -LIMIT_TOLERANCE
 
     def x(self, tension: Array) -> Array:
         """Null-space coordinates (r,), N, of tensions (m,): of the nearest balanced ones, where they are not."""
         assert self.general is not None
-        particular, N = self.general
-        return np.asarray(N.T @ (tension - particular))
-
-    def _within(self, margin: float) -> Array | None:
-        """An x (r,) whose tensions stay so far within the limits, if there is one."""
-        if self.general is None:
-            return None
-        particular, N = self.general
-        m, r = N.shape
-        x, point, active, work = np.zeros(r), np.zeros(m), np.zeros(m), np.zeros(active_set.work_size(m, r))
-        low, high = self.limits[0] + margin, self.limits[1] - margin
-        found = bool((low <= high).all()) and nearest(N, r, particular, low, high, x, point, active, work) >= 0
-        return x if found else None
+        c, N = self.general
+        return np.asarray(N.T @ (tension - c))
 
     @property
     def _rows(self) -> list[int]:

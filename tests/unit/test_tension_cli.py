@@ -24,6 +24,7 @@ from cdpr.scenario import load_robot
 from cdpr.tension import Status
 from cdpr.tension.comparison import Contestant, compare, describe
 from cdpr.tension.problem import Problem
+from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
 SCENARIOS = ROOT / "scenarios"
@@ -45,8 +46,8 @@ def box_problem(m=8, wrench=(0, 0, 200.0, 0, 0, 0), limits=(10.0, 500.0)):
     return Problem(robot, np.array([0.1, 0.0, 2.0, 1.0, 0, 0, 0]), np.array(wrench, dtype=float))
 
 
-def told(problem, solve, *, respects_limits=True):
-    (answer,) = compare(problem, [Contestant("it", lambda: solve, respects_limits)])
+def told(problem, solve, *, respects_bounds=True):
+    (answer,) = compare(problem, [Contestant("it", lambda: solve, respects_bounds)])
     return answer
 
 
@@ -120,7 +121,9 @@ def test_text_of_all_solvers(tmp_path):
 
 def test_twelve_cables_are_legible():
     problem = box_problem(12)
-    rows = list(lines(plain(describe(problem, [told(problem, MinimumNorm(problem.robot, None).solve)], "here", "x"))))
+    rows = list(
+        lines(plain(describe(problem, [told(problem, MinimumNorm(problem.robot, QpOptions()).solve)], "here", "x")))
+    )
     assert max(map(len, rows)) <= 120
     heads = [row.split() for row in rows if "tension (N)" in row]
     assert len(heads) == 2
@@ -136,18 +139,19 @@ def test_the_largest_margin_is_a_linear_programs(m, load):
     bounds = [(None, None)] * (m + 1)
     best = linprog([0.0] * m + [-1.0], A, np.concatenate([-low, high]), np.hstack([problem.W, np.zeros((6, 1))]),
                    problem.wanted, bounds)  # fmt: skip
-    assert problem.margin == pytest.approx(-best.fun, abs=1e-5 * max(1.0, load))
+    margin, x = problem.safest
+    assert margin == pytest.approx(-best.fun, abs=1e-5 * max(1.0, load))
     assert problem.feasible == (best.fun <= 0.0)
     particular, N = problem.general
-    t = particular + N @ problem.centre
-    assert np.minimum(t - low, high - t).min() == pytest.approx(problem.margin, abs=1e-6 * load)
+    t = particular + N @ x
+    assert np.minimum(t - low, high - t).min() == pytest.approx(margin, abs=1e-6 * load)
 
 
 def test_lies_are_told():
     problem = box_problem()
     low, high = problem.limits
     good = np.empty(8)
-    assert MinimumNorm(problem.robot, None).solve(problem.W, problem.wanted, low, high, good) == 0
+    assert MinimumNorm(problem.robot, QpOptions()).solve(problem.W, problem.wanted, low, high, good) == 0
 
     def says(code, answer=None):
         def solve(W, wrench, t_min, t_max, tension):
@@ -176,7 +180,7 @@ def test_lies_are_told():
         assert not answer.true
         assert answer.reason.startswith(reason), answer.reason
     for answer, reason in [
-        (told(problem, says(0, good + 900.0 * kernel), respects_limits=False), "asks for no limits and goes"),
+        (told(problem, says(0, good + 900.0 * kernel), respects_bounds=False), "asks for no limits and goes"),
         (told(problem, says(3)), "does not support"),
         (told(problem, says(2)), "found no tensions"),
         (told(problem, says(77)), "returned 77, which is no status"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection, QhullError
 
-from cdpr.tension.polygon import centroid, interval, most_vertices, polygon, work_size
+from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon, most_vertices, work_size
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -18,19 +18,19 @@ def corners(N, c, low, high):
     m = len(c)
     vertices = np.full((most_vertices(m), 2), np.nan)
     arrays = (np.ascontiguousarray(a, dtype=float) for a in (N, c, low, high))
-    count = polygon(*arrays, vertices, np.zeros(work_size(m)))
+    count = clip_polygon(*arrays, vertices, np.zeros(work_size(m)))
     return vertices[:count]
 
 
 def ends(g, c, low, high):
     out = np.zeros(2)
-    count = interval(np.array(g, dtype=float)[:, None], *(np.array(a, dtype=float) for a in (c, low, high)), out)
+    count = clip_interval(np.array(g, dtype=float)[:, None], *(np.array(a, dtype=float) for a in (c, low, high)), out)
     return out[:count]
 
 
 def middle(vertices):
     x = np.zeros(2)
-    centroid(np.ascontiguousarray(vertices), len(vertices), x)
+    centre_of_polygon(np.ascontiguousarray(vertices), len(vertices), x)
     return x
 
 
