@@ -10,6 +10,7 @@ from cdpr.report.text import WIDTH, condition_number, row, table, turned, vector
 from cdpr.tension.checks import LIMIT_TOLERANCE
 
 NAME = 24  # letters of a solver's name
+WIDE = 1e8  # numbers from here on are written with a power of ten
 CABLE = 10  # letters of a cable's name above its tensions
 
 
@@ -72,11 +73,11 @@ def _answers(answers: list[dict[str, Any]]) -> Iterator[str]:
         [
             shorten(answer["solver"], NAME),
             _status(answer),
-            _number(answer["norm_N"], "{:.3f}"),
-            _number(answer["margin_N"], "{:.3f}"),
-            _number(answer["at_limit"], "{}"),
-            _number(answer["residual_N"], "{:.1e}"),
-            _number(answer["time_us"], "{:.1f}"),
+            _fixed(answer["norm_N"], 3),
+            _fixed(answer["margin_N"], 3),
+            "-" if answer["at_limit"] is None else str(answer["at_limit"]),
+            "-" if answer["residual_N"] is None else f"{answer['residual_N']:.1e}",
+            _fixed(answer["time_us"], 1),
         ]
         for answer in answers
     ]
@@ -90,8 +91,11 @@ def _status(answer: dict[str, Any]) -> str:
     return "OK, but beyond" if answer["true"] else "OK, untrue"
 
 
-def _number(value: float | None, form: str) -> str:
-    return "-" if value is None else form.format(value)
+def _fixed(value: float | None, digits: int) -> str:
+    """A number with so many decimals, and no minus before zero; without decimals where it is absurdly large."""
+    if value is None:
+        return "-"
+    return f"{value:z.{digits}f}" if abs(value) < WIDE else f"{value:.3g}"
 
 
 def _tensions(figures: dict[str, Any]) -> Iterator[str]:
@@ -127,4 +131,4 @@ def _tension(t: float | None, cable: dict[str, Any]) -> str:
         mark = "!"
     else:
         mark = "<" if below >= -LIMIT_TOLERANCE else ">" if above >= -LIMIT_TOLERANCE else " "
-    return f"{round(t, 2) + 0.0:.2f}{mark}"  # no minus before zero
+    return f"{_fixed(t, 2)}{mark}"

@@ -35,6 +35,9 @@ CLOSE_UP = 0.3
 
 PADDING = 0.18
 
+# Answers farther from x = 0 than so many times the largest limit or corner are nonsense that would hide all the rest.
+FAR = 100.0
+
 
 def draw_null_space(figures: dict[str, Any]) -> str:
     """Return the picture as SVG, the same for equal figures; `figures` as `cdpr.tension.comparison.describe` returns.
@@ -52,10 +55,11 @@ def chart(figures: dict[str, Any]) -> Chart:
     r = figures["null_space"]["dimension"]
     corners = corners.reshape(-1, r)
     part = null_space_line if r == 1 else null_space_plane
-    whole, close = windows(corners, figures, r)
+    answers, beyond = _in_view(figures, corners)
+    whole, close = windows(corners, answers, figures["null_space"]["safest_N"], r)
     low, high = close or whole
     near = SAME * float((high - low).max())
-    groups = _groups(figures["solvers"], near)
+    groups = _groups(answers, near)
     entries = [_wrapped(group) for group in groups]
     column = (SMALL + GAP + BOTTOM if close else 0.0) + LINE * (sum(map(len, entries)) + 5) + SPACE * len(entries)
     height = TOP + max(SIDE + BOTTOM, column)
@@ -73,7 +77,9 @@ def chart(figures: dict[str, Any]) -> Chart:
     if close:
         part.draw(panels[1], figures, corners, [(k, g) for k, g in numbered if not shown(g.x)], detailed=False)
         part.frame(panels[1], panels[0])
-    _legend(page, list(zip(groups, entries, strict=True)), (x, y), near, empty=not len(corners))
+    notes = ["+ at x = 0: t₀, of least norm", f"answers within {near:.2g} N share a number"]
+    notes += textwrap.wrap("far out of view: " + ", ".join(beyond), LETTERS) if beyond else []
+    _legend(page, list(zip(groups, entries, strict=True)), (x, y), notes, empty=not len(corners))
     title = f"{figures['robot']}: the tensions t = t₀ + N x that balance the wrench"
     page.text(LEFT / width, 1.0 - 0.18 / height, title, va="top", fontsize=10.0, fontweight="bold")
     where = f"{vector(figures['wrench']['value'])} N, N m at {vector(figures['pose']['position_m'])} m"
@@ -81,18 +87,27 @@ def chart(figures: dict[str, Any]) -> Chart:
     return page
 
 
-def windows(corners: Array, figures: dict[str, Any], r: int) -> tuple[tuple[Array, Array], tuple[Array, Array] | None]:
-    """Return the window of everything and, where it would hide a part, that of a close-up; each low, high (r,)."""
-    found = [
-        (np.array(a["null_space_N"]), a["admissible"]) for a in figures["solvers"] if a["null_space_N"] is not None
-    ]
-    answers = np.array([x for x, _ in found]).reshape(-1, r)
-    centre = figures["null_space"]["safest_N"]
-    zone = corners if len(corners) else np.array([] if centre is None else centre).reshape(-1, r)
-    everything = np.concatenate([zone, answers])
+def _in_view(figures: dict[str, Any], corners: Array) -> tuple[list[dict[str, Any]], list[str]]:
+    """The answers that can be drawn, and the names of solvers whose answers are too far off."""
+    limits = [abs(cable[key]) for cable in figures["cables"] for key in ("tension_min_N", "tension_max_N")]
+    reach = FAR * max(1.0, *limits, float(np.abs(corners).max(initial=0.0)))
+    answers = [answer for answer in figures["solvers"] if answer["null_space_N"] is not None]
+    near = [answer for answer in answers if np.abs(answer["null_space_N"]).max() <= reach]
+    return near, [answer["solver"] for answer in answers if answer not in near]
+
+
+def windows(
+    corners: Array, answers: Sequence[dict[str, Any]], safest: Sequence[float] | None, r: int
+) -> tuple[tuple[Array, Array], tuple[Array, Array] | None]:
+    """Return the window of everything and, where it would hide a part, that of a close-up; each low, high (r,).
+
+    `safest` stands for the admissible set where that is empty.
+    """
+    zone = corners if len(corners) else np.array(safest or []).reshape(-1, r)
+    everything = np.concatenate([zone, np.array([a["null_space_N"] for a in answers]).reshape(-1, r)])
     if not len(everything):
         everything = np.zeros((1, r))
-    focus = np.array([x for x, admissible in found if admissible]).reshape(-1, r)
+    focus = np.array([a["null_space_N"] for a in answers if a["admissible"]]).reshape(-1, r)
     focus = focus if len(focus) else zone
     if len(focus) and _extent(focus) >= CLOSE_UP * _extent(zone):
         focus = np.concatenate([focus, zone])
@@ -119,8 +134,6 @@ def _groups(answers: Sequence[dict[str, Any]], near: float) -> list[Group]:
     """Gather answers that coincide, in the order of the solvers."""
     groups: list[Group] = []
     for answer in answers:
-        if answer["null_space_N"] is None:
-            continue
         x = np.array(answer["null_space_N"])
         for group in groups:
             if group.admissible == answer["admissible"] and np.linalg.norm(x - group.x) <= near:
@@ -147,7 +160,7 @@ def _panel(page: Chart, corner: tuple[float, float], size: Array, window: tuple[
 
 
 def _legend(
-    page: Chart, entries: list[tuple[Group, list[str]]], corner: tuple[float, float], near: float, *, empty: bool
+    page: Chart, entries: list[tuple[Group, list[str]]], corner: tuple[float, float], notes: list[str], *, empty: bool
 ) -> None:
     """Write who is who from the corner downwards."""
     x, y = corner[0] + 0.14, corner[1] - 0.1
@@ -162,6 +175,6 @@ def _legend(
             y -= LINE
         y -= SPACE
     y -= SPACE
-    for text in ("+ at x = 0: the least norm, t₀ = W⁺ wrench", f"answers within {near:.2g} N share a number"):
+    for text in notes:
         page.text(x - 0.1, y, text, transform=inches, va="center", color=SOFT)
         y -= LINE

@@ -153,8 +153,11 @@ def describe(problem: Problem, answers: Sequence[Answer], source: str, wrench_so
 
 
 def _figures(problem: Problem, answer: Answer) -> dict[str, Any]:
-    t = answer.tension
+    t, x = answer.tension, None
     finite = t is not None and bool(np.isfinite(t).all())
+    if t is not None and finite and problem.general is not None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = problem.x(t)
     return {
         "solver": answer.solver,
         "status": None if answer.status is None else answer.status.name,
@@ -162,8 +165,8 @@ def _figures(problem: Problem, answer: Answer) -> dict[str, Any]:
         "true": answer.true,
         "reason": answer.reason,
         "tension_N": None if t is None else t.tolist(),
-        "null_space_N": problem.x(t).tolist() if t is not None and finite and problem.general is not None else None,
-        "norm_N": float(np.linalg.norm(t)) if t is not None else None,
+        "null_space_N": x.tolist() if x is not None and np.isfinite(x).all() else None,
+        "norm_N": None if t is None else math.hypot(*t),
         "margin_N": answer.margin,
         "at_limit": answer.at_limit if finite else None,
         "residual_N": answer.residual,

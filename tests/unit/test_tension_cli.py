@@ -194,6 +194,26 @@ def test_lies_are_told():
     assert "  it: raised RuntimeError: no licence" in rows
 
 
+@pytest.mark.parametrize("absurd", [1e12, 1e200, -1.7e308])
+def test_absurd_answers_spoil_neither_table_nor_picture(absurd):
+    pytest.importorskip("matplotlib")
+    from cdpr.report.null_space import draw_null_space
+
+    problem = box_problem()
+
+    def solve(W, wrench, t_min, t_max, tension):
+        tension[:] = absurd * problem.general[1][:, 0]
+        return 0
+
+    answers = [told(problem, MinimumNorm(problem.robot, QpOptions()).solve), told(problem, solve)]
+    out = plain(describe(problem, answers, "here", "x"))
+    assert max(map(len, lines(out))) <= 120
+    svg = draw_null_space(out)
+    # Whether or not its coordinates can be computed, it does not change what is shown of the rest.
+    assert (">far out of view: it<" in svg) == (out["solvers"][1]["null_space_N"] is not None)
+    assert draw_null_space({**out, "solvers": out["solvers"][:1]}).count("<path") == svg.count("<path")
+
+
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
