@@ -12,6 +12,7 @@ from cdpr.report.legend import LINE
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
 from cdpr.report.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.placing import spread_out
+from cdpr.tension.polygon import ZERO_ROW
 
 ROOM = 1.0  # in, at the right of the panel: names of the cables
 BADGES = 0.24  # in, between two badges
@@ -79,17 +80,23 @@ def _heights(ends: Array, limits: Array) -> tuple[float, float]:
 def _limits(
     panel: Panel, limits: Array, looks: list[dict[str, Any]], view: tuple[float, float], *, detailed: bool
 ) -> None:
-    """Draw the limits as horizontal lines: one where all cables share it, else one each in the cable's colour."""
+    """Draw each limit as one horizontal line, in the cable's colour where it is of one only; none of locked cables."""
+    free = np.flatnonzero(limits[0] < limits[1])
+    labels: list[tuple[float, str, str]] = []
     for values, name in zip(limits, ("t_min", "t_max"), strict=True):
-        shared = len(set(values)) == 1
-        for value, look in zip(values[:1] if shared else values, looks, strict=False):
+        for value in sorted(set(values[free].tolist())):
+            whose = [i for i in free if values[i] == value]
+            colour = INK if len(whose) > 1 else looks[whose[0]]["color"]
             if view[0] <= value <= view[1]:
-                colour = INK if shared else look["color"]
                 panel.axes.axhline(value, color=colour, linewidth=0.9, linestyle=(0, (1.2, 1.6)), zorder=2.5)
-                if detailed:
-                    text = f"{name} {value:g} N"
-                    low, high = panel.low[0], panel.high[0]
-                    panel.axes.text(low + 0.01 * (high - low), value, text, va="bottom", fontsize=7.0, color=colour)
+                labels.append((value, f"{name} {value:g} N", colour))
+    if not detailed:
+        return
+    scale = panel.size[1] / (view[1] - view[0])
+    places = spread_out([(value - view[0]) * scale for value, *_ in labels], LEAST, 0.0, float(panel.size[1]))
+    left = panel.low[0] + 0.01 * (panel.high[0] - panel.low[0])
+    for (_, text, colour), place in zip(labels, places, strict=True):
+        panel.axes.text(left, view[0] + place / scale, text, va="bottom", fontsize=7.0, color=colour)
 
 
 def _badges(panel: Panel, groups: list[tuple[int, Group]], top: float) -> None:
@@ -135,8 +142,8 @@ def _ends(
         names = [
             f"{shorten(cable['name'], 14)} {side}"
             for side, values in zip(("min", "max"), limits, strict=True)
-            for cable, value, tension in zip(figures["cables"], values, t, strict=True)
-            if abs(tension - value) <= near
+            for cable, value, tension, g in zip(figures["cables"], values, t, slope, strict=True)
+            if abs(tension - value) <= near and abs(g) > ZERO_ROW
         ]
         if panel.low[0] <= x <= panel.high[0]:
             beside = x + (-0.5 if k == 0 else 0.5) * LINE * inch

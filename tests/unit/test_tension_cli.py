@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -276,6 +277,23 @@ def test_picture_and_figures_are_written(tmp_path, file, arguments, expected):
         assert name in svg
     for word in expected:
         assert word in svg, word
+
+
+def test_a_locked_cable_bounds_nothing_in_the_picture():
+    pytest.importorskip("matplotlib")
+    from cdpr.report.null_space import draw_null_space
+
+    problem = box_problem()
+    t = np.linspace(100.0, 400.0, 8)
+    locked = replace(problem.robot.cables[2], tension_min=t[2], tension_max=t[2])
+    cables = (*problem.robot.cables[:2], locked, *problem.robot.cables[3:])
+    held = Problem(replace(problem.robot, cables=cables), problem.pose, problem.W @ t)
+    out = plain(describe(held, [told(held, MinimumNorm(held.robot, QpOptions()).solve)], "here", "x"))
+    assert out["null_space"]["dimension"] == 1
+    assert out["solvers"][0]["tension_N"][2] == t[2]
+    svg = draw_null_space(out)
+    assert "cable_3 min" not in svg
+    assert svg.count(">t_min 10 N<") + svg.count(">t_max 500 N<") <= 2
 
 
 def test_where_it_writes_by_default_and_where_it_does_not(tmp_path, monkeypatch):
