@@ -45,7 +45,8 @@ class AnalyticCentre(CompiledSolver):
             options,
             analytic_centre,
             parameters=per_cable(robot, "weights", options.weights),
-            floats=null_space.form_size(m) + m + max(null_space.work_size(n, m), safest.work_size(m, m)),
+            rows=null_space.form_rows(m) + 1 + max(null_space.work_rows(n), safest.work_rows(m)),
+            width=max(n, 2 * m + 1),
         )
 
 
@@ -55,15 +56,11 @@ def analytic_centre(
 ) -> int:
     """Write the analytic centre; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     m = W.shape[1]
-    o = m * m
-    N = work[:o].reshape(m, m)
-    box = work[o : o + 3 * m].reshape(3, m)
-    x = work[o + 3 * m : o + 4 * m]
-    rest = work[o + 4 * m :]
+    N, box, x, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    radius = safest_point(True, N, r, box[0], box[1], box[2], x, rest)
+    radius = safest_point(True, N, r, box, x, rest)
     if math.isnan(radius):
         return NOT_FOUND
     largest = 0.0
@@ -90,9 +87,8 @@ def _entry(N: Array, r: int, c: float, x: Array, i: int) -> float:
 @kernel
 def _centre(N: Array, r: int, box: Array, x: Array, weights: Array, tension: Array, work: Array) -> bool:
     """Move x, whose tensions lie between the limits, to the centre; return whether it was reached."""
-    m = box.shape[1]
-    H = work[: r * r].reshape(r, r)
-    step = work[r * r : r * r + r]
+    m = tension.shape[0]
+    H, step = work[:r], work[r]
     lightest = math.inf
     for i in range(m):
         lightest = min(lightest, weights[i])

@@ -27,9 +27,7 @@ class BestEffort(CompiledSolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows]
-        super().__init__(
-            robot, options, best_effort, parameters=weights.tolist(), floats=box.work_size(robot.n, robot.m)
-        )
+        super().__init__(robot, options, best_effort, parameters=weights.tolist(), rows=box.work_rows(robot.n, robot.m))
 
 
 @kernel

@@ -24,9 +24,8 @@ class ClosedForm(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        n, m = robot.n, robot.m
-        floats = null_space.form_size(m) + null_space.work_size(n, m)
-        super().__init__(robot, options, closed_form, floats=floats)
+        rows = null_space.form_rows(robot.m) + null_space.work_rows(robot.n)
+        super().__init__(robot, options, closed_form, rows=rows)
 
 
 @kernel
@@ -35,9 +34,8 @@ def closed_form(
 ) -> int:
     """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where W cannot reach the wrench at all, or BAD_INPUT."""
     m = W.shape[1]
-    N = work[: m * m].reshape(m, m)
-    box = work[m * m : m * m + 3 * m].reshape(3, m)
-    r = reduce(W, wrench, t_min, t_max, box, N, work[m * m + 3 * m :])
+    N, box = work[:m], work[m : m + 3]
+    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 3 :])
     if r < 0:
         return -r
     for i in range(m):

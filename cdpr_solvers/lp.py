@@ -28,7 +28,7 @@ class MinimumSum(CompiledSolver):
             options,
             minimum_sum,
             parameters=per_cable(robot, "weights", options.weights),
-            floats=null_space.form_size(m) + 3 * m + max(null_space.work_size(n, m), active_set.work_size(m, m)),
+            rows=null_space.form_rows(m) + 3 + max(null_space.work_rows(n), active_set.work_rows(m)),
         )
 
 
@@ -38,14 +38,8 @@ def minimum_sum(
 ) -> int:
     """Write the distribution of least weighted sum; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     m = W.shape[1]
-    o = m * m
-    N = work[:o].reshape(m, m)
-    box = work[o : o + 3 * m].reshape(3, m)
-    o += 3 * m
-    x = work[o : o + m]
-    active = work[o + m : o + 2 * m]
-    g = work[o + 2 * m : o + 3 * m]
-    rest = work[o + 3 * m :]
+    N, box, x, active, g = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5]
+    rest = work[m + 6 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
@@ -53,5 +47,5 @@ def minimum_sum(
         g[k] = 0.0
         for i in range(m):
             g[k] += N[i, k] * parameters[i]
-    steps = extreme(g, N, r, box[0], box[1], box[2], x, tension, active, rest)
+    steps = extreme(g, N, r, box, x, tension, active, rest)
     return OK if steps >= 0 else -steps

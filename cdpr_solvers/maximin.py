@@ -31,7 +31,8 @@ class Maximin(CompiledSolver):
             options,
             maximin,
             parameters=[float(options.norm == "ball")],
-            floats=null_space.form_size(m) + m + max(null_space.work_size(n, m), safest.work_size(m, m)),
+            rows=null_space.form_rows(m) + 1 + max(null_space.work_rows(n), safest.work_rows(m)),
+            width=max(n, 2 * m + 1),
         )
 
 
@@ -39,15 +40,11 @@ class Maximin(CompiledSolver):
 def maximin(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
     """Write the distribution farthest from the limits; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     m = W.shape[1]
-    o = m * m
-    N = work[:o].reshape(m, m)
-    box = work[o : o + 3 * m].reshape(3, m)
-    x = work[o + 3 * m : o + 4 * m]
-    rest = work[o + 4 * m :]
+    N, box, x, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    margin = safest_point(parameters[0] != 0.0, N, r, box[0], box[1], box[2], x, rest)
+    margin = safest_point(parameters[0] != 0.0, N, r, box, x, rest)
     if math.isnan(margin):
         return NOT_FOUND
     largest = 0.0

@@ -17,9 +17,8 @@ class PseudoInverse(CompiledSolver):
     """t = W^+ wrench. It looks at no limit, tensions may come out negative; but locked cables keep what they have."""
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        n, m = robot.n, robot.m
-        floats = null_space.form_size(m) + null_space.work_size(n, m)
-        super().__init__(robot, options, pseudo_inverse, floats=floats)
+        rows = null_space.form_rows(robot.m) + null_space.work_rows(robot.n)
+        super().__init__(robot, options, pseudo_inverse, rows=rows)
 
 
 @kernel
@@ -28,9 +27,8 @@ def pseudo_inverse(
 ) -> int:
     """Write the distribution; return OK, INFEASIBLE or BAD_INPUT."""
     m = W.shape[1]
-    N = work[: m * m].reshape(m, m)
-    box = work[m * m : m * m + 3 * m].reshape(3, m)
-    r = reduce(W, wrench, t_min, t_max, box, N, work[m * m + 3 * m :])
+    N, box = work[:m], work[m : m + 3]
+    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 3 :])
     if r < 0:
         return -r
     for i in range(m):

@@ -47,10 +47,7 @@ class MinimumNorm(CompiledSolver):
             minimum_norm,
             parameters=[ABOUT[about], change, weighted, *reference, *roots],
             # With W rank-deficient the null space may have up to m dimensions.
-            floats=null_space.form_size(m)
-            + n * m
-            + 6 * m
-            + max(null_space.work_size(n, m), active_set.work_size(m, m)),
+            rows=null_space.form_rows(m) + 4 + n + max(null_space.work_rows(n), active_set.work_rows(m)),
         )
 
 
@@ -60,27 +57,20 @@ def minimum_norm(
 ) -> int:
     """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     n, m = W.shape
-    o = m * m
-    N = work[:o].reshape(m, m)
-    box = work[o : o + 3 * m].reshape(3, m)
-    o += 3 * m
-    x = work[o : o + m]
-    active = work[o + m : o + 2 * m]
+    N, box, x, active = work[:m], work[m : m + 3], work[m + 3], work[m + 4]
+    rest = work[m + 5 :]
     about, change, weighted = int(parameters[0]), parameters[1], parameters[2] != 0.0
     reference = parameters[REFERENCE : REFERENCE + m]
     root = parameters[REFERENCE + m :]
     if weighted:
-        low = work[o + 4 * m : o + 5 * m]
-        high = work[o + 5 * m : o + 6 * m]
-        scaled = work[o + 6 * m : o + 6 * m + n * m].reshape(n, m)
-        rest = work[o + 6 * m + n * m :]
+        scaled, low, high = rest[:n], rest[n], rest[n + 1]
+        rest = rest[n + 2 :]
         for i in range(m):
             low[i], high[i] = root[i] * t_min[i], root[i] * t_max[i]
             for j in range(n):
                 scaled[j, i] = W[j, i] / root[i]
         r = reduce(scaled, wrench, low, high, box, N, rest)
     else:
-        rest = work[o + 2 * m :]
         r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
@@ -110,7 +100,7 @@ def minimum_norm(
         for i in range(m):
             for k in range(r):
                 box[0, i] += N[i, k] * x[k]
-    steps = nearest(N, r, box[0], box[1], box[2], x, tension, active, rest)
+    steps = nearest(N, r, box, x, tension, active, rest)
     if steps < 0:
         return NOT_FOUND if window else -steps
     if weighted:

@@ -47,16 +47,24 @@ class CompiledSolver(TensionSolver):
         kernel: `kernel(W, wrench, t_min, t_max, tension, parameters, work)`, compiled by `cdpr.model.jit.kernel`;
             returns the status as an integer.
         parameters: the options as numbers, handed to the kernel, which must not change them.
-        floats: size of the work space that the kernel needs.
+        rows: how many rows of work space the kernel needs.
+        width: their length; by default max(n, m), enough for vectors over cables or freedoms.
     """
 
     def __init__(
-        self, robot: Robot, options: Any, kernel: Kernel, *, parameters: Sequence[float] = (), floats: int
+        self,
+        robot: Robot,
+        options: Any,
+        kernel: Kernel,
+        *,
+        parameters: Sequence[float] = (),
+        rows: int = 0,
+        width: int | None = None,
     ) -> None:
         super().__init__(robot, options)
         self.kernel = kernel
         self.parameters = np.array(parameters, dtype=float)
-        self.work = np.zeros(floats)
+        self.work = np.zeros((rows, max(robot.n, robot.m) if width is None else width))
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""

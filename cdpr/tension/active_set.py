@@ -22,49 +22,45 @@ VERTEX_TOLERANCE = 1e-9
 DEPENDENCE_TOLERANCE = 1e-11
 
 
-def work_size(m: int, r: int) -> int:
-    """Floats that `nearest` and `extreme` need as work space."""
-    return 2 * r * r + 6 * r + m + 1
+def work_rows(r: int) -> int:
+    """Rows of work space that `nearest` and `extreme` need."""
+    return 2 * r + 8
 
 
 @kernel
-def nearest(
-    N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array, work: Array
-) -> int:
+def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array, work: Array) -> int:
     """Write the x (r,) of least norm with low <= c + N x <= high, and point = c + N x (m,); return the steps taken.
 
-    N is (m, >= r), limits may be infinite. `active` (m,) receives -1, 0 or 1 where a limit holds x back; the point lies
+    N is (m, >= r); the rows of `box` (3, >= m) are c, low and high, of which the limits may be infinite. `active` (m,) receives -1, 0 or 1 where a limit holds x back; the point lies
     exactly on those limits and nowhere outside. Returns -INFEASIBLE, or -NOT_FOUND after a number of steps that no
-    sound problem needs. `work` holds 2 r^2 + 6 r + m + 1 floats; its last one receives the number of active limits.
+    sound problem needs. `work` has at least `work_rows(r)` rows and m columns.
 
     Goldfarb and Idnani, Mathematical Programming 27 (1983), for a Hessian of 1: with J the orthogonal and R the
     triangular factor of the active normals.
     """
-    m = c.shape[0]
-    J = work[: r * r].reshape(r, r)
-    R = work[r * r : 2 * r * r].reshape(r, r)
-    o = 2 * r * r
-    d = work[o : o + r]
-    z = work[o + r : o + 2 * r]
-    dual = work[o + 2 * r : o + 3 * r]
-    u = work[o + 3 * r : o + 4 * r]
-    member = work[o + 4 * r : o + 5 * r]
-    size = work[o + 6 * r : o + 6 * r + m]
+    m = point.shape[0]
+    c, low, high = box[0], box[1], box[2]
+    J, R = work[:r], work[r : 2 * r]
+    d, z, dual, u, member = work[2 * r], work[2 * r + 1], work[2 * r + 2], work[2 * r + 3], work[2 * r + 4]
+    size, count = work[2 * r + 5], work[2 * r + 6]
 
-    scale = 0.0
+    scale, excess = 0.0, 0.0
     for i in range(m):
         point[i] = c[i]
         active[i] = 0.0
-        square = 0.0
-        for j in range(r):
-            square += N[i, j] * N[i, j]
-        size[i] = math.sqrt(square)
         scale = max(scale, abs(c[i]))
         if low[i] > -math.inf:
             scale = max(scale, abs(low[i]))
+        excess = max(excess, low[i] - c[i], c[i] - high[i])
     tolerance = FEASIBILITY_TOLERANCE * scale
     for j in range(r):
         x[j] = 0.0
+    count[0] = 0
+    if excess <= tolerance:  # nothing is in the way
+        for i in range(m):
+            point[i] = min(max(c[i], low[i]), high[i])
+        return 0
+    _lengths(N, r, size, m)
 
     k = 0  # number of active constraints
     steps = 0
@@ -143,15 +139,13 @@ def nearest(
             remove(J, R, u, member, k, drop)
             k -= 1
 
-    work[o + 6 * r + m] = k
-    _settle(N, r, c, low, high, x, point, active)
+    count[0] = k
+    _settle(N, r, box, x, point, active)
     return steps
 
 
 @kernel
-def extreme(
-    g: Array, N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array, work: Array
-) -> int:
+def extreme(g: Array, N: Array, r: int, box: Array, x: Array, point: Array, active: Array, work: Array) -> int:
     """Write the x (r,) with low <= c + N x <= high that minimises g . x; of several, that of least norm.
 
     Arguments and result as for `nearest`, whose answer is where it starts: x(s) = argmin |x|^2 / 2 + s g . x is
@@ -159,23 +153,19 @@ def extreme(
     (Mangasarian and Meyer, SIAM J. Control Optim. 17, 1979). So the answer is unique, whatever the order of the cables.
     Where g . x has no minimum, x is where the last piece, a ray, begins.
     """
-    m = c.shape[0]
-    steps = nearest(N, r, c, low, high, x, point, active, work)
+    m = point.shape[0]
+    c, low, high = box[0], box[1], box[2]
+    steps = nearest(N, r, box, x, point, active, work)
     if steps < 0:
         return steps
-    J = work[: r * r].reshape(r, r)
-    R = work[r * r : 2 * r * r].reshape(r, r)
-    o = 2 * r * r
-    d = work[o : o + r]
-    z = work[o + r : o + 2 * r]
-    dual = work[o + 2 * r : o + 3 * r]
-    u = work[o + 3 * r : o + 4 * r]
-    member = work[o + 4 * r : o + 5 * r]
-    rotated = work[o + 5 * r : o + 6 * r]
-    size = work[o + 6 * r : o + 6 * r + m]
-    k = int(work[o + 6 * r + m])
+    J, R = work[:r], work[r : 2 * r]
+    d, z, dual, u, member = work[2 * r], work[2 * r + 1], work[2 * r + 2], work[2 * r + 3], work[2 * r + 4]
+    size, count, rotated = work[2 * r + 5], work[2 * r + 6], work[2 * r + 7]
+    k = int(count[0])
     if np.count_nonzero(active) > k:  # held by more limits than it has dimensions: a vertex and nothing else
         return steps
+    if steps == 0:  # `nearest` had no need of them
+        _lengths(N, r, size, m)
     length = 0.0
     for i in range(r):
         length = max(length, abs(g[i]))
@@ -218,8 +208,8 @@ def extreme(
             for i in range(r):
                 z[i] = 0.0
         if step == math.inf:
-            _correct(N, r, c, low, high, x, point, active, work)
-            _settle(N, r, c, low, high, x, point, active)
+            _correct(N, r, box, x, active, work)
+            _settle(N, r, box, x, point, active)
             return steps
         for j in range(k):
             u[j] += step * dual[j]
@@ -247,15 +237,26 @@ def extreme(
             active[int(member[drop])] = 0.0
             remove(J, R, u, member, k, drop)
             k -= 1
-        work[o + 6 * r + m] = k
+        count[0] = k
     return -NOT_FOUND
 
 
 @kernel
-def _settle(N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array) -> None:
+def _lengths(N: Array, r: int, size: Array, m: int) -> None:
+    """Write the lengths of the first m rows of N."""
+    for i in range(m):
+        square = 0.0
+        for j in range(r):
+            square += N[i, j] * N[i, j]
+        size[i] = math.sqrt(square)
+
+
+@kernel
+def _settle(N: Array, r: int, box: Array, x: Array, point: Array, active: Array) -> None:
     """Write the point of x, exactly on the active limits and nowhere outside."""
-    for i in range(c.shape[0]):
-        s = c[i]
+    low, high = box[1], box[2]
+    for i in range(point.shape[0]):
+        s = box[0, i]
         for j in range(r):
             s += N[i, j] * x[j]
         if active[i] < 0.0:
@@ -266,23 +267,16 @@ def _settle(N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point
 
 
 @kernel
-def _correct(
-    N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array, work: Array
-) -> None:
+def _correct(N: Array, r: int, box: Array, x: Array, active: Array, work: Array) -> None:
     """Move x onto the active limits, from which many steps may have led it by some round-off."""
-    m = c.shape[0]
-    J = work[: r * r].reshape(r, r)
-    R = work[r * r : 2 * r * r].reshape(r, r)
-    o = 2 * r * r
-    y = work[o : o + r]
-    member = work[o + 4 * r : o + 5 * r]
-    k = int(work[o + 6 * r + m])
+    J, R, y, member = work[:r], work[r : 2 * r], work[2 * r], work[2 * r + 4]
+    k = int(work[2 * r + 6, 0])
     for j in range(k):  # R^T y = what each active limit lacks
         i = int(member[j])
-        s = -c[i]
+        s = -box[0, i]
         for q in range(r):
             s -= N[i, q] * x[q]
-        s = s + low[i] if active[i] < 0.0 else -(s + high[i])
+        s = s + box[1, i] if active[i] < 0.0 else -(s + box[2, i])
         for q in range(j):
             s -= R[q, j] * y[q]
         y[j] = s / R[j, j]

@@ -17,17 +17,17 @@ from cdpr.tension.status import BAD_INPUT, OK
 
 VECTOR, MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
 INDICES = types.Array(types.int64, 1, "C")
-SIZE = types.int64
-KERNEL = types.FunctionType(types.int64(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR))
+SIZE = types.UniTuple(types.int64, 2)
+KERNEL = types.FunctionType(types.int64(MATRIX, *[VECTOR] * 5, MATRIX))
 
 
 # The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
-@threaded_kernel(types.void(KERNEL, VECTOR, *[SIZE] * 3, MATRIX, INDICES, *[VECTOR] * 3, *[MATRIX] * 5))
+@threaded_kernel(types.void(KERNEL, VECTOR, SIZE, SIZE, types.int64, MATRIX, INDICES, *[VECTOR] * 3, *[MATRIX] * 5))
 def distribute_rows(
     kernel: Callable[..., int],
     parameters: Array,
-    floats: int,
-    spare: int,
+    size: tuple[int, int],
+    spare: tuple[int, int],
     action: int,
     anchors: Array,
     rows: NDArray[np.int64],
@@ -42,14 +42,14 @@ def distribute_rows(
 ) -> None:
     """Fill tension (K, m) and report (K, 4) for poses (K, 7), whose quaternions have length 1.
 
-    `kernel`, `parameters` and `floats` are a compiled solver's; `action` and its work space `spare` as `fall_back`
-    says, `rows` as `select`, `weights`, `limits` and `report` as `judge`. Without `wrenches` (K, 6) the platform is
+    `kernel`, `parameters` and the shape of its work space, `size`, are a compiled solver's; `action` and the shape of
+    its work space, `spare`, as `fall_back` says, `rows` as `select`, `weights`, `limits` and `report` as `judge`. Without `wrenches` (K, 6) the platform is
     held still against `gravity`. A row with an entry that is not finite is BAD_INPUT, its tensions are left alone.
     """
     m, n = anchors.shape[0], rows.shape[0]
     W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)
     state, length, rate, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
-    work, spare_work = np.empty(floats), np.empty(spare)
+    work, spare_work = np.empty(size), np.empty(spare)
     still = (0.0, 0.0, 0.0)
     for k in range(poses.shape[0]):
         state[:7] = poses[k]

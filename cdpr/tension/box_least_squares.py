@@ -19,11 +19,10 @@ GRADIENT_TOLERANCE = 1e-12
 DEPENDENCE_TOLERANCE = 1e-9
 
 
-def work_size(n: int, m: int) -> int:
-    """Floats that `box_least_squares` needs as work space."""
-    bounded = n * m + 2 * n * n + 5 * n + 3 * m
-    norm = null_space.form_size(m) + 4 * m + n
-    return norm + max(bounded, null_space.work_size(n, m), active_set.work_size(m, m))
+def work_rows(n: int, m: int) -> int:
+    """Rows of work space that `box_least_squares` needs."""
+    norm = null_space.form_rows(m) + 4 + max(null_space.work_rows(n), active_set.work_rows(m))
+    return max(3 * n + 8, norm)
 
 
 @kernel
@@ -33,7 +32,8 @@ def box_least_squares(
     """Write the tensions (m,) within low <= t <= high that minimise |D (W t - wrench)|; of several, the least.
 
     D = diag(weights) (n,): with 1 for forces and 1 / characteristic length for moments the residual is in newtons.
-    Any n, m and rank. Returns the steps taken, -NOT_FOUND if it gave up. `work` holds `work_size` floats.
+    Any n, m and rank. Returns the steps taken, -NOT_FOUND if it gave up. `work` has `work_rows(n, m)` rows and
+    max(n, m) columns.
 
     The wrench W t nearest to the wanted one is unique and depends continuously on it, for what the cables can exert is
     a convex set; and so do the tensions of least norm that exert it. They equal the distribution of least norm where
@@ -43,15 +43,9 @@ def box_least_squares(
     steps = _nearest_wrench(W, wrench, weights, low, high, tension, work)
     if steps < 0:
         return steps
-    N = work[: m * m].reshape(m, m)
-    o = m * m
-    box = work[o : o + 3 * m].reshape(3, m)
-    o += 3 * m
-    x = work[o : o + m]
-    active = work[o + m : o + 2 * m]
-    least = work[o + 2 * m : o + 3 * m]
-    reached = work[o + 4 * m : o + 4 * m + n]
-    rest = work[o + 4 * m + n :]
+    N, box = work[:m], work[m : m + 3]
+    x, active, least, reached = work[m + 3], work[m + 4], work[m + 5, :m], work[m + 6, :n]
+    rest = work[m + 7 :]
     for j in range(n):
         s = 0.0
         for i in range(m):
@@ -59,7 +53,7 @@ def box_least_squares(
         reached[j] = s
     r = reduce(W, reached, low, high, box, N, rest)
     if r >= 0:
-        more = nearest(N, r, box[0], box[1], box[2], x, least, active, rest)
+        more = nearest(N, r, box, x, least, active, rest)
         if more >= 0:
             steps += more
             for i in range(m):
@@ -78,21 +72,12 @@ def _nearest_wrench(
     D W are kept as triangular factors.
     """
     n, m = W.shape
-    o = n * m
-    A = work[:o].reshape(n, m)
-    J = work[o : o + n * n].reshape(n, n)
-    o += n * n
-    R = work[o : o + n * n].reshape(n, n)
-    o += n * n
-    residual = work[o : o + n]
-    d = work[o + n : o + 2 * n]
-    goal = work[o + 2 * n : o + 3 * n]  # tensions of the free cables by least squares
-    member = work[o + 3 * n : o + 4 * n]  # their numbers
-    unused = work[o + 4 * n : o + 5 * n]
-    o += 5 * n
-    place = work[o : o + m]  # -1 and 1: at a limit; 0: free
-    size = work[o + m : o + 2 * m]
-    barred = work[o + 2 * m : o + 3 * m]  # cables that may not enter for the moment
+    A, J, R = work[:n], work[n : 2 * n], work[2 * n : 3 * n]
+    residual, d = work[3 * n], work[3 * n + 1]
+    goal, member, projected = work[3 * n + 2], work[3 * n + 3], work[3 * n + 4]  # of the free cables
+    place = work[3 * n + 5]  # -1 and 1: at a limit; 0: free
+    size = work[3 * n + 6]
+    barred = work[3 * n + 7]  # cables that may not enter for the moment
     for j in range(n):
         for i in range(n):
             J[i, j] = 1.0 if i == j else 0.0
@@ -154,8 +139,8 @@ def _nearest_wrench(
                 s = 0.0
                 for i in range(n):
                     s += J[i, j] * d[i]
-                unused[j] = s
-            back_substitute(R, unused, goal, k)
+                projected[j] = s
+            back_substitute(R, projected, goal, k)
             if not moved and side * (goal[k - 1] - tension[p]) >= 0.0:
                 # By round-off it would move the wrong way: it has nothing to give.
                 barred[p] = 1.0
@@ -179,7 +164,7 @@ def _nearest_wrench(
             i = int(member[blocked])
             place[i] = wall
             tension[i] = low[i] if wall < 0.0 else high[i]
-            remove(J, R, unused, member, k, blocked)
+            remove(J, R, projected, member, k, blocked)
             k -= 1
         if moved:
             for i in range(m):

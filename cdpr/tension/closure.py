@@ -23,9 +23,9 @@ def positive_null_vector(W: Array) -> Array | None:
     n, m = W.shape
     box, basis, x, point, active = np.zeros((3, m)), np.zeros((m, m)), np.zeros(m), np.zeros(m), np.zeros(m)
     low, high = np.ones(m), np.full(m, np.inf)
-    work = np.zeros(max(null_space.work_size(n, m), active_set.work_size(m, m)))
+    work = np.zeros((max(null_space.work_rows(n), active_set.work_rows(m)), max(n, m)))
     r = reduce(np.ascontiguousarray(W), np.zeros(n), low, high, box, basis, work)
     if r < 0:
         return None
-    steps = nearest(basis, r, box[0], box[1], box[2], x, point, active, work)
+    steps = nearest(basis, r, box, x, point, active, work)
     return point if steps >= 0 else None

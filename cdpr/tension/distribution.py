@@ -129,11 +129,11 @@ def _compiled(
 
     weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows]
     limits = np.array([robot.tension_min, robot.tension_max])
-    spare = box.work_size(robot.n, robot.m)
+    spare = box.work_rows(robot.n, robot.m), max(robot.n, robot.m)
     fixed = (
         solver.kernel,
         solver.parameters,
-        solver.work.size,
+        solver.work.shape,
         spare,
         action("best_effort", respects_bounds),
         robot.anchors.copy(),

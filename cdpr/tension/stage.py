@@ -74,9 +74,9 @@ class TensionStage:
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
         self._solve = partial(solve, *given, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
-        floats = box.work_size(robot.n, robot.m)
+        spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
         self._actions = action(policy, True), action(policy, respects_bounds)  # without an answer, and with one
-        self._arguments = (W, wrench, weights, limits, answer, tension, report, np.zeros(floats))
+        self._arguments = (W, wrench, weights, limits, answer, tension, report, spare)
 
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.
