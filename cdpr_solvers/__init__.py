@@ -87,6 +87,19 @@ def null_space_solvers() -> list[PluginInfo]:
             options=AnalyticCentreOptions,
         ),
         PluginInfo(
+            name="centroid",
+            factory="cdpr_solvers.centroid:Centroid",
+            summary="middle of the admissible interval or centroid of the polygon, for up to two redundant cables",
+            properties={
+                **EXACT,
+                "objective": "centroid",
+                "max_redundancy": 2,
+                "continuity": "C0",
+                "formula": "mean of { t : W t = w, t_min <= t <= t_max }",
+                "source": "Mikelsons et al. 2008, Gouttefarde et al. 2015",
+            },
+        ),
+        PluginInfo(
             name="best_effort",
             factory="cdpr_solvers.best_effort:BestEffort",
             summary="nearest wrench within the limits, any number of cables and rank; where it balances, that of qp",

@@ -19,6 +19,8 @@ DEBUG = "CDPR_DEBUG"
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
+    "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
+    "solvers": "List the tension solvers: what they minimise, promise and take.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,8 +10,6 @@ import click
 from cdpr.errors import OutputError
 
 if TYPE_CHECKING:
-    from cdpr.model import Robot
-    from cdpr.model.robot import Array
     from cdpr.report.scene import Scene
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
@@ -30,15 +27,15 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
     is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
     """
-    from cdpr.scenario import Scenario, World, load_any
+    from cdpr.scenario import Scenario, load_any
 
     loaded = load_any(file, overrides=changes)
     # Only a sound file is worth the time that these take to import.
     import numpy as np
 
+    from cdpr.cli.look import look
     from cdpr.log.run_json import plain
     from cdpr.model.jit import on_first_compilation
-    from cdpr.model.properties import home_pose
     from cdpr.plugins.registry import registry
     from cdpr.report.portrait import lines
     from cdpr.report.scene import Scene
@@ -47,14 +44,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
 
     on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
     scenario = loaded if isinstance(loaded, Scenario) else None
-    robot: Robot = loaded.robot if isinstance(loaded, Scenario) else loaded
-    gravity = np.array(scenario.world.gravity if scenario else World().gravity)
-    if pose is not None:
-        at, source = _parse(pose, robot), "--pose"
-    elif scenario is not None:
-        at, source = scenario.initial.state()[:7], "initial"
-    else:
-        at, source = home_pose(robot)
+    robot, gravity, at, source = look(loaded, pose)
     entry = registry().get("solver", "qp")
     solve = entry.load()(robot, entry.info.options()).solve
     figures: dict[str, Any] = {
@@ -80,26 +70,6 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
             click.echo(line)
     if out is not None:
         _write(figures, scene, out, quiet=as_json)
-
-
-def _parse(text: str, robot: Robot) -> Array:
-    """Read --pose as position and quaternion (7,)."""
-    import numpy as np
-
-    from cdpr.model.rotations import from_rpy, held_upright
-
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (3, 6) or not all(math.isfinite(number) for number in numbers):
-        hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad) are expected, such as 0,0,1.5"
-        raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--pose")
-    q = from_rpy(*(numbers[3:] or (0.0, 0.0, 0.0)))
-    if not held_upright(robot.dof, q):
-        hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
-        raise click.BadParameter(hint, param_hint="--pose")
-    return np.concatenate([numbers[:3], q])
 
 
 def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> None:

@@ -33,7 +33,7 @@ class RunFolder:
 
     def __init__(self, out: Path | None, header: Header, argv: Sequence[str] = ()) -> None:
         started = run_json.now()
-        default = f"{started:%Y%m%d-%H%M%S}_{_safe(header.scenario)}_{_safe(header.backend)}"
+        default = f"{started:%Y%m%d-%H%M%S}_{safe_name(header.scenario)}_{safe_name(header.backend)}"
         self.path = _new(RUNS / default) if out is None else _empty(out)
         self._started: dict[str, Any] = {
             "argv": list(argv),
@@ -80,6 +80,6 @@ def _empty(folder: Path) -> Path:
     return folder
 
 
-def _safe(name: str) -> str:
+def safe_name(name: str) -> str:
     """`name` as part of a file name."""
     return re.sub(r"[^\w.-]+", "-", name).strip(".-")[:80] or "run"

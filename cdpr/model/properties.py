@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.model.kinematics import UPRIGHT, wrench_matrix
+from cdpr.errors import CdprError
+from cdpr.model.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model.robot import Array, Robot
 
 # A singular value below this share of the largest one is round-off.
 RANK_TOLERANCE = 1e-9
+
+# m; a cable shorter than this has no direction.
+MIN_LENGTH = 1e-6
 
 # Anchors whose heights differ by less than this share of their extent count as lying in one level.
 LEVEL = 0.1
@@ -25,6 +29,14 @@ def restraint(robot: Robot) -> str:
     if robot.m <= robot.n:
         return "IRPM"
     return "CRPM" if robot.m == robot.n + 1 else "RRPM"
+
+
+def check_lengths(robot: Robot, pose: Array) -> None:
+    """Raise CdprError where a cable has no length, hence no direction, at a pose (7,)."""
+    for cable, length in zip(robot.cables, lengths(robot, make_state(pose[:3], pose[3:])), strict=True):
+        if not length >= MIN_LENGTH:
+            where = f"position {pose[:3].tolist()} m"
+            raise CdprError(f"cable '{cable.name}' has no length at {where}: choose another pose")
 
 
 def free_wrench_matrix(robot: Robot, state: Array) -> Array:

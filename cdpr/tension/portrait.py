@@ -6,17 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError
-from cdpr.model.kinematics import lengths, make_state
-from cdpr.model.properties import RESTRAINTS, conditioning, free_wrench_matrix, restraint
+from cdpr.model.kinematics import make_state
+from cdpr.model.properties import RESTRAINTS, check_lengths, conditioning, free_wrench_matrix, restraint
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.stage import Solve
 from cdpr.tension.survey import Survey, survey
-
-# m; a cable shorter than this has no direction.
-MIN_LENGTH = 1e-6
 
 OPTIONAL = {
     "diameter_m": "diameter",
@@ -67,11 +63,8 @@ def describe_pose(robot: Robot, pose: Array, gravity: Array, solve: Solve) -> di
 
     `gravity` is (3,), m/s^2, world. Raises CdprError where a cable has no length, hence no direction.
     """
+    check_lengths(robot, pose)
     state = make_state(pose[:3], pose[3:])
-    for cable, length in zip(robot.cables, lengths(robot, state), strict=True):
-        if not length >= MIN_LENGTH:
-            where = f"position {pose[:3].tolist()} m"
-            raise CdprError(f"cable '{cable.name}' has no length at {where}: choose another pose")
     W = free_wrench_matrix(robot, state)
     rank, condition = conditioning(W)
     closed = positive_null_vector(W) is not None if robot.unilateral else True

@@ -123,6 +123,15 @@ class GivesUp(MinimumNorm):
         return Status.NOT_FOUND if (tension <= t_min + 1e-9).any() else status
 
 
+class Unwilling(MinimumNorm):
+    """It declares two redundant cables, and does not support one."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        if W.shape[1] == W.shape[0] + 1:
+            return Status.UNSUPPORTED
+        return super().solve(W, wrench, t_min, t_max, tension)
+
+
 class Clipping(PseudoInverse):
     """It clips to the limits and calls that an answer."""
 
@@ -185,6 +194,7 @@ MUTANTS = {
     Unwritten: ({}, ["answers_balance"]),
     Unbounded: ({}, ["answers_are_within_the_limits", "infeasible_is_never_ok"]),
     GivesUp: ({}, ["what_can_be_solved_is_solved"]),
+    Unwilling: ({"max_redundancy": 2}, ["what_can_be_solved_is_solved"]),
     Clipping: ({}, ["infeasible_is_never_ok", "answers_balance"]),
     OwnLimits: ({}, ["limits_are_the_arguments"]),
     Favouring: ({}, ["cables_may_come_in_any_order", "objective_is_reached"]),

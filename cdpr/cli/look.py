@@ -1,0 +1,67 @@
+"""Where commands look at a robot: the pose of --pose, of the scenario or of the robot, and its gravity."""
+
+from __future__ import annotations
+
+import math
+
+import click
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.properties import home_pose
+from cdpr.model.robot import DOF_NAMES, Array
+from cdpr.model.rotations import from_rpy, held_upright
+from cdpr.scenario import Scenario, World
+
+
+def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:
+    """Return robot, gravity (3,), pose (7,) as position and quaternion, and where the pose comes from.
+
+    Raises click.BadParameter where `pose`, the text of --pose, is none that the robot can have.
+    """
+    scenario = loaded if isinstance(loaded, Scenario) else None
+    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    gravity = np.array(scenario.world.gravity if scenario else World().gravity)
+    if pose is not None:
+        return robot, gravity, parse_pose(pose, robot), "--pose"
+    if scenario is not None:
+        return robot, gravity, scenario.initial.state()[:7], "initial"
+    at, source = home_pose(robot)
+    return robot, gravity, at, source
+
+
+def parse_pose(text: str, robot: Robot) -> Array:
+    """Read --pose as position and quaternion (7,)."""
+    numbers = _numbers(text)
+    if len(numbers) not in (3, 6):
+        hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad) are expected, such as 0,0,1.5"
+        raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--pose")
+    q = from_rpy(*(numbers[3:] or (0.0, 0.0, 0.0)))
+    if not held_upright(robot.dof, q):
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
+        raise click.BadParameter(hint, param_hint="--pose")
+    return np.concatenate([numbers[:3], q])
+
+
+def parse_wrench(text: str, robot: Robot) -> Array:
+    """Read --wrench as force and moment (6,); along held directions it must be 0."""
+    numbers = _numbers(text)
+    if len(numbers) not in (3, 6):
+        hint = "three numbers fx,fy,fz (N) or six with mx,my,mz (N m) are expected, such as 0,0,500"
+        raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--wrench")
+    wrench = np.zeros(6)
+    wrench[: len(numbers)] = numbers
+    held = [name for i, name in enumerate(DOF_NAMES) if name not in robot.dof and wrench[i] != 0.0]
+    if held:
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so the cables need exert nothing along the rest"
+        raise click.BadParameter(f"{hint}: give 0 for {', '.join(held)}", param_hint="--wrench")
+    return wrench
+
+
+def _numbers(text: str) -> list[float]:
+    """The finite numbers between commas; none at all where any is none."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(math.isfinite(number) for number in numbers) else []

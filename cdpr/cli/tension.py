@@ -1,0 +1,133 @@
+"""`cdpr tension`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.errors import OutputError, PluginError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from cdpr.model import Robot
+    from cdpr.plugins.registry import Registered
+    from cdpr.tension.comparison import Contestant
+    from cdpr.tension.stage import Solve
+
+
+@click.command("tension")
+@click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
+@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
+@click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
+@click.option("--solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]")
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@click.option("--out", type=click.Path(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    file: str,
+    pose: str | None,
+    wrench: str | None,
+    names: tuple[str, ...],
+    changes: tuple[str, ...],
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
+
+    The wrench is force and moment about the platform's origin, world axes; by default what holds the weight. The pose
+    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With one or two
+    cables too many there is a picture of all admissible tensions.
+    """
+    from cdpr.scenario import Scenario, load_any
+
+    loaded = load_any(file, overrides=changes)
+    # Only a sound file is worth the time that these take to import.
+    from cdpr.cli.look import look, parse_wrench
+    from cdpr.log.run_json import plain
+    from cdpr.model.dynamics import required_wrench
+    from cdpr.model.jit import on_first_compilation
+    from cdpr.model.kinematics import make_state
+    from cdpr.model.properties import check_lengths
+    from cdpr.report.distributions import lines
+    from cdpr.tension.comparison import compare, describe
+    from cdpr.tension.problem import Problem
+
+    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    robot, gravity, at, source = look(loaded, pose)
+    check_lengths(robot, at)
+    if wrench is None:
+        load, whence = required_wrench(robot, make_state(at[:3], at[3:]), gravity), "holds the weight"
+    else:
+        load, whence = parse_wrench(wrench, robot), "--wrench"
+    own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
+    problem = Problem(robot, at, load)
+    answers = compare(problem, _contestants(names, robot, own))
+    figures = plain(describe(problem, answers, source, whence))
+    if as_json:
+        click.echo(json.dumps(figures, indent=2, allow_nan=False))
+    else:
+        for line in lines(figures):
+            click.echo(line)
+    if out is not None or not as_json:
+        _write(figures, out, quiet=as_json)
+
+
+def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] | None) -> list[Contestant]:
+    """The solvers of --solver; `own` is that of the scenario, with its options.
+
+    Raises PluginError where a solver that was named is unknown or lacks a package.
+    """
+    from cdpr.plugins.registry import registry
+    from cdpr.tension.comparison import Contestant
+
+    found = registry()
+    chosen: dict[str, Registered] = {}
+    for name in names:
+        for each in found.names("solver") if name == "all" else [name]:
+            chosen[each] = found.get("solver", each)
+            if name != "all":
+                chosen[each].load()
+
+    def contestant(name: str, entry: Registered) -> Contestant:
+        def make() -> Solve:
+            options = own[1] if own is not None and own[0] == name else entry.read_options({})
+            solve: Solve = entry.make(robot, options).solve
+            return solve
+
+        absent = f"not installed: {entry.remedy}" if entry.missing else ""
+        return Contestant(name, make, bool(entry.info.properties.get("respects_bounds", True)), absent)
+
+    return [contestant(name, entry) for name, entry in chosen.items()]
+
+
+def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
+    """Write picture and figures into the folder, made if need be; say where."""
+    from pathlib import Path
+
+    from cdpr.log.run_folder import RUNS, safe_name
+    from cdpr.report.distributions import no_picture
+
+    folder = Path(out) if out is not None else RUNS / "tension" / safe_name(figures["robot"])
+    written = folder / "tension.json"
+    picture = None
+    if no_picture(figures) is None:
+        try:
+            from cdpr.report.null_space import draw_null_space
+
+            picture = draw_null_space(figures)
+        except PluginError as error:
+            click.echo(f"no picture: {error}", err=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        written.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        if picture is not None:
+            written = folder / "tension.svg"
+            written.write_text(picture, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
+    except OSError as error:
+        raise OutputError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from error
+    if not quiet:
+        click.echo(written)

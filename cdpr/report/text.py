@@ -1,0 +1,52 @@
+"""Aligned text for people: rows, tables, vectors, attitudes."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+WIDTH = 120  # letters in a line
+
+
+def row(name: str, value: str) -> str:
+    """One line of a list of facts."""
+    return f"  {name:<21}{value}"
+
+
+def wrapped(text: str, indent: int) -> list[str]:
+    """`text` in lines of at most WIDTH letters, all but the first indented."""
+    return textwrap.wrap(text, WIDTH, subsequent_indent=" " * indent)
+
+
+def table(rows: Sequence[Sequence[str]], left: int = 1) -> Iterator[str]:
+    """Yield the rows as lines, the first `left` columns flush left and the others flush right."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    for cells in rows:
+        pairs = enumerate(zip(cells, widths, strict=True))
+        line = "  ".join(f"{cell:<{width}}" if i < left else f"{cell:>{width}}" for i, (cell, width) in pairs)
+        yield f"  {line}".rstrip()
+
+
+def vector(values: Sequence[float]) -> str:
+    """Six digits of each number in brackets."""
+    return "[" + ", ".join(f"{value:.6g}" for value in values) + "]"
+
+
+def turned(q: Sequence[float]) -> str:
+    """Roll, pitch, yaw of a quaternion w, x, y, z, as the end of a sentence."""
+    w, x, y, z = q
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    upright = max(abs(x), abs(y), abs(z)) < 1e-12
+    return ", upright" if upright else f", roll pitch yaw {vector([roll, pitch, yaw])} rad"
+
+
+def condition_number(value: float | None, robot: dict[str, Any]) -> str:
+    """The condition number of W and, where it depends on one, the characteristic length; None is infinite."""
+    number = "infinite" if value is None else f"{value:.4g}"
+    if not any(name.startswith("r") for name in robot["dof"]):
+        return number
+    return f"{number} (moments divided by the characteristic length, {robot['characteristic_length_m']:.4g} m)"

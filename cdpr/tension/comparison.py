@@ -1,0 +1,174 @@
+"""One wrench at one pose, distributed by several solvers; no answer is believed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+
+from cdpr.model.robot import Array, read_only
+from cdpr.tension.checks import LIMIT_TOLERANCE, accept, judge
+from cdpr.tension.problem import Problem
+from cdpr.tension.stage import Solve
+from cdpr.tension.status import Status
+
+# A solver is called at most so often, and for so long, to find how long it takes.
+CALLS = 200
+SECONDS = 0.02
+
+REASONS = {
+    Status.INFEASIBLE: "says that no tensions within the limits balance the wrench",
+    Status.NOT_FOUND: "found no tensions",
+    Status.UNSUPPORTED: "does not support this robot or pose",
+    Status.BAD_INPUT: "refused its input",
+}
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A solver that takes part."""
+
+    name: str
+    make: Callable[[], Solve]
+    respects_bounds: bool = True  # as it declares
+    absent: str = ""  # why it cannot take part after all
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a solver made of a problem."""
+
+    solver: str
+    status: Status | None  # what it said; None where it was not made, raised, or returned something else
+    reason: str = ""  # why it has no admissible answer; empty where it has one
+    true: bool = True  # whether what it said stands up to the checks, and to what it declares
+    tension: Array | None = None  # (m,), N, as the solver wrote them; None unless it said OK
+    residual: float = math.nan  # N, moments divided by the characteristic length
+    margin: float = math.nan  # N, smallest distance from a limit; negative beyond
+    at_limit: int = 0  # cables at a limit or beyond
+    seconds: float | None = None  # median of repeated calls
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the tensions are finite, within the limits and balance the wrench."""
+        return self.tension is not None and not self.reason
+
+
+def compare(problem: Problem, contestants: Sequence[Contestant]) -> list[Answer]:
+    """Let each solver distribute the wrench, and judge its answer from outside."""
+    return [_ask(problem, contestant) for contestant in contestants]
+
+
+def _ask(problem: Problem, contestant: Contestant) -> Answer:
+    robot, name = problem.robot, contestant.name
+    if contestant.absent:
+        return Answer(name, None, contestant.absent)
+    tension = np.full(robot.m, np.nan)
+    try:
+        solve = contestant.make()
+        arguments = (read_only(problem.W), read_only(problem.wanted), robot.tension_min, robot.tension_max)
+        code = solve(*arguments, tension)
+        seconds = _time(solve, arguments, np.empty(robot.m))
+    except (Exception, SystemExit) as error:
+        text = " ".join(str(error).split())
+        return Answer(name, None, f"raised {type(error).__name__}: {text}".removesuffix(": "))
+    try:
+        status = Status(code)
+    except ValueError:
+        return Answer(name, None, f"returned {code!r}, which is no status", seconds=seconds)
+    if status != Status.OK:
+        wrong = status == Status.INFEASIBLE and problem.feasible
+        return Answer(name, status, REASONS[status] + wrong * "; but there are some", not wrong, seconds=seconds)
+    report = np.zeros(4)
+    allowed = judge(problem.W, problem.wanted, problem.weights, problem.limits, tension, report)
+    accepted = accept(problem.W, problem.wanted, problem.weights, problem.limits, tension, tension.copy(), report)
+    _, residual, margin, at_limit = report.tolist()
+    reason, true = "", accepted == Status.OK
+    if not np.isfinite(tension).all():
+        reason, residual, margin = "says OK, but not all of its tensions are finite", math.nan, math.nan
+    elif not residual <= allowed:
+        reason = f"says OK, but leaves {residual:.3g} N unbalanced"
+    elif margin < -LIMIT_TOLERANCE:
+        true = not contestant.respects_bounds
+        reason = f"{'asks for no limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
+    return Answer(name, status, reason, true, tension, residual, margin, int(at_limit), seconds)
+
+
+def _time(solve: Solve, arguments: tuple[Array, Array, Array, Array], tension: Array) -> float:
+    """Median time of a call, s, each as if it were the first."""
+    times: list[int] = []
+    end = perf_counter_ns() + round(1e9 * SECONDS)
+    while len(times) < CALLS and (len(times) < 3 or perf_counter_ns() < end):
+        tension[:] = np.nan
+        start = perf_counter_ns()
+        solve(*arguments, tension)
+        times.append(perf_counter_ns() - start)
+    return 1e-9 * median(times)
+
+
+def describe(problem: Problem, answers: Sequence[Answer], source: str, wrench_source: str) -> dict[str, Any]:
+    """Return problem and answers as plain figures, units in their names; the sources say whence pose and wrench are.
+
+    `time_us` informs; it is the only figure that differs from call to call.
+    """
+    robot = problem.robot
+    rank, condition = problem.conditioning
+    space: dict[str, Any] | None = None
+    if problem.general is not None:
+        c, N = problem.general
+        space = {"dimension": N.shape[1], "particular_N": c.tolist(), "basis": N.tolist()}
+        space["safest_N"] = None if problem.safest is None else problem.safest[1].tolist()
+        if problem.corners is not None:
+            space["corners_N"] = problem.corners.tolist()
+    return {
+        "robot": robot.name,
+        "dof": list(robot.dof),
+        "n": robot.n,
+        "m": robot.m,
+        "redundancy": robot.m - robot.n,
+        "pose": {
+            "source": source,
+            "position_m": problem.pose[:3].tolist(),
+            "orientation_wxyz": problem.pose[3:].tolist(),
+        },
+        "wrench": {"source": wrench_source, "value": problem.wrench.tolist()},
+        "characteristic_length_m": robot.characteristic_length,
+        "rank": rank,
+        "condition_number": condition,
+        "cables": [
+            {"name": cable.name, "tension_min_N": cable.tension_min, "tension_max_N": cable.tension_max}
+            for cable in robot.cables
+        ],
+        "reachable": problem.general is not None,
+        "feasible": problem.feasible,
+        "largest_margin_N": None if problem.safest is None else problem.safest[0],
+        "null_space": space,
+        "solvers": [_figures(problem, answer) for answer in answers],
+    }
+
+
+def _figures(problem: Problem, answer: Answer) -> dict[str, Any]:
+    t, x = answer.tension, None
+    finite = t is not None and bool(np.isfinite(t).all())
+    if t is not None and finite and problem.general is not None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = problem.x(t)
+    return {
+        "solver": answer.solver,
+        "status": None if answer.status is None else answer.status.name,
+        "admissible": answer.admissible,
+        "true": answer.true,
+        "reason": answer.reason,
+        "tension_N": None if t is None else t.tolist(),
+        "null_space_N": x.tolist() if x is not None and np.isfinite(x).all() else None,
+        "norm_N": None if t is None else math.hypot(*t),
+        "margin_N": answer.margin,
+        "at_limit": answer.at_limit if finite else None,
+        "residual_N": answer.residual,
+        "time_us": None if answer.seconds is None else 1e6 * answer.seconds,
+    }

@@ -1,0 +1,106 @@
+"""One wrench at one pose: what its distributions are, before any solver is asked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cdpr.model.kinematics import make_state, wrench_matrix
+from cdpr.model.properties import conditioning, free_wrench_matrix
+from cdpr.model.robot import Array, Robot
+from cdpr.tension import null_space, polygon, safest
+from cdpr.tension.checks import LIMIT_TOLERANCE
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """W t = wrench, t_min <= t <= t_max: a robot with m cables and n degrees of freedom at a pose."""
+
+    robot: Robot
+    pose: Array  # (7,): position, m, and quaternion
+    wrench: Array  # (6,): what the cables must exert at the platform's origin, world axes, N and N m
+
+    @cached_property
+    def W(self) -> Array:  # noqa: N802 - the field's name
+        """Rows of the wrench matrix that belong to the degrees of freedom, (n, m)."""
+        return np.ascontiguousarray(wrench_matrix(self.robot, make_state(self.pose[:3], self.pose[3:]))[self._rows])
+
+    @cached_property
+    def wanted(self) -> Array:
+        """The same rows of the wrench, (n,)."""
+        return np.ascontiguousarray(self.wrench[self._rows])
+
+    @cached_property
+    def weights(self) -> Array:
+        """What makes a residual newtons, (n,): 1 for forces, 1 / characteristic length for moments."""
+        return np.repeat([1.0, 1.0 / self.robot.characteristic_length], 3)[self._rows]
+
+    @cached_property
+    def limits(self) -> Array:
+        """Lowest and highest tensions, (2, m), N."""
+        return np.array([self.robot.tension_min, self.robot.tension_max])
+
+    @cached_property
+    def conditioning(self) -> tuple[int, float]:
+        """Rank and condition number of W, moments divided by the characteristic length."""
+        state = make_state(self.pose[:3], self.pose[3:])
+        return conditioning(free_wrench_matrix(self.robot, state))
+
+    @cached_property
+    def general(self) -> tuple[Array, Array] | None:
+        """Particular solution c (m,) and orthonormal null space N (m, r): all t with W t = wrench are c + N x.
+
+        c is that of least norm; cables whose limits are equal are locked, and x does not change them. None where W
+        cannot produce the wrench at all.
+        """
+        n, m = self.W.shape
+        box, N = np.zeros((3, m)), np.zeros((m, m))
+        low, high = self.limits
+        r = null_space.reduce(self.W, self.wanted, low, high, box, N, np.zeros(null_space.work_size(n, m)))
+        return None if r < 0 else (box[0], np.ascontiguousarray(N[:, :r]))
+
+    @cached_property
+    def corners(self) -> Array | None:
+        """Corners of the admissible x, (k, r): ends of an interval, polygon anticlockwise; None unless r is 1 or 2."""
+        if self.general is None or self.general[1].shape[1] not in (1, 2):
+            return None
+        c, N = self.general
+        low, high = self.limits
+        if N.shape[1] == 1:
+            ends = np.zeros(2)
+            return ends[: polygon.clip_interval(N, c, low, high, ends), None]
+        vertices, work = np.zeros((polygon.most_vertices(len(N)), 2)), np.zeros(polygon.work_size(len(N)))
+        return vertices[: polygon.clip_polygon(N, c, low, high, vertices, work)]
+
+    @cached_property
+    def safest(self) -> tuple[float, Array] | None:
+        """Largest possible smallest distance of a tension from its limits, N, and an x (r,) that has it.
+
+        Negative where no tensions are admissible: by so much the limits would have to be wider. Locked cables do not
+        count; inf where all are. None where W cannot produce the wrench at all.
+        """
+        if self.general is None:
+            return None
+        c, N = self.general
+        (low, high), (m, r) = self.limits, N.shape
+        x = np.zeros(r)
+        margin = safest.safest_point(False, N, r, c, low, high, x, np.zeros(safest.work_size(m, r)))
+        return None if math.isnan(margin) else (margin, x)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether some tensions within the limits balance the wrench."""
+        return self.safest is not None and self.safest[0] >= -LIMIT_TOLERANCE
+
+    def x(self, tension: Array) -> Array:
+        """Null-space coordinates (r,), N, of tensions (m,): of the nearest balanced ones, where they are not."""
+        assert self.general is not None
+        c, N = self.general
+        return np.asarray(N.T @ (tension - c))
+
+    @property
+    def _rows(self) -> list[int]:
+        return self.robot.rows

@@ -1,0 +1,76 @@
+"""The centroid of the admissible tensions, for one or two redundant cables."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cdpr.model import Robot
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+from cdpr.plugins import CompiledSolver
+from cdpr.tension import null_space, polygon
+from cdpr.tension.active_set import VERTEX_TOLERANCE
+from cdpr.tension.null_space import reduce
+from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon
+from cdpr.tension.status import INFEASIBLE, OK, UNSUPPORTED
+
+
+class Centroid(CompiledSolver):
+    """The middle of the interval (r = 1) or the centroid of the polygon (r = 2) of the admissible tensions.
+
+    Continuous in pose and wrench wherever the polygon has an area, and at the edge of the feasible set where it shrinks
+    to a point (Mikelsons, Bruckmann, Schramm and Hiller 2008; Gouttefarde, Lamaury, Reichert and Bruckmann 2015). A
+    segment, which polygons of different shapes can shrink to, gets its middle. With r = 0 the tensions are determined;
+    more than two redundant cables are UNSUPPORTED, as are infinite limits. Locked cables are not redundant.
+    """
+
+    def __init__(self, robot: Robot, options: Any) -> None:
+        n, m = robot.n, robot.m
+        corners = 2 * polygon.most_vertices(m) + polygon.work_size(m)
+        floats = null_space.form_size(m) + 2 + max(null_space.work_size(n, m), corners)
+        super().__init__(robot, options, centroid, floats=floats)
+
+
+@kernel
+def centroid(
+    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
+) -> int:
+    """Write the centroid; return OK, INFEASIBLE, UNSUPPORTED or BAD_INPUT."""
+    m = W.shape[1]
+    o = m * m
+    N = work[:o].reshape(m, m)
+    box = work[o : o + 3 * m].reshape(3, m)
+    x = work[o + 3 * m : o + 3 * m + 2]
+    rest = work[o + 3 * m + 2 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r < 0:
+        return -r
+    if r > 2:
+        return UNSUPPORTED
+    for i in range(m):
+        if not (t_max[i] - t_min[i] < math.inf):  # the set may be unbounded, and then has no centroid
+            return UNSUPPORTED
+    x[0] = x[1] = 0.0
+    if r == 1:
+        if clip_interval(N, box[0], box[1], box[2], x) == 0:
+            return INFEASIBLE
+        x[0] = 0.5 * (x[0] + x[1])
+    elif r == 2:
+        k = polygon.most_vertices(m)
+        vertices = rest[: 2 * k].reshape(k, 2)
+        count = clip_polygon(N, box[0], box[1], box[2], vertices, rest[2 * k :])
+        if count == 0:
+            return INFEASIBLE
+        centre_of_polygon(vertices, count, x)
+    largest = 0.0
+    for i in range(m):
+        largest = max(largest, abs(box[0, i]), abs(box[1, i]))
+    for i in range(m):
+        t = box[0, i]
+        for k in range(r):
+            t += N[i, k] * x[k]
+        if r == 0 and max(box[1, i] - t, t - box[2, i]) > VERTEX_TOLERANCE * largest:
+            return INFEASIBLE
+        tension[i] = min(max(t, box[1, i]), box[2, i])
+    return OK
