@@ -10,6 +10,6 @@ feasible or optimal is decided by other means than the solvers', in `cdpr.bench.
 the same each time.
 """
 
-from cdpr.bench.run import run
+from cdpr.bench.benchmark import run
 
 __all__ = ["run"]

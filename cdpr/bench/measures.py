@@ -1,8 +1,8 @@
 """What is counted and measured of one solver on the problems of one robot, as plain figures.
 
-An answer is valid if the status is OK, all tensions are finite, W t - wrench is at most a millionth of the wrench (or of
-1 N; moments divided by the characteristic length) and no tension is more than 1e-6 N beyond a limit: judged here, from
-outside, whatever the solver declares.
+An answer is valid if the status is OK, all tensions are finite, W t - wrench is at most a millionth of the wrench (or
+of 1 N; moments divided by the characteristic length) and no tension is more than 1e-6 N beyond a limit: judged here,
+from outside, whatever the solver declares.
 
 - coverage: valid answers among the feasible problems.
 - misclassified: feasible problems called INFEASIBLE, and infeasible ones called OK unless the solver declares that it

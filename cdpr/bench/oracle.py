@@ -36,7 +36,7 @@ OBJECTIVES = (*UNIQUE, *COSTS)
 class Oracle:
     """What is true of K problems.
 
-    margin (K,): the largest s with W t = wrench, t_min + s <= t <= t_max - s, N; -inf where W t = wrench has no solution.
+    margin (K,): the largest s with W t = wrench, t_min + s <= t <= t_max - s, N; -inf where no t has W t = wrench.
     optima: by objective, tensions (K, m), N, NaN where the problem is not feasible.
     """
 

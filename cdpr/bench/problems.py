@@ -63,7 +63,7 @@ def box(robot: Robot) -> Array:
 
 
 def random_pose(robot: Robot, rng: np.random.Generator) -> Array:
-    """A pose (7,), position (m) and quaternion, in the box and tilted from home by up to `TILT` about each free axis."""
+    """A pose (7,), position (m) and quaternion, in the box, tilted from home by up to `TILT` about each free axis."""
     low, high = box(robot)
     position = low + (high - low) * rng.uniform(size=3)
     free = np.array([name in robot.dof for name in DOF_NAMES[3:]])

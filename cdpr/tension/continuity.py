@@ -1,9 +1,10 @@
-"""Whether the tensions that a solver gives along a smooth path jump: the steepest places looked at ever more closely."""
+"""Whether the tensions along a smooth path jump: its steepest places, looked at ever more closely."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Steepest:
 
 
 def steepest(answer: Callable[[float], Array | None], steps: int, halvings: int, places: int = 1) -> Steepest:
-    """Divide 0 <= s <= 1 into `steps` and halve the largest steps of the tensions, at `places`, towards the steeper half.
+    """Divide 0 <= s <= 1 into `steps`; halve the largest steps of the tensions, at `places`, towards the steeper side.
 
     `answer(s)` returns tensions (m,), or None where there are none: there no step is counted. Of several places the one
     with the largest change in the end is returned. What lies between the samples may be missed.
@@ -62,7 +63,7 @@ def steepest(answer: Callable[[float], Array | None], steps: int, halvings: int,
         return 0.0 if a is None or b is None else float(np.abs(b - a).max())
 
     points = [answer(k / steps) for k in range(steps + 1)]
-    found = [change(a, b) for a, b in zip(points, points[1:], strict=False)]
+    found = [change(a, b) for a, b in pairwise(points)]
     answered = sum(point is not None for point in points) / len(points)
     best = Steepest(0.0, 0.0, answered)
     for k in sorted(range(steps), key=lambda k: -found[k])[:places]:

@@ -6,6 +6,7 @@ import contextlib
 import platform
 import warnings
 from collections.abc import Callable, Collection, Sequence
+from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -18,7 +19,7 @@ from cdpr.bench.oracle import Oracle, consult
 from cdpr.bench.problems import Problems, box, make_paths, make_problems
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import Registered, Registry, registry
 from cdpr.tension import Status
 from cdpr.tension.continuity import Path
@@ -27,7 +28,7 @@ POSES, SEED = 500, 1
 POSES_PER_PATH = 50  # as many paths as poses / 50
 
 # A solver whose plugin declares the property `slow` (milliseconds a call) gets the first poses and paths only: one in
-# so many, but at least FEWEST poses and one path. A declared property, so that no figure depends on the machine's speed.
+# so many, but at least FEWEST poses and one path. It is declared, so that no figure depends on the machine's speed.
 SLOW, FEWEST = 50, 10
 
 ORACLE = 3  # what the oracle takes for a robot, in solvers, for the progress
@@ -35,6 +36,7 @@ ORACLE = 3  # what the oracle takes for a robot, in solvers, for the progress
 LIBRARIES = ("numpy", "numba", "scipy", "daqp")  # what computes, besides the solvers' own
 
 Progress = Callable[[int, int], None]
+Point = Callable[[Path, float], tuple[Array, Array]]
 
 
 def run(
@@ -82,12 +84,13 @@ def run(
             problems = make_problems(robot, poses, seed)
             oracle = consult(problems, [str(row["properties"].get("objective")) for row in about if not row["problem"]])
             paths = make_paths(robot, max(1, poses // POSES_PER_PATH), seed)
+            point = lru_cache(maxsize=None)(_point)  # the same for all solvers
             described = _describe(problems, oracle)
             result["robots"].append(described)
             done += ORACLE
             for name in usable:
                 progress(done, steps)
-                described["results"].append({"solver": name, **_row(entries[name], problems, oracle, paths)})
+                described["results"].append({"solver": name, **_row(entries[name], problems, oracle, paths, point)})
                 done += 1
         progress(done, steps)
     except KeyboardInterrupt:
@@ -131,8 +134,13 @@ def _describe(problems: Problems, oracle: Oracle) -> dict[str, Any]:
     }
 
 
-def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path]) -> dict[str, Any]:
-    """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how it failed."""
+def _point(path: Path, s: float) -> tuple[Array, Array]:
+    W, wrench = path.at(s)
+    return read_only(W), read_only(wrench)
+
+
+def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point) -> dict[str, Any]:
+    """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how."""
     if entry.info.properties.get("slow"):
         count = max(min(FEWEST, len(problems)), len(problems) // SLOW)
         problems, oracle, paths = problems.first(count), oracle.first(count), paths[: max(1, len(paths) // SLOW)]
@@ -140,12 +148,14 @@ def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return _measured(entry, problems, oracle, paths)
+            return _measured(entry, problems, oracle, paths, point)
         except SolverFailed as failure:
             return {"outcome": "failed", "detail": str(failure)}
 
 
-def _measured(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path]) -> dict[str, Any]:
+def _measured(
+    entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+) -> dict[str, Any]:
     robot = problems.robot
     solver = make(entry.load(), robot, entry.info.options())
     answers = ask(solver, problems)
@@ -153,7 +163,7 @@ def _measured(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequ
         return {"outcome": "unsupported", "detail": ""}
 
     def tension(path: Path, s: float) -> Array | None:
-        status, t = answer(solver, *path.at(s), robot)
+        status, t = answer(solver, *point(path, s), robot)
         return t if status == Status.OK and np.isfinite(t).all() else None
 
     return {
