@@ -62,9 +62,9 @@ def solver_table() -> str:
 
 def updated(text: str) -> str:
     """The README with its tables written anew."""
-    for mark, content in TABLES.items():
+    for mark, new in ((mark, content()) for mark, content in TABLES.items()):
         pattern = rf"(?<=<!-- {mark} -->\n).*?(?=<!-- end of {mark} -->)"
-        text, count = re.subn(pattern, lambda _, new=content(): new + "\n", text, flags=re.DOTALL)
+        text, count = re.subn(pattern, lambda _, new=new: new + "\n", text, flags=re.DOTALL)
         if count != 1:
             raise SystemExit(f"README.md has {count} places for {mark}, not one")
     return text

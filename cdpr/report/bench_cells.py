@@ -58,7 +58,7 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "median us": lambda row: digits(row["time"]["median_us"]),
     "p99 us": lambda row: digits(row["time"]["p99_us"]),
     "pinv": lambda row: digits(row["time"]["median_pinv"]),
-    "problems": lambda row: str(row["problems"]),
+    "asked": lambda row: str(row["problems"]),
 }
 
 MEANING = {
@@ -73,7 +73,7 @@ MEANING = {
     "median us": "time of one call on a feasible problem, microseconds, median",
     "p99 us": "the same, 99th percentile",
     "pinv": "the median, in calls of numpy's pinv of a 6x8 matrix in the same run",
-    "problems": "how many were asked",
+    "asked": "number of problems",
 }
 
 OVERVIEW: dict[str, Callable[[Row], str]] = {
