@@ -73,7 +73,9 @@ def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
         name = escape(robot["name"])
         links[f"robot{k}"] = robot["name"]
         parts.append(section(f"robot{k}", f"<h2>{name}</h2>\n<p>{escape(facts(robot))}.</p>\n{_results(robot)}"))
-        parts.append(figure(f"figure{k}", f"{name}: time, coverage, jumps", svg, CAPTION))
+        # Wider than this its letters would be larger than the page's.
+        drawing = f'<div style="max-width: 58rem">{svg}</div>'
+        parts.append(figure(f"figure{k}", f"{name}: time, coverage, jumps", drawing, CAPTION))
     links["columns"] = "Columns"
     parts.append(section("columns", "<h2>What the columns say</h2>\n" + table(MEANING.items())))
     count = len(figures["solvers"])
