@@ -26,10 +26,9 @@ class Centroid(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        n, m = robot.n, robot.m
-        corners = 2 * polygon.most_vertices(m) + polygon.work_size(m)
-        floats = null_space.form_size(m) + 2 + max(null_space.work_size(n, m), corners)
-        super().__init__(robot, options, centroid, floats=floats)
+        corners = 2 * polygon.most_vertices(robot.m)
+        rows = null_space.form_rows(robot.m) + 1 + max(null_space.work_rows(robot.n), corners)
+        super().__init__(robot, options, centroid, rows=rows, width=max(robot.n, robot.m, 2))
 
 
 @kernel
@@ -38,11 +37,7 @@ def centroid(
 ) -> int:
     """Write the centroid; return OK, INFEASIBLE, UNSUPPORTED or BAD_INPUT."""
     m = W.shape[1]
-    o = m * m
-    N = work[:o].reshape(m, m)
-    box = work[o : o + 3 * m].reshape(3, m)
-    x = work[o + 3 * m : o + 3 * m + 2]
-    rest = work[o + 3 * m + 2 :]
+    N, box, x, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
@@ -52,14 +47,15 @@ def centroid(
         if not (t_max[i] - t_min[i] < math.inf):  # the set may be unbounded, and then has no centroid
             return UNSUPPORTED
     x[0] = x[1] = 0.0
+    c, low, high = box[0, :m], box[1, :m], box[2, :m]
     if r == 1:
-        if clip_interval(N, box[0], box[1], box[2], x) == 0:
+        if clip_interval(N, c, low, high, x) == 0:
             return INFEASIBLE
         x[0] = 0.5 * (x[0] + x[1])
     elif r == 2:
         k = polygon.most_vertices(m)
-        vertices = rest[: 2 * k].reshape(k, 2)
-        count = clip_polygon(N, box[0], box[1], box[2], vertices, rest[2 * k :])
+        vertices = rest[:k]
+        count = clip_polygon(N, c, low, high, vertices, rest[k : 2 * k])
         if count == 0:
             return INFEASIBLE
         centre_of_polygon(vertices, count, x)

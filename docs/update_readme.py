@@ -1,4 +1,4 @@
-"""Write the README's generated parts: the tables of plugins and of figures, and the picture.
+"""Write the README's generated parts: the tables of plugins, of solvers and of figures, and the picture.
 
 Run: python docs/update_readme.py (the picture: python docs/update_readme.py --picture). A test holds the tables to it.
 """
@@ -10,7 +10,9 @@ import re
 import sys
 from pathlib import Path
 
+from cdpr.bench.overview import overview
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
+from cdpr.report.bench_cells import OVERVIEW, overview_cells
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
@@ -48,14 +50,27 @@ def figure_table() -> str:
     return "\n".join(lines)
 
 
+def solver_table() -> str:
+    """What benchmarks/solvers.json says: the output of `cdpr bench solvers --json`."""
+    figures = json.loads((ROOT / "benchmarks" / "solvers.json").read_text())
+    lines = ["| solver | " + " | ".join(OVERVIEW) + " |", "|---" * (1 + len(OVERVIEW)) + "|"]
+    for row in overview(figures):
+        if found := overview_cells(row):
+            lines.append(f"| `{row['name']}` | " + " | ".join(cell.replace("_", " ") for cell in found) + " |")
+    return "\n".join(lines)
+
+
 def updated(text: str) -> str:
     """The README with its tables written anew."""
-    for mark, content in (("plugins", plugin_table()), ("figures", figure_table())):
+    for mark, new in ((mark, content()) for mark, content in TABLES.items()):
         pattern = rf"(?<=<!-- {mark} -->\n).*?(?=<!-- end of {mark} -->)"
-        text, count = re.subn(pattern, lambda _, new=content: new + "\n", text, flags=re.DOTALL)
+        text, count = re.subn(pattern, lambda _, new=new: new + "\n", text, flags=re.DOTALL)
         if count != 1:
             raise SystemExit(f"README.md has {count} places for {mark}, not one")
     return text
+
+
+TABLES = {"plugins": plugin_table, "solvers": solver_table, "figures": figure_table}
 
 
 def draw() -> None:

@@ -24,6 +24,7 @@ COMMANDS = {
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
+    "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",
     "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
     "repair": "Make the log of a killed run whole again.",

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
-from string import Template
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,11 +11,10 @@ import numpy as np
 from cdpr.errors import OutputError
 from cdpr.log.run import Run
 from cdpr.report import tables
+from cdpr.report.page import figure, page, section
 
 if TYPE_CHECKING:
     from cdpr.report.canvas import Chart
-
-PAGE = Path(__file__).with_name("page.html")
 
 
 class Drawing(NamedTuple):
@@ -50,30 +47,21 @@ def render(run: Run) -> str:
     head = run.header
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
         parts = {
-            "Events": _section("events", tables.events(run)),
+            "Events": section("events", tables.events(run)),
             **{drawing.name: _figure(run, drawing) for drawing in drawings() if len(run.time)},
-            "Cables": _section("cables", tables.cables(run)),
-            "Scenario": _section("scenario", tables.scenario(run)),
+            "Cables": section("cables", tables.cables(run)),
+            "Scenario": section("scenario", tables.scenario(run)),
         }
-        summary = tables.summary(run)
+        top = (
+            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run)}\n</section>\n'
+            f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
+        )
     subtitle = (
         f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
         f"controller {head.controller}, tension solver {head.solver}"
     )
-    links = [f'<li><a href="#{name.lower()}">{name}</a></li>' for name in ("Summary", "Run", *parts)]
-    return Template(PAGE.read_text(encoding="utf-8")).substitute(
-        title=escape(f"{head.scenario}: report of a run"),
-        subtitle=escape(subtitle),
-        banner=tables.banner(run),
-        navigation="\n".join(links),
-        summary=summary,
-        run=tables.provenance(run),
-        sections="\n".join(parts.values()),
-    )
-
-
-def _section(key: str, body: str) -> str:
-    return f'<section id="{key}" class="wide">\n{body}\n</section>'
+    links = {name.lower(): name for name in ("Summary", "Run", *parts)}
+    return page(f"{head.scenario}: report of a run", subtitle, tables.banner(run), links, [top, *parts.values()])
 
 
 def _figure(run: Run, drawing: Drawing) -> str:
@@ -82,10 +70,7 @@ def _figure(run: Run, drawing: Drawing) -> str:
     key = drawing.name.lower()
     svg = inline_svg(drawing.draw(run), key, drawing.title)
     caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
-    return (
-        f'<figure id="{key}">\n<h2>{drawing.title}</h2>\n<div class="scroll">{svg}</div>\n'
-        f"<figcaption>{caption}</figcaption>\n</figure>"
-    )
+    return figure(key, drawing.title, svg, caption)
 
 
 def drawings() -> list[Drawing]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from html import escape
 
 import numpy as np
@@ -11,6 +10,7 @@ from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
+from cdpr.report.page import table
 
 MOST_EVENTS = 200
 
@@ -47,7 +47,7 @@ def summary(run: Run) -> str:
             ("Orientation error", "mrad", 1e3, "orientation_error_rad"),
         )
     ]
-    out += _table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
+    out += table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
     tension = figures["tension_N"]
     rows = [
         ("Smallest tension (N)", number(tension["min"])),
@@ -63,7 +63,7 @@ def summary(run: Run) -> str:
         if "real_time_factor" in figures:
             times.append(f"{number(figures['real_time_factor'])} times real time")
         rows.append(("Wall clock", escape(", ".join(times))))
-    return out + _table(rows)
+    return out + table(rows)
 
 
 def _bad_steps(run: Run) -> str:
@@ -86,7 +86,7 @@ def provenance(run: Run) -> str:
         ("Versions", escape(", ".join(f"{name} {version}" for name, version in head.versions.items()))),
         ("Keys not used", ", ".join(f"<code>{escape(key)}</code>" for key in run.unused) or "none"),
     ]
-    return "<h2>What was run</h2>\n" + _table(rows)
+    return "<h2>What was run</h2>\n" + table(rows)
 
 
 def events(run: Run) -> str:
@@ -98,7 +98,7 @@ def events(run: Run) -> str:
     for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
         until = "" if event.until is None else f" to {event.until:.6g}"
         rows.append((str(i), f"{event.time:.6g}{until}", escape(event.kind), escape(event.text)))
-    out += _table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
+    out += table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
     if len(run.events) > MOST_EVENTS:
         out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
     return out + "\n<p>Dotted lines mark them in the figures; steps without valid tensions are shaded.</p>"
@@ -113,7 +113,7 @@ def cables(run: Run) -> str:
         limits = (head.tension_min[i], head.tension_max[i])
         rows.append((key + escape(name), *map(number, (*limits, *_ends(run.tension[:, i]), *_ends(run.length[:, i])))))
     titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")
-    return f'<h2>Cables</h2>\n<div class="scroll">{_table(rows, titles)}</div>'
+    return f'<h2>Cables</h2>\n<div class="scroll">{table(rows, titles)}</div>'
 
 
 def scenario(run: Run) -> str:
@@ -135,17 +135,3 @@ def number(value: float) -> str:
 def _ends(values: Array) -> tuple[float, float]:
     finite = values[np.isfinite(values)]
     return (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
-
-
-def _table(rows: Iterable[tuple[str, ...]], titles: tuple[str, ...] = (), *, numeric: bool = True) -> str:
-    """Rows of HTML cells; the first cell of each is its heading."""
-    kind = ' class="n"' if numeric and titles else ""
-    out = ["<table>"]
-    if titles:
-        rest = "".join(f"<th{kind}>{title}</th>" for title in titles[1:])
-        out.append(f"<thead><tr><th>{titles[0]}</th>{rest}</tr></thead>")
-    out.append("<tbody>")
-    for row in rows:
-        rest = "".join(f"<td{kind}>{cell}</td>" for cell in row[1:])
-        out.append(f'<tr><th scope="row">{row[0]}</th>{rest}</tr>')
-    return "\n".join([*out, "</tbody></table>"])

@@ -43,8 +43,9 @@ def distribute_rows(
     """Fill tension (K, m) and report (K, 4) for poses (K, 7), whose quaternions have length 1.
 
     `kernel`, `parameters` and the shape of its work space, `size`, are a compiled solver's; `action` and the shape of
-    its work space, `spare`, as `fall_back` says, `rows` as `select`, `weights`, `limits` and `report` as `judge`. Without `wrenches` (K, 6) the platform is
-    held still against `gravity`. A row with an entry that is not finite is BAD_INPUT, its tensions are left alone.
+    its work space, `spare`, as `fall_back` says, `rows` as `select`, `weights`, `limits` and `report` as `judge`.
+    Without `wrenches` (K, 6) the platform is held still against `gravity`. A row with an entry that is not finite is
+    BAD_INPUT, its tensions are left alone.
     """
     m, n = anchors.shape[0], rows.shape[0]
     W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)

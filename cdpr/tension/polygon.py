@@ -26,11 +26,6 @@ def most_vertices(m: int) -> int:
     return 2 * m + 4
 
 
-def work_size(m: int) -> int:
-    """Floats that `clip_polygon` needs as work space."""
-    return 2 * most_vertices(m)
-
-
 @kernel
 def clip_interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> int:
     """Write the ends of { x : low <= c + N[:, 0] x <= high } into ends[0] <= ends[1].
@@ -69,10 +64,10 @@ def clip_interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> i
 
 @kernel
 def clip_polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, work: Array) -> int:
-    """Write the corners of { x : low <= c + N[:, :2] x <= high } into `vertices` (>= 2 m + 4, 2), anticlockwise.
+    """Write the corners of { x : low <= c + N[:, :2] x <= high } into `vertices` (>= 2 m + 4, >= 2), anticlockwise.
 
-    Returns how many there are: 0 where the set is empty, 1 where it is a point, 2 where it is a segment. `work` holds
-    2 (2 m + 4) floats.
+    Returns how many there are: 0 where the set is empty, 1 where it is a point, 2 where it is a segment. `work` is
+    as large as `vertices`.
 
     A square that holds them all is cut by one limit after another (Sutherland and Hodgman, Comm. ACM 17, 1974).
     """
@@ -85,7 +80,7 @@ def clip_polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, w
             s += abs(N[i, j]) * max(abs(low[i] - c[i]), abs(high[i] - c[i]))
         reach = max(reach, s)
     reach = 2.0 * reach + 1.0  # no corner of the square remains
-    old, new = vertices, work[: 2 * vertices.shape[0]].reshape(vertices.shape[0], 2)
+    old, new = vertices, work
     old[0, 0], old[0, 1], old[1, 0], old[1, 1] = -reach, -reach, reach, -reach
     old[2, 0], old[2, 1], old[3, 0], old[3, 1] = reach, reach, -reach, reach
     count = 4

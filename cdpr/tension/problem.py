@@ -59,7 +59,7 @@ class Problem:
         n, m = self.W.shape
         box, N = np.zeros((3, m)), np.zeros((m, m))
         low, high = self.limits
-        r = null_space.reduce(self.W, self.wanted, low, high, box, N, np.zeros(null_space.work_size(n, m)))
+        r = null_space.reduce(self.W, self.wanted, low, high, box, N, np.zeros((null_space.work_rows(n), max(n, m))))
         return None if r < 0 else (box[0], np.ascontiguousarray(N[:, :r]))
 
     @cached_property
@@ -72,7 +72,7 @@ class Problem:
         if N.shape[1] == 1:
             ends = np.zeros(2)
             return ends[: polygon.clip_interval(N, c, low, high, ends), None]
-        vertices, work = np.zeros((polygon.most_vertices(len(N)), 2)), np.zeros(polygon.work_size(len(N)))
+        vertices, work = np.zeros((2, polygon.most_vertices(len(N)), 2))
         return vertices[: polygon.clip_polygon(N, c, low, high, vertices, work)]
 
     @cached_property
@@ -87,7 +87,9 @@ class Problem:
         c, N = self.general
         (low, high), (m, r) = self.limits, N.shape
         x = np.zeros(r)
-        margin = safest.safest_point(False, N, r, c, low, high, x, np.zeros(safest.work_size(m, r)))
+        margin = safest.safest_point(
+            False, N, r, np.array([c, low, high]), x, np.zeros((safest.work_rows(m), 2 * m + 1))
+        )
         return None if math.isnan(margin) else (margin, x)
 
     @property

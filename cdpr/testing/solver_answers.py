@@ -9,10 +9,11 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model import Robot, rotations
+from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.tension import Status
+from cdpr.tension.continuity import Path, steepest
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, needs
 from cdpr.testing.samples import Problem
@@ -135,46 +136,26 @@ def answers_are_continuous(subject: SolverSubject) -> None:
         solver = subject.make(robot)
         for path in range(3):
             rng = np.random.default_rng(70 + 10 * k + path)
-            _expect_no_jump(subject, solver, _Path(robot, rng))
+            _expect_no_jump(subject, solver, _path(robot, rng))
 
 
-class _Path:
-    """A straight path between two poses, along which tensions from one set to another balance the wrench."""
-
-    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
-        self._robot = robot
-        self._ends = [samples.robot_state(robot, rng) for _ in range(2)]
-        self._tensions = [robot.tension_min + rng.uniform(0.0, 400.0, robot.m) for _ in range(2)]
-
-    def at(self, s: float) -> Problem:
-        """The problem at 0 <= s <= 1."""
-        a, b = self._ends
-        state = (1.0 - s) * a + s * b
-        turn = rotations.rotation_vector(rotations.multiply(b[3:7], rotations.conjugate(a[3:7])))
-        angle = float(np.linalg.norm(turn))
-        axis = turn / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])
-        state[3:7] = rotations.multiply(rotations.from_axis_angle(axis, s * angle), a[3:7])
-        return samples.problem(self._robot, state, (1.0 - s) * self._tensions[0] + s * self._tensions[1])
+def _path(robot: Robot, rng: np.random.Generator) -> Path:
+    poses = np.array([samples.robot_state(robot, rng)[:7] for _ in range(2)])
+    tensions = np.array([robot.tension_min + rng.uniform(0.0, 400.0, robot.m) for _ in range(2)])
+    return Path(robot, poses, tensions)
 
 
-def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: _Path) -> None:
+def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -> None:
     """Look at the largest step of the tensions on the path ever more closely: it must vanish."""
+    robot = path.robot
 
-    def at(s: float) -> Array:
-        status, tension = ask(solver, path.at(s))
-        return tension if status == Status.OK else np.full(len(tension), np.nan)
+    def answer(s: float) -> Array | None:
+        status, tension = ask(solver, Problem(robot, *path.at(s), robot.tension_min, robot.tension_max))
+        return tension if status == Status.OK else None
 
-    def step(s: float, width: float) -> float:
-        change = float(np.abs(at(s + width) - at(s)).max())
-        return change if np.isfinite(change) else 0.0  # no answer there: nothing to compare
-
-    width = 1.0 / 100
-    largest, s = max((step(i * width, width), i * width) for i in range(100))
-    for _ in range(20):
-        width /= 2
-        change, s = max((step(s, width), s), (step(s + width, width), s + width))
-    noise = 10 * max(subject.accuracy, 1e-8) * float(solver.robot.tension_max.max())
-    expect(change <= 1e-3 * largest + noise, f"tensions jump by {change:.3g} N at one point of a smooth path")
+    found = steepest(answer, steps=100, halvings=20)
+    noise = 10 * max(subject.accuracy, 1e-8) * float(robot.tension_max.max())
+    expect(not found.jumps(noise), f"tensions jump by {found.change:.3g} N at one point of a smooth path")
 
 
 def objective_is_reached(subject: SolverSubject) -> None:

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
-from cdpr.testing import backend_checks, controller_checks, solver_checks
+from cdpr.testing import backend_checks, check_solver, controller_checks, solver_checks
 
 FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": controller_checks}
 

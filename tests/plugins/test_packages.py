@@ -50,6 +50,11 @@ def use(command, tmp_path):
     for role, name in (("solver", "weighted"), ("backend", "drag")):
         checks = json.loads(run(command, "-m", "cdpr", "check", role, name, "--json", cwd=tmp_path))["checks"]
         assert {check["outcome"] for check in checks} == {"passed", "n/a"}
+    compare = ["bench", "solvers", str(ROOT / "scenarios" / "robots" / "planar.yaml"), "--poses", "20", "--json"]
+    compared = json.loads(run(command, "-m", "cdpr", *compare, cwd=tmp_path))
+    rows = {row["solver"]: row for row in compared["robots"][0]["results"]}
+    assert rows["weighted"]["outcome"] == "measured"
+    assert rows["weighted"]["worst_residual"] < 1e-12
     choice = ["--backend", "drag", "--solver", "weighted", "--set", "backend_options.drag.area=0.5"]
     told = json.loads(run(command, "-m", "cdpr", "run", CAROCA, *choice, *SHORT, "--out", "run", cwd=tmp_path))
     assert told["status"] == "finished"

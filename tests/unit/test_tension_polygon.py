@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection, QhullError
 
-from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon, most_vertices, work_size
+from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon, most_vertices
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -18,7 +18,7 @@ def corners(N, c, low, high):
     m = len(c)
     vertices = np.full((most_vertices(m), 2), np.nan)
     arrays = (np.ascontiguousarray(a, dtype=float) for a in (N, c, low, high))
-    count = clip_polygon(*arrays, vertices, np.zeros(work_size(m)))
+    count = clip_polygon(*arrays, vertices, np.zeros((most_vertices(m), 2)))
     return vertices[:count]
 
 

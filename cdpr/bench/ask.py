@@ -1,0 +1,110 @@
+"""Asks one solver all problems, and takes the time of each call."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.bench.problems import Problems
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import TensionSolver
+from cdpr.plugins.registry import describe
+from cdpr.tension import Status
+
+FIRST_CALLS = 10  # not timed: they compile, import and fill caches
+PINV_EVERY = 10  # calls between two of numpy's pinv, so that both see the same machine
+
+
+class SolverFailed(Exception):  # noqa: N818 - an outcome
+    """The solver raised, or returned what is no status."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What a solver said to K problems."""
+
+    status: NDArray[np.int64]  # (K,), of `cdpr.tension.Status`
+    tension: Array  # (K, m), N; NaN where nothing was written
+    nanoseconds: NDArray[np.int64]  # (K,), of wall time
+    pinv_ns: NDArray[np.int64]  # of numpy.linalg.pinv of a 6x8 matrix, called in between
+
+
+def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolver:
+    """Make a solver; SolverFailed where it raises."""
+    try:
+        solver: TensionSolver = factory(robot, options)
+        return solver
+    except (Exception, SystemExit) as error:
+        raise SolverFailed(f"raised {describe(error)} when it was made") from error
+
+
+def ask(solver: TensionSolver, problems: Problems) -> Answers:
+    """Ask all problems in order; SolverFailed where it raises or returns no status.
+
+    After the first calls, which are repeated, the solver is reset.
+    """
+    robot, count = problems.robot, len(problems)
+    low, high = robot.tension_min, robot.tension_max
+    status, nanoseconds = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+    tension = np.full((count, robot.m), np.nan)
+    matrix = np.random.default_rng(0).normal(size=(6, 8))
+    pinv = []
+    with _no_garbage_collection():
+        for k in range(min(FIRST_CALLS, count)):
+            answer(solver, problems.W[k], problems.wrench[k], robot)
+        try:
+            solver.reset()
+        except (Exception, SystemExit) as error:
+            raise SolverFailed(f"raised {describe(error)} when it was reset") from error
+        solve = solver.solve
+        for k in range(count):
+            W, wrench, t = problems.W[k], problems.wrench[k], tension[k]
+            try:
+                before = perf_counter_ns()
+                said = solve(W, wrench, low, high, t)
+                nanoseconds[k] = perf_counter_ns() - before
+            except (Exception, SystemExit) as error:
+                raise SolverFailed(f"raised {describe(error)} at problem {k}") from error
+            status[k] = _checked(said)
+            if k % PINV_EVERY == 0:
+                np.linalg.pinv(matrix)  # after a call of a large library the first one is slow
+                before = perf_counter_ns()
+                np.linalg.pinv(matrix)
+                pinv.append(perf_counter_ns() - before)
+    return Answers(status, tension, nanoseconds, np.array(pinv))
+
+
+def answer(solver: TensionSolver, W: Array, wrench: Array, robot: Robot) -> tuple[int, Array]:
+    """Status and tensions (m,) of one problem; SolverFailed where it raises or returns no status."""
+    tension = np.full(robot.m, np.nan)
+    try:
+        said = solver.solve(W, wrench, robot.tension_min, robot.tension_max, tension)
+    except (Exception, SystemExit) as error:
+        raise SolverFailed(f"raised {describe(error)}") from error
+    return _checked(said), tension
+
+
+def _checked(said: Any) -> int:
+    if isinstance(said, (int, np.integer)) and not isinstance(said, bool) and said in list(Status):
+        return int(said)
+    raise SolverFailed(f"returned {said!r}, which is no cdpr.tension.Status")
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    enabled = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()

@@ -1,0 +1,185 @@
+"""Asks every solver the problems of every robot."""
+
+from __future__ import annotations
+
+import contextlib
+import platform
+import warnings
+from collections.abc import Callable, Collection, Sequence
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from cdpr import __version__
+from cdpr.bench import measures
+from cdpr.bench.ask import SolverFailed, answer, ask, make
+from cdpr.bench.oracle import Oracle, consult
+from cdpr.bench.problems import Problems, box, make_paths, make_problems
+from cdpr.errors import CdprError, PluginError
+from cdpr.model import Robot
+from cdpr.model.robot import Array, read_only
+from cdpr.plugins.registry import Registered, Registry, registry
+from cdpr.tension import Status
+from cdpr.tension.continuity import Path
+
+POSES, SEED = 500, 1
+POSES_PER_PATH = 50  # as many paths as poses / 50
+
+# A solver whose plugin declares the property `slow` (milliseconds a call) gets the first poses and paths only: one in
+# so many, but at least FEWEST poses and one path. It is declared, so that no figure depends on the machine's speed.
+SLOW, FEWEST = 50, 10
+
+ORACLE = 3  # what the oracle takes for a robot, in solvers, for the progress
+
+LIBRARIES = ("numpy", "numba", "scipy", "daqp")  # what computes, besides the solvers' own
+
+Progress = Callable[[int, int], None]
+Point = Callable[[Path, float], tuple[Array, Array]]
+
+
+def run(
+    robots: Sequence[Robot],
+    solvers: Collection[str] | None = None,
+    poses: int = POSES,
+    seed: int = SEED,
+    *,
+    plugins: Registry | None = None,
+    progress: Progress = lambda done, total: None,
+) -> dict[str, Any]:
+    """Return all figures as plain data: lists, dictionaries, texts, numbers and None.
+
+    Args:
+        robots: at least one.
+        solvers: names of solvers; all that are known by default.
+        poses: problems per robot.
+        seed: of poses, loads and paths.
+        plugins: where to look for solvers; the installed ones by default.
+        progress: called with the steps done and their total.
+
+    A solver that is not installed, cannot be loaded, raises or does not support a robot has a row that says so. An
+    interrupt (Ctrl-C) ends the measurement: what is complete is returned, marked as `interrupted`.
+
+    Raises CdprError where there is nothing to do, PluginError for an unknown solver or if scipy or daqp are missing.
+    """
+    found = plugins or registry()
+    entries = {name: found.get("solver", name) for name in (found.names("solver") if solvers is None else solvers)}
+    if not robots or not entries or poses < 1:
+        raise CdprError("a benchmark needs at least one robot, one solver and one pose")
+    about = [_about(name, entry) for name, entry in entries.items()]
+    usable = [name for name, row in zip(entries, about, strict=True) if not row["problem"]]
+    result: dict[str, Any] = {
+        "poses": poses,
+        "seed": seed,
+        "interrupted": False,
+        "versions": _versions(entries),
+        "solvers": about,
+        "robots": [],
+    }
+    steps, done = len(robots) * (len(usable) + ORACLE), 0
+    try:
+        for robot in robots:
+            progress(done, steps)
+            problems = make_problems(robot, poses, seed)
+            oracle = consult(problems, [str(row["properties"].get("objective")) for row in about if not row["problem"]])
+            paths = make_paths(robot, max(1, poses // POSES_PER_PATH), seed)
+            point = lru_cache(maxsize=None)(_point)  # the same for all solvers
+            described = _describe(problems, oracle)
+            result["robots"].append(described)
+            done += ORACLE
+            for name in usable:
+                progress(done, steps)
+                described["results"].append({"solver": name, **_row(entries[name], problems, oracle, paths, point)})
+                done += 1
+        progress(done, steps)
+    except KeyboardInterrupt:
+        result["interrupted"] = True
+    return result
+
+
+def _about(name: str, entry: Registered) -> dict[str, Any]:
+    """What a solver says of itself, and why it cannot be asked if so."""
+    problem = ""
+    try:
+        entry.load()
+    except PluginError as error:
+        problem = str(error)
+    info = entry.info
+    return {
+        "name": name,
+        "summary": info.summary,
+        # A stranger may declare anything.
+        "properties": {k: v if isinstance(v, (str, int, float, bool)) else str(v) for k, v in info.properties.items()},
+        "distribution": entry.distribution,
+        "version": entry.version,
+        "problem": problem,
+    }
+
+
+def _describe(problems: Problems, oracle: Oracle) -> dict[str, Any]:
+    robot = problems.robot
+    feasible, infeasible = int(oracle.feasible.sum()), int(oracle.infeasible.sum())
+    return {
+        "name": robot.name,
+        "n": robot.n,
+        "m": robot.m,
+        "redundancy": robot.m - robot.n,
+        "tension_max_N": float(robot.tension_max.max()),
+        "box_m": box(robot).tolist(),
+        "feasible": feasible,
+        "infeasible": infeasible,
+        "undecided": len(problems) - feasible - infeasible,
+        "results": [],
+    }
+
+
+def _point(path: Path, s: float) -> tuple[Array, Array]:
+    W, wrench = path.at(s)
+    return read_only(W), read_only(wrench)
+
+
+def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point) -> dict[str, Any]:
+    """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how."""
+    if entry.info.properties.get("slow"):
+        count = max(min(FEWEST, len(problems)), len(problems) // SLOW)
+        problems, oracle, paths = problems.first(count), oracle.first(count), paths[: max(1, len(paths) // SLOW)]
+    # What a solver warns of is no figure.
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return _measured(entry, problems, oracle, paths, point)
+        except SolverFailed as failure:
+            return {"outcome": "failed", "detail": str(failure)}
+
+
+def _measured(
+    entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+) -> dict[str, Any]:
+    robot = problems.robot
+    solver = make(entry.load(), robot, entry.info.options())
+    answers = ask(solver, problems)
+    if (answers.status == Status.UNSUPPORTED).all():
+        return {"outcome": "unsupported", "detail": ""}
+
+    def tension(path: Path, s: float) -> Array | None:
+        status, t = answer(solver, *point(path, s), robot)
+        return t if status == Status.OK and np.isfinite(t).all() else None
+
+    return {
+        "outcome": "measured",
+        "detail": "",
+        **measures.accuracy(problems, oracle, answers, entry.info.properties),
+        "jumps": measures.jumps(paths, tension),
+        "time": measures.times(oracle, answers),
+    }
+
+
+def _versions(entries: dict[str, Registered]) -> dict[str, str]:
+    """Versions of everything that computes: cdpr, Python, our libraries, and what the solvers bring."""
+    versions = {"cdpr": __version__, "python": platform.python_version()}
+    brought = {name for entry in entries.values() for name in (entry.distribution, *entry.info.requires)}
+    for name in sorted({*LIBRARIES, *brought} - {"cdpr"}):
+        with contextlib.suppress(PackageNotFoundError):
+            versions[name] = version(name)
+    return versions

@@ -1,0 +1,152 @@
+"""What is counted and measured of one solver on the problems of one robot, as plain figures.
+
+An answer is valid if the status is OK, all tensions are finite, W t - wrench is at most a millionth of the wrench (or
+of 1 N; moments divided by the characteristic length) and no tension is more than 1e-6 N beyond a limit: judged here,
+from outside, whatever the solver declares.
+
+- coverage: valid answers among the feasible problems.
+- misclassified: feasible problems called INFEASIBLE, and infeasible ones called OK unless the solver declares that it
+  ignores the limits.
+- invalid_ok: problems called OK whose answer is not valid.
+- worst_residual (relative, as above) and worst_violation_N: of all answers called OK.
+- gap: how far valid answers are from the optimum of the declared objective, found by another library. Where the
+  optimum is unique (min_norm, mid_range) the largest difference of a tension as a share of the largest limit; one_norm:
+  the relative excess of the sum of tensions; max_slack: the margin lacking, as a share of the largest limit.
+- jumps: among the smooth, feasible paths that the solver answers at half of the points at least, those on which the
+  tensions jump; and the largest jump. Jumps between the points may be missed.
+- on_feasible, on_infeasible: how often each status is returned.
+- time: wall time of one call on a feasible problem, median and 99th percentile; as a ratio, to the median of
+  numpy.linalg.pinv of a 6x8 matrix called in between; and the median on infeasible problems.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.bench.ask import Answers
+from cdpr.bench.oracle import UNIQUE, Oracle
+from cdpr.bench.problems import Problems
+from cdpr.model.robot import Array
+from cdpr.tension import Status
+from cdpr.tension.checks import LIMIT_TOLERANCE, RESIDUAL_TOLERANCE
+from cdpr.tension.continuity import Path, steepest
+
+STEPS = 300  # of a path
+PLACES = 2  # looked at closely on each path, the steepest ones
+HALVINGS = 26  # of a step: what is left of a smooth one is round-off
+
+# Share of the largest limit by which equal problems' answers may differ without being a jump: more than iterative
+# solvers do that have converged, and far less than a vertex of the feasible set is from the next.
+NOISE = 1e-5
+
+USABLE = 0.5  # share of a path's points that need an answer
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """K answers judged from outside."""
+
+    residual: Array  # (K,), relative
+    violation: Array  # (K,), N, beyond a limit; not above 0 where there is none
+    valid: NDArray[np.bool_]
+
+
+def judge(problems: Problems, answers: Answers) -> Judgement:
+    """Judge all answers; NaN where one is not finite."""
+    robot, t = problems.robot, answers.tension
+    lack = problems.weights * (np.einsum("knm,km->kn", problems.W, t) - problems.wrench)
+    load = np.linalg.norm(problems.weights * problems.wrench, axis=1)
+    residual = np.linalg.norm(lack, axis=1) / np.maximum(1.0, load)
+    violation = np.maximum(robot.tension_min - t, t - robot.tension_max).max(axis=1)
+    sound = np.isfinite(t).all(axis=1) & (residual <= RESIDUAL_TOLERANCE) & (violation <= LIMIT_TOLERANCE)
+    return Judgement(residual, violation, sound & (answers.status == Status.OK))
+
+
+def accuracy(problems: Problems, oracle: Oracle, answers: Answers, properties: Mapping[str, Any]) -> dict[str, Any]:
+    """All figures but jumps and times."""
+    judged, status = judge(problems, answers), answers.status
+    ok = status == Status.OK
+    wrong = _count(oracle.feasible & (status == Status.INFEASIBLE))
+    if properties.get("respects_bounds", True):
+        wrong += _count(oracle.infeasible & ok)
+    feasible = _count(oracle.feasible)
+    return {
+        "problems": len(problems),
+        "feasible": feasible,
+        "infeasible": _count(oracle.infeasible),
+        "coverage": _count(judged.valid & oracle.feasible) / feasible if feasible else None,
+        "misclassified": wrong,
+        "invalid_ok": _count(ok & ~judged.valid),
+        "worst_residual": _worst(judged.residual[ok]),
+        "worst_violation_N": None if (worst := _worst(judged.violation[ok])) is None else max(0.0, worst),
+        "gap": gap(problems, oracle, answers, judged.valid & oracle.feasible, properties.get("objective")),
+        "on_feasible": shares(status[oracle.feasible]),
+        "on_infeasible": shares(status[oracle.infeasible]),
+    }
+
+
+def gap(
+    problems: Problems, oracle: Oracle, answers: Answers, valid: NDArray[np.bool_], objective: object
+) -> float | None:
+    """The largest distance of valid answers from the optimum; None where there is no optimum to compare with."""
+    if not isinstance(objective, str) or objective not in oracle.optima:
+        return None
+    t, best = answers.tension[valid], oracle.optima[objective][valid]
+    low, high = problems.robot.tension_min, problems.robot.tension_max
+    scale = float(high.max())
+    if objective in UNIQUE:
+        return _worst(np.abs(t - best).max(axis=1) / scale)
+    if objective == "one_norm":
+        return _worst((t.sum(axis=1) - best.sum(axis=1)) / best.sum(axis=1))
+    slack = np.minimum(t - low, high - t).min(axis=1)
+    return _worst((oracle.margin[valid] - slack) / scale)
+
+
+def jumps(paths: Sequence[Path], answer: Callable[[Path, float], Array | None]) -> dict[str, Any]:
+    """Count the paths on which tensions jump; `answer(path, s)` are tensions (m,), None where there are none."""
+    usable, broken, largest = 0, 0, 0.0
+    for path in paths:
+        found = steepest(lambda s, path=path: answer(path, s), STEPS, HALVINGS, PLACES)  # type: ignore[misc]
+        if found.answered < USABLE:
+            continue
+        usable += 1
+        if found.jumps(NOISE * float(path.robot.tension_max.max())):
+            broken += 1
+            largest = max(largest, found.change)
+    return {"paths": usable, "with_jump": broken, "largest_N": largest if broken else None}
+
+
+def times(oracle: Oracle, answers: Answers) -> dict[str, Any]:
+    """Times of a call, us, and in pinvs."""
+    pinv = float(np.median(answers.pinv_ns))
+    easy, hard = answers.nanoseconds[oracle.feasible], answers.nanoseconds[oracle.infeasible]
+    median, p99 = (float(np.percentile(easy, q)) if len(easy) else None for q in (50, 99))
+    return {
+        "median_us": None if median is None else 1e-3 * median,
+        "p99_us": None if p99 is None else 1e-3 * p99,
+        "infeasible_median_us": 1e-3 * float(np.median(hard)) if len(hard) else None,
+        "pinv_us": 1e-3 * pinv,
+        "median_pinv": None if median is None else median / pinv,
+        "p99_pinv": None if p99 is None else p99 / pinv,
+    }
+
+
+def shares(status: NDArray[np.int64]) -> dict[str, float]:
+    """Share of each status that occurs, by name."""
+    counts = {one.name: _count(status == one) for one in Status}
+    return {name: count / len(status) for name, count in counts.items() if count}
+
+
+def _count(which: NDArray[np.bool_]) -> int:
+    return int(np.count_nonzero(which))
+
+
+def _worst(values: Array) -> float | None:
+    """The largest finite value; None where there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if len(finite) else None

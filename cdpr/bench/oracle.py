@@ -1,0 +1,96 @@
+"""What is feasible and what is optimal, decided by HiGHS and DAQP: by other means than the solvers under test."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.bench.problems import Problems
+from cdpr.errors import PluginError
+from cdpr.model.robot import Array
+
+try:
+    import daqp
+    from scipy.optimize import linprog
+except ImportError as error:
+    raise PluginError(f"the benchmark needs scipy and daqp ({error}): pip install 'cdpr[solvers]'") from error
+
+# Share of the largest limit: a problem whose margin is closer to zero is neither feasible nor infeasible, for there
+# round-off decides.
+UNDECIDED = 1e-7
+
+# The smallest that HiGHS takes; problems are scaled to tensions near 1.
+LP_OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+QP_TOLERANCE = 1e-11  # likewise
+
+SOLVED, IMPOSSIBLE = 0, 2  # linprog's status
+UNIQUE = ("min_norm", "mid_range")  # objectives with one optimum: answers are compared by their tensions
+COSTS = ("one_norm", "max_slack")  # objectives of linear programs, whose optimum may be an edge: by their cost
+OBJECTIVES = (*UNIQUE, *COSTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Oracle:
+    """What is true of K problems.
+
+    margin (K,): the largest s with W t = wrench, t_min + s <= t <= t_max - s, N; -inf where no t has W t = wrench.
+    optima: by objective, tensions (K, m), N, NaN where the problem is not feasible.
+    """
+
+    margin: Array
+    feasible: NDArray[np.bool_]
+    infeasible: NDArray[np.bool_]
+    optima: dict[str, Array]
+
+    def first(self, count: int) -> Oracle:
+        """What is true of the first `count` problems."""
+        optima = {name: values[:count] for name, values in self.optima.items()}
+        return Oracle(self.margin[:count], self.feasible[:count], self.infeasible[:count], optima)
+
+
+def consult(problems: Problems, objectives: Sequence[str] = ()) -> Oracle:
+    """Decide all problems, and find the optima of those `objectives` that are among `OBJECTIVES`."""
+    robot = problems.robot
+    scale = float(robot.tension_max.max())
+    t_min, t_max = robot.tension_min / scale, robot.tension_max / scale
+    weights = problems.weights
+    margin = np.empty(len(problems))
+    optima = {name: np.full((len(problems), robot.m), np.nan) for name in OBJECTIVES if name in objectives}
+    for k, (W, wrench) in enumerate(zip(problems.W, problems.wrench, strict=True)):
+        A, b = weights[:, None] * W, weights * wrench / scale
+        margin[k], roomiest = _largest_margin(A, b, t_min, t_max)
+        if margin[k] > UNDECIDED:
+            for name, found in optima.items():
+                found[k] = scale * (roomiest if name == "max_slack" else _optimum(name, A, b, t_min, t_max))
+    return Oracle(scale * margin, margin > UNDECIDED, margin < -UNDECIDED, optima)
+
+
+def _largest_margin(A: Array, b: Array, t_min: Array, t_max: Array) -> tuple[float, Array]:
+    """The largest s with A t = b, t_min + s <= t <= t_max - s, and such t; -inf where A t = b has no solution."""
+    n, m = A.shape
+    eye, one = np.eye(m), np.ones((m, 1))
+    within = np.block([[-eye, one], [eye, one]])
+    equal = np.hstack([A, np.zeros((n, 1))])
+    cost = np.append(np.zeros(m), -1.0)
+    answer = linprog(cost, within, np.append(-t_min, t_max), equal, b, (None, None), options=LP_OPTIONS)
+    if answer.status == IMPOSSIBLE:
+        return -np.inf, np.full(m, np.nan)
+    if answer.status != SOLVED:
+        return np.nan, np.full(m, np.nan)  # undecided
+    return float(answer.x[m]), answer.x[:m]
+
+
+def _optimum(objective: str, A: Array, b: Array, t_min: Array, t_max: Array) -> Array:
+    """The optimal t, NaN where the library finds none."""
+    n, m = A.shape
+    if objective == "one_norm":
+        answer = linprog(np.ones(m), None, None, A, b, np.array([t_min, t_max]).T, options=LP_OPTIONS)
+        return np.asarray(answer.x) if answer.status == SOLVED else np.full(m, np.nan)
+    target = 0.5 * (t_min + t_max) if objective == "mid_range" else np.zeros(m)
+    sense = np.array([0] * m + [5] * n, dtype=np.int32)  # limits, then equalities
+    upper, lower = np.append(t_max, b), np.append(t_min, b)
+    t, _, flag, _ = daqp.solve(np.eye(m), -target, A.copy(), upper, lower, sense, primal_tol=QP_TOLERANCE)
+    return np.asarray(t) if flag == 1 else np.full(m, np.nan)

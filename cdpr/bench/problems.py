@@ -1,0 +1,108 @@
+"""The problems that all solvers are asked: random poses and loads of one robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdpr.model import Robot, rotations
+from cdpr.model.dynamics import required_wrench
+from cdpr.model.kinematics import make_state, wrench_matrix
+from cdpr.model.properties import home_pose
+from cdpr.model.robot import DOF_NAMES, Array, frozen_array
+from cdpr.tension.continuity import Path
+
+GRAVITY = frozen_array([0.0, 0.0, -9.81])  # m/s^2, world axes
+
+# Of the way from home to the outermost anchors: beyond where most robots can hold their load, so that some problems
+# are infeasible.
+REACH = 0.7
+
+TILT = np.radians(10.0)  # rad, about each free axis
+LOAD = 0.2  # random force as a share of the weight; moment likewise, times the characteristic length
+
+# One problem in so many has its wrench multiplied, as by a payload: up to where the weight is this share of what all
+# cables together may pull. Robots whose upper limits are far from their own weight would be too easy otherwise.
+HEAVY_EVERY, HEAVIEST = 5, 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Problems:
+    """K problems W t = wrench, t_min <= t <= t_max of a robot with n degrees of freedom and m cables."""
+
+    robot: Robot
+    W: Array  # (K, n, m)
+    wrench: Array  # (K, n)
+
+    def __len__(self) -> int:
+        return len(self.W)
+
+    @property
+    def weights(self) -> Array:
+        """What makes rows comparable (n,): 1 for forces, 1 / characteristic length for moments."""
+        return np.repeat([1.0, 1.0 / self.robot.characteristic_length], 3)[self.robot.rows]
+
+    def first(self, count: int) -> Problems:
+        """The first `count` of them."""
+        return Problems(self.robot, self.W[:count], self.wrench[:count])
+
+
+def box(robot: Robot) -> Array:
+    """Lowest and highest position (2, 3), m, about home.
+
+    Along each free axis it reaches `REACH` of the way from home to the outermost frame anchor on either side; where no
+    anchor lies on one side, as below a suspended robot, as far as on the other. Held axes keep home's value.
+    """
+    home = home_pose(robot)[0][:3]
+    offset = robot.anchors[:, :3] - home
+    below, above = np.maximum(-offset.min(axis=0), 0.0), np.maximum(offset.max(axis=0), 0.0)
+    below, above = np.where(below > 0.0, below, above), np.where(above > 0.0, above, below)
+    free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
+    return np.array([home - free * REACH * below, home + free * REACH * above])
+
+
+def random_pose(robot: Robot, rng: np.random.Generator) -> Array:
+    """A pose (7,), position (m) and quaternion, in the box, tilted from home by up to `TILT` about each free axis."""
+    low, high = box(robot)
+    position = low + (high - low) * rng.uniform(size=3)
+    free = np.array([name in robot.dof for name in DOF_NAMES[3:]])
+    turn = rotations.from_rpy(*(free * rng.uniform(-TILT, TILT, 3)))
+    return np.concatenate([position, rotations.multiply(turn, home_pose(robot)[0][3:])])
+
+
+def make_problems(robot: Robot, count: int, seed: int) -> Problems:
+    """Random poses at rest, each with the weight, a random force and a random moment, some with a payload.
+
+    Problem k depends on the robot, the seed and k alone.
+
+    Magnitudes are uniform up to their largest, directions uniform on the sphere.
+    """
+    W, wrench = np.empty((count, robot.n, robot.m)), np.empty((count, robot.n))
+    weight = robot.platform.mass * float(np.linalg.norm(GRAVITY))
+    largest = LOAD * weight * np.repeat([1.0, robot.characteristic_length], 3)
+    heaviest = max(1.0, HEAVIEST * float(robot.tension_max.sum()) / weight)
+    for k in range(count):
+        rng = np.random.default_rng([seed, k])
+        pose = random_pose(robot, rng)
+        state = make_state(pose[:3], pose[3:])
+        direction = rng.normal(size=(2, 3))
+        direction *= rng.uniform(size=(2, 1)) / np.linalg.norm(direction, axis=1, keepdims=True)
+        load = required_wrench(robot, state, GRAVITY) + largest * direction.ravel()
+        if k % HEAVY_EVERY == 0:
+            load *= rng.uniform(1.0, heaviest)
+        W[k], wrench[k] = wrench_matrix(robot, state)[robot.rows], load[robot.rows]
+    W.flags.writeable = wrench.flags.writeable = False  # no solver can change what the next one is asked
+    return Problems(robot, W, wrench)
+
+
+def make_paths(robot: Robot, count: int, seed: int) -> list[Path]:
+    """Random straight paths within the box, feasible everywhere, half of them near the lower limits."""
+    paths = []
+    low, span = robot.tension_min, robot.tension_max - robot.tension_min
+    for k in range(count):
+        rng = np.random.default_rng([seed, k, 1])
+        poses = np.array([random_pose(robot, rng) for _ in range(2)])
+        reach = rng.uniform(0.05, 1.0) if k % 2 else 0.05
+        paths.append(Path(robot, poses, low + span * reach * rng.uniform(size=(2, robot.m))))
+    return paths

@@ -1,0 +1,124 @@
+"""`cdpr bench`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.errors import CdprError, ExitCode
+
+if TYPE_CHECKING:
+    from cdpr.bench.benchmark import Progress
+
+# Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
+ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
+WIDTH = 120  # columns of text
+
+
+@click.group("bench")
+def command() -> None:
+    """Compare installed plugins."""
+
+
+@command.command("solvers")
+@click.argument("robots", metavar="[ROBOT]...", nargs=-1, type=click.Path())
+@click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of poses, loads and paths.")
+@click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: str | None, as_json: bool) -> None:
+    """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
+
+    ROBOTs are robot files; without any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
+    """
+    from pathlib import Path
+
+    from cdpr.scenario import load_robot
+
+    loaded = [load_robot(path) for path in robots or _default_robots()]
+    names = None if solvers == "all" else list(dict.fromkeys(name.strip() for name in solvers.split(",")))
+    # Only sound files are worth the time that these take to import.
+    from cdpr import bench
+    from cdpr.log.run_json import plain
+    from cdpr.model.jit import on_first_compilation
+
+    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    with _bar() as progress:
+        figures = plain(bench.run(loaded, names, poses, seed, progress=progress))
+    if out is not None:
+        from cdpr.report.bench import write_bench
+
+        write_bench(figures, Path(out))
+    if as_json:
+        click.echo(json.dumps(figures, indent=1, allow_nan=False))
+    else:
+        _print(figures)
+        if out is not None:
+            click.echo(Path(out) / "bench.html")
+    if figures["interrupted"]:
+        click.echo("interrupted: not all was measured", err=True)
+        raise click.exceptions.Exit(ExitCode.INTERRUPTED)
+
+
+def _default_robots() -> list[str]:
+    from pathlib import Path
+
+    import cdpr
+
+    folder = Path(cdpr.__file__).parent.parent / "scenarios" / "robots"
+    paths = [folder / f"{name}.yaml" for name in ROBOTS]
+    if not all(path.is_file() for path in paths):
+        raise CdprError("this installation has no robots of its own: name robot files, cdpr bench solvers ROBOT...")
+    return [str(path) for path in paths]
+
+
+@contextmanager
+def _bar() -> Iterator[Progress]:
+    """A progress bar with the time left on stderr, where that is a terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn(elapsed_when_finished=True))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _print(figures: dict[str, Any]) -> None:
+    """Print one table per robot, then what could not be asked and what the columns say."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from cdpr.report.bench_cells import COLUMNS, MEANING, NOTHING, cells, facts
+
+    console = Console(width=WIDTH)  # in a narrower terminal lines wrap; squeezed columns would lose figures
+    for robot in figures["robots"]:
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+        table.add_column("solver", overflow="fold")
+        for title in COLUMNS:
+            table.add_column(title.replace(" ", "\n"), justify="right", overflow="fold", no_wrap=True)
+        for row in robot["results"]:
+            found = cells(row) or [NOTHING] * len(COLUMNS)
+            table.add_row(*map(Text, (row["solver"], *found)))
+        console.print(Text.assemble((robot["name"], "bold"), f": {facts(robot)}"))
+        console.print(table)
+        for row in robot["results"]:
+            if row["outcome"] == "failed":
+                console.print(Text(f"{row['solver']} failed: {row['detail']}"))
+        console.print()
+    for solver in figures["solvers"]:
+        if solver["problem"]:
+            console.print(Text(f"not asked: {solver['problem']}"))
+    for title, meaning in MEANING.items():
+        console.print(Text(f"{title:<11}{meaning}"))

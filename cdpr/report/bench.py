@@ -1,0 +1,113 @@
+"""The report of a benchmark of tension solvers: one HTML page, its figures as SVG, and the figures as JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from cdpr.bench.overview import overview
+from cdpr.errors import OutputError
+from cdpr.report.bench_cells import COLUMNS, MEANING, OVERVIEW, cells, facts, overview_cells
+from cdpr.report.page import figure, page, section, table
+
+ABOUT = """<h2>What was measured</h2>
+<p>Each solver was asked the same problems: find tensions t with W t = wrench, within the limits, at random poses of a
+robot in a box around its home, tilted by up to 10°, under its weight with a random force and moment of up to a fifth
+of it; every fifth problem carries a payload besides. Whether a problem is feasible, and what the optimum of an
+objective is, was decided by linear programs (HiGHS) and quadratic programs (DAQP). Every answer was judged from
+outside: finite, balancing the wrench to a millionth, within the limits to a millionth of a newton. Problems within
+round-off of the edge are not counted.</p>
+<p>Jumps were looked for along smooth, feasible paths by halving the steepest steps; what lies between the samples may
+have been missed. Times are wall time of one call from Python. Compare medians, and times of one run only: a
+<em>pinv</em> is numpy's pseudo-inverse of a 6x8 matrix, called in between. A 99th percentile far from the median is
+often the operating system's. All other figures are the same on every run.</p>"""
+
+CAPTION = (
+    "Dots: median time of a call on feasible problems; the line reaches to the 99th percentile; logarithmic. Bars: "
+    "share of the feasible problems with a valid answer, and share of the smooth paths on which the tensions jump (in "
+    "brackets the largest jump)."
+)
+
+
+def write_bench(figures: Mapping[str, Any], folder: Path) -> None:
+    """Write bench.json, bench.html and one SVG per robot into `folder`, made if need be.
+
+    `figures` is what `cdpr.bench.run` returns. Raises PluginError without matplotlib, after bench.json is written, and
+    OutputError where a file cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(figures, indent=1, allow_nan=False) + "\n"
+        (folder / "bench.json").write_text(text, encoding="utf-8", newline="\n")
+        drawn = drawings(figures)
+        for name, svg in drawn.items():
+            (folder / name).write_text(svg, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
+        html = render(figures, list(drawn.values()))
+        (folder / "bench.html").write_text(html, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
+    except OSError as error:
+        raise OutputError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from error
+
+
+def drawings(figures: Mapping[str, Any]) -> dict[str, str]:
+    """SVG texts by file name, in the order of the robots."""
+    from cdpr.report import bench_plots
+    from cdpr.report.canvas import inline_svg
+
+    out = {}
+    for k, robot in enumerate(figures["robots"], 1):
+        svg = inline_svg(bench_plots.robot(robot), f"robot{k}", f"Tension solvers on the robot {robot['name']}")
+        out[f"{k}_{re.sub(r'[^A-Za-z0-9_-]+', '_', robot['name'])[:60]}.svg"] = svg
+    return out
+
+
+def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
+    """Return the page as HTML; `drawn` holds one SVG per robot."""
+    robots = figures["robots"]
+    links = {"about": "About", "overview": "Overview"}
+    parts = [section("about", ABOUT), section("overview", _overview(figures))]
+    for k, (robot, svg) in enumerate(zip(robots, drawn, strict=True), 1):
+        name = escape(robot["name"])
+        links[f"robot{k}"] = robot["name"]
+        parts.append(section(f"robot{k}", f"<h2>{name}</h2>\n<p>{escape(facts(robot))}.</p>\n{_results(robot)}"))
+        # Wider than this its letters would be larger than the page's.
+        drawing = f'<div style="max-width: 58rem">{svg}</div>'
+        parts.append(figure(f"figure{k}", f"{name}: time, coverage, jumps", drawing, CAPTION))
+    links["columns"] = "Columns"
+    parts.append(section("columns", "<h2>What the columns say</h2>\n" + table(MEANING.items())))
+    count = len(figures["solvers"])
+    subtitle = f"{count} solver{'s' * (count != 1)}, {figures['poses']} problems a robot, seed {figures['seed']}"
+    banner = ""
+    if figures["interrupted"]:
+        banner = '<p class="banner warn" role="status"><strong>Interrupted</strong>: not all was measured</p>'
+    return page("Tension solvers compared", subtitle, banner, links, parts)
+
+
+def _overview(figures: Mapping[str, Any]) -> str:
+    rows, notes = [], []
+    for row in overview(dict(figures)):
+        name = f"<code>{escape(row['name'])}</code>"
+        found = overview_cells(row)
+        if found:
+            rows.append((name, *map(escape, found)))
+        else:
+            notes.append(f"<p>{name} was not asked: {escape(row['problem'])}</p>")
+    versions = ", ".join(f"{escape(name)} {escape(version)}" for name, version in figures["versions"].items())
+    return (
+        "<h2>Over all robots</h2>\n<p>From the worst to the best robot; jumps and wrong answers summed.</p>\n"
+        f'<div class="scroll">{table(rows, ("Solver", *OVERVIEW))}</div>\n'
+        + "\n".join([*notes, f"<p>Versions: {versions}</p>"])
+    )
+
+
+def _results(robot: Mapping[str, Any]) -> str:
+    rows, notes = [], []
+    for row in robot["results"]:
+        name = f"<code>{escape(row['solver'])}</code>"
+        rows.append((name, *(map(escape, cells(row) or ["-"] * len(COLUMNS)))))
+        if row["outcome"] == "failed":
+            notes.append(f"<p>{name} failed: {escape(row['detail'])}</p>")
+    return f'<div class="scroll">{table(rows, ("Solver", *COLUMNS))}</div>\n' + "\n".join(notes)

@@ -1,0 +1,82 @@
+"""Whether the tensions along a smooth path jump: its steepest places, looked at ever more closely."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from cdpr.model import Robot, rotations
+from cdpr.model.kinematics import make_state, wrench_matrix
+from cdpr.model.robot import Array
+
+# A step that halving its width so often leaves above this share of its first size does not vanish.
+VANISHED = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A straight path between two poses, along which tensions from one set to another balance the wrench.
+
+    poses (2, 7): position, m, and quaternion; tensions (2, m), N, within the limits, so that every point is feasible.
+    """
+
+    robot: Robot
+    poses: Array
+    tensions: Array
+
+    def at(self, s: float) -> tuple[Array, Array]:
+        """W (n, m) and wrench (n,), both in the robot's degrees of freedom, at 0 <= s <= 1."""
+        a, b = self.poses
+        turn = rotations.rotation_vector(rotations.multiply(b[3:], rotations.conjugate(a[3:])))
+        angle = float(np.linalg.norm(turn))
+        axis = turn / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])
+        attitude = rotations.multiply(rotations.from_axis_angle(axis, s * angle), a[3:])
+        state = make_state((1.0 - s) * a[:3] + s * b[:3], attitude)
+        W = np.ascontiguousarray(wrench_matrix(self.robot, state)[self.robot.rows])
+        return W, W @ ((1.0 - s) * self.tensions[0] + s * self.tensions[1])
+
+
+@dataclass(frozen=True)
+class Steepest:
+    """The steepest place found on a path."""
+
+    change: float  # N, of one tension over the narrowest step
+    first: float  # N, over the widest
+    answered: float  # share of the path's points that have an answer
+
+    def jumps(self, noise: float) -> bool:
+        """Whether the change does not vanish; `noise`, N, is how far equal problems' answers may lie apart."""
+        return self.change > VANISHED * self.first + noise
+
+
+def steepest(answer: Callable[[float], Array | None], steps: int, halvings: int, places: int = 1) -> Steepest:
+    """Divide 0 <= s <= 1 into `steps`; halve the largest steps of the tensions, at `places`, towards the steeper side.
+
+    `answer(s)` returns tensions (m,), or None where there are none: there no step is counted. Of several places the one
+    with the largest change in the end is returned. What lies between the samples may be missed.
+    """
+
+    def change(a: Array | None, b: Array | None) -> float:
+        return 0.0 if a is None or b is None else float(np.abs(b - a).max())
+
+    points = [answer(k / steps) for k in range(steps + 1)]
+    found = [change(a, b) for a, b in pairwise(points)]
+    answered = sum(point is not None for point in points) / len(points)
+    best = Steepest(0.0, 0.0, answered)
+    for k in sorted(range(steps), key=lambda k: -found[k])[:places]:
+        s, width, low, high = k / steps, 1.0 / steps, points[k], points[k + 1]
+        last = found[k]
+        for _ in range(halvings):
+            width /= 2
+            middle = answer(s + width)
+            before, after = change(low, middle), change(middle, high)
+            if before >= after:
+                high, last = middle, before
+            else:
+                s, low, last = s + width, middle, after
+        if last >= best.change:
+            best = Steepest(last, found[k], answered)
+    return best

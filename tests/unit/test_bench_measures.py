@@ -1,0 +1,258 @@
+"""Each figure of the benchmark, on solvers that misbehave in exactly that way."""
+
+from __future__ import annotations
+
+import json
+
+import bench_cases as cases
+import numpy as np
+import pytest
+from bench_cases import plugin, plugins, wall
+
+from cdpr.bench import run
+from cdpr.bench.measures import jumps
+from cdpr.bench.overview import overview
+from cdpr.bench.problems import make_paths, make_problems
+from cdpr.errors import CdprError, PluginError
+from cdpr.plugins import PluginInfo
+from cdpr.plugins.registry import registry
+from cdpr.tension.continuity import steepest
+from cdpr_solvers.qp import MinimumNorm
+
+POSES = 50
+
+
+def measured(solver, poses=POSES, **properties):
+    (row,) = run([wall()], None, poses, plugins=plugins(plugin(solver, **properties)))["robots"][0]["results"]
+    return row
+
+
+def test_a_sound_solver():
+    row = measured(MinimumNorm, objective="min_norm")
+    assert row["outcome"] == "measured"
+    assert row["coverage"] == 1.0
+    assert row["misclassified"] == row["invalid_ok"] == 0
+    assert row["worst_residual"] < 1e-13
+    assert row["worst_violation_N"] == 0.0
+    assert row["gap"] < 1e-12
+    assert row["jumps"] == {"paths": 1, "with_jump": 0, "largest_N": None}
+    assert row["on_feasible"] == {"OK": 1.0}
+    assert row["on_infeasible"] == {"INFEASIBLE": 1.0}
+    assert row["feasible"] + row["infeasible"] == POSES
+    assert row["feasible"] > 20
+    assert row["infeasible"] > 5
+
+
+def test_wrong_ok():
+    row = measured(cases.AlwaysOk)
+    assert row["misclassified"] == row["invalid_ok"] == row["infeasible"]
+    assert row["coverage"] == 1.0
+    assert row["on_infeasible"] == {"OK": 1.0}
+
+
+def test_a_solver_that_ignores_limits_and_says_so_is_not_wrong_but_covers_less():
+    row = measured(cases.PseudoInverse, respects_bounds=False)
+    assert row["misclassified"] == 0
+    assert row["coverage"] < 0.5
+    assert row["invalid_ok"] > row["infeasible"]
+    assert row["worst_residual"] < 1e-13
+
+
+def test_bound_violation():
+    row = measured(cases.PseudoInverse)
+    assert row["misclassified"] == row["infeasible"]
+    problems = make_problems(wall(), POSES, 1)
+    t = np.array([np.linalg.pinv(W) @ w for W, w in zip(problems.W, problems.wrench, strict=True)])
+    assert row["worst_violation_N"] == pytest.approx(max(5.0 - t.min(), t.max() - 300.0))
+
+
+def test_feasible_called_infeasible():
+    row = measured(cases.NeverFeasible)
+    assert row["misclassified"] == row["feasible"]
+    assert row["coverage"] == 0.0
+    assert row["invalid_ok"] == 0
+    assert row["worst_residual"] is None
+    assert row["jumps"]["paths"] == 0
+
+
+def test_residual():
+    row = measured(cases.Unbalanced)
+    assert row["coverage"] == 0.0
+    assert row["invalid_ok"] == row["feasible"]
+    assert 1e-4 < row["worst_residual"] < 1e-2
+
+
+def test_ok_with_nothing_written():
+    row = measured(cases.NotWritten)
+    assert row["coverage"] == 0.0
+    assert row["invalid_ok"] == POSES
+    assert row["worst_residual"] is None
+    assert row["gap"] is None
+
+
+def test_gap_of_a_suboptimal_solver():
+    best = measured(MinimumNorm, objective="min_norm")
+    row = measured(cases.Suboptimal, objective="min_norm")
+    assert row["coverage"] == best["coverage"] == 1.0
+    assert 1e-4 < row["gap"] < 1e-2  # a hundredth of a distance that the limits bound
+    assert measured(MinimumNorm)["gap"] is None  # nothing declared
+    assert measured(MinimumNorm, objective="centroid")["gap"] is None
+
+
+@pytest.mark.parametrize(
+    ("objective", "best", "other"),
+    [("one_norm", cases.LeastSum, cases.Roomiest), ("max_slack", cases.Roomiest, cases.LeastSum)],
+)
+def test_gap_of_linear_programs_is_one_of_cost(objective, best, other):
+    assert abs(measured(best, objective=objective)["gap"]) < 1e-8
+    assert measured(other, objective=objective)["gap"] > 0.01
+
+
+def test_jump():
+    row = measured(cases.Jumping, poses=300)
+    assert row["jumps"]["paths"] == 6
+    assert 0 < row["jumps"]["with_jump"] < 6
+    assert row["jumps"]["largest_N"] == pytest.approx(3.0, abs=1e-4)
+    assert measured(MinimumNorm, poses=300)["jumps"] == {"paths": 6, "with_jump": 0, "largest_N": None}
+
+
+PATHS = make_paths(wall(), 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("curve", "jump"),
+    [
+        (lambda s: 5.0 * (s > 0.37123), 5.0),
+        (lambda s: 80.0 * s + 0.7 * (s > 0.5), 0.7),
+        (lambda s: 80.0 * np.tanh(1e4 * (s - 0.5001)), None),  # steep, but smooth
+        (lambda s: 80.0 * abs(s - 0.3) ** 0.8, None),  # a kink, with infinite slope
+        (lambda s: 1e-3 * np.sin(1e9 * s), None),  # an iterative solver's noise
+    ],
+)
+def test_jumps_are_told_from_steep_curves(curve, jump):
+    found = jumps(PATHS, lambda path, s: np.array([100.0, curve(s), 50.0, 0.0]))
+    assert found == {"paths": 1, "with_jump": int(jump is not None), "largest_N": jump and pytest.approx(jump)}
+
+
+def test_a_path_that_is_hardly_answered_does_not_count():
+    assert jumps(PATHS, lambda path, s: np.zeros(4) if s < 0.4 else None)["paths"] == 0
+    assert jumps(PATHS, lambda path, s: np.zeros(4) if s < 0.6 else None) == {
+        "paths": 1,
+        "with_jump": 0,
+        "largest_N": None,
+    }
+
+
+def test_the_second_steepest_place_may_be_the_one_that_jumps():
+    def curve(s):
+        return np.array([30.0 * np.tanh(1e3 * (s - 0.25)) + 9.0 * (s > 0.75)])
+
+    assert steepest(curve, 100, 26, places=1).change < 1e-3
+    assert steepest(curve, 100, 26, places=3).change == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize(
+    ("solver", "text"),
+    [
+        (cases.Raising, "raised ZeroDivisionError: division by zero at problem 5"),
+        (cases.Leaving, "raised SystemExit: bye"),
+        (cases.NotMade, "raised ValueError: no such robot when it was made"),
+        (cases.NoStatus, "returned 17, which is no cdpr.tension.Status"),
+        (cases.Vandal, "raised ValueError: assignment destination is read-only"),
+    ],
+)
+def test_a_broken_solver_is_a_row_that_says_so(solver, text):
+    found = run([wall()], None, 30, plugins=plugins(plugin(solver), plugin(MinimumNorm, "sound")))
+    broken, sound = found["robots"][0]["results"]
+    assert broken == {"solver": "fake", "outcome": "failed", "detail": text}
+    assert sound["outcome"] == "measured"
+    assert overview(found)[0]["failed"] == 1
+
+
+def test_unsupported():
+    assert measured(cases.Unsupporting) == {"solver": "fake", "outcome": "unsupported", "detail": ""}
+
+
+def test_a_solver_that_is_not_installed_is_listed_with_its_remedy():
+    missing = PluginInfo("absent", "absent:Absent", "", requires=("no_such_package",), extra="cdpr[none]")
+    found = run([wall()], None, 20, plugins=plugins(missing, plugin(MinimumNorm)))
+    assert [row["solver"] for row in found["robots"][0]["results"]] == ["fake"]
+    assert found["solvers"][0]["problem"] == (
+        "solver 'absent' needs no_such_package, which is not installed: pip install 'cdpr[none]'"
+    )
+    assert overview(found)[0]["coverage"] is None
+
+
+def test_times():
+    time = measured(cases.Sleeping, poses=20)["time"]
+    assert time["median_us"] >= 2000.0
+    assert time["p99_us"] >= time["median_us"]
+    assert time["infeasible_median_us"] >= 2000.0
+    assert time["median_pinv"] == pytest.approx(time["median_us"] / time["pinv_us"])
+
+
+def test_slow_solvers_get_the_first_problems_only():
+    row = measured(MinimumNorm, poses=600, slow=True)
+    assert row["problems"] == 12
+    assert row["feasible"] + row["infeasible"] == 12
+    assert row["jumps"]["paths"] == 1
+    assert measured(MinimumNorm, poses=60, slow=True)["problems"] == 10
+    assert measured(MinimumNorm, poses=4, slow=True)["problems"] == 4
+
+
+def test_all_but_the_times_is_the_same_each_time():
+    def figures():
+        found = run([wall(), cases.carriage()], None, 40, 7)
+        for robot in found["robots"]:
+            for row in robot["results"]:
+                assert row.pop("time")["median_us"] > 0.0
+        return json.dumps(found, allow_nan=False)
+
+    assert figures() == figures()
+
+
+def test_an_interrupt_keeps_what_is_complete():
+    solvers = plugins(plugin(MinimumNorm, "a"), plugin(cases.Interrupted, "b"), plugin(MinimumNorm, "c"))
+    found = run([wall(), cases.carriage()], None, 20, plugins=solvers)
+    assert found["interrupted"] is True
+    (robot,) = found["robots"]
+    assert [row["solver"] for row in robot["results"]] == ["a"]
+
+
+def test_progress_ends_at_its_total():
+    calls = []
+    run([wall(), wall()], ["qp", "closed_form"], 5, progress=lambda *step: calls.append(step))
+    assert calls[0] == (0, 10)
+    assert calls[-1] == (10, 10)
+    assert calls == sorted(calls)
+
+
+def test_every_installed_solver_is_asked_unless_some_are_named():
+    assert [row["name"] for row in run([wall()], None, 2)["solvers"]] == registry().names("solver")
+    assert [row["name"] for row in run([wall()], ["qp"], 2)["solvers"]] == ["qp"]
+
+
+def test_wrong_arguments():
+    with pytest.raises(PluginError, match="did you mean 'qp'"):
+        run([wall()], ["qpp"], 2)
+    for robots, solvers, poses in (([], None, 2), ([wall()], [], 2), ([wall()], None, 0)):
+        with pytest.raises(CdprError, match="at least one"):
+            run(robots, solvers, poses)
+
+
+def test_what_a_stranger_declares_is_text():
+    found = run([wall()], None, 2, plugins=plugins(plugin(MinimumNorm, colour={1, 2}, exact=True)))
+    assert found["solvers"][0]["properties"] == {"colour": "{1, 2}", "exact": True}
+    json.dumps(found, allow_nan=False)
+
+
+def test_overview_goes_from_the_worst_to_the_best():
+    found = run([wall(), cases.carriage()], ["closed_form", "qp"], 100)
+    closed, exact = overview(found)
+    assert closed["coverage"][0] < closed["coverage"][1] == 1.0
+    assert exact["coverage"] == (1.0, 1.0)
+    assert exact["redundancy"] == (1, 2)
+    assert exact["paths"] == 4
+    assert exact["infeasible_detected"] == 1.0
+    assert closed["infeasible_detected"] == 0.0
+    assert exact["median_pinv"][0] <= exact["median_pinv"][1]
