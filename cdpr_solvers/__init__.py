@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from cdpr.plugins import PluginInfo, hookimpl
+from cdpr_solvers.options import (
+    AnalyticCentreOptions,
+    ExactOptions,
+    LpOptions,
+    MaximinOptions,
+    QpOptions,
+    QpsolversOptions,
+)
 
-from pydantic import Field
-
-from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
-
-
-class ExactOptions(PluginOptions):
-    """Options of the solver `exact`."""
-
-    objective: Literal["min_norm", "one_norm"] = Field(
-        "min_norm", description="what is least: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
-    )
-
-
-class QpsolversOptions(PluginOptions):
-    """Options of the solver `qpsolvers`."""
-
-    name: str = Field("daqp", description="a solver that the library qpsolvers knows and finds installed")
-    settings: dict[str, bool | int | float | str] = Field(
-        default_factory=dict, description="settings of that solver, under its own names, such as eps_abs"
-    )
-
+# What holds for most: exact for any number of cables within the limits, after a bounded number of steps.
+EXACT = {
+    "exact": True,
+    "max_redundancy": "any",
+    "coverage": "full",
+    "respects_bounds": True,
+    "bounded_time": True,
+    "warm_start": False,
+}
 
 NORM = "min |t|^2, W t = wrench, t_min <= t <= t_max"
 
@@ -32,30 +28,102 @@ NORM = "min |t|^2, W t = wrench, t_min <= t <= t_max"
 @hookimpl
 def cdpr_solvers() -> list[PluginInfo]:
     """Return the built-in solvers."""
+    return [*null_space_solvers()]
+
+
+def null_space_solvers() -> list[PluginInfo]:
+    """Solvers over the core's null space and active sets."""
     return [
         PluginInfo(
             name="qp",
             factory="cdpr_solvers.qp:MinimumNorm",
             summary="minimum 2-norm within the limits, exact, by a dual active set in the null space",
             properties={
-                "exact": True,
-                "respects_bounds": True,
-                "continuity": "C0",
-                "coverage": "full",
+                **EXACT,
                 "objective": "min_norm",
+                "continuity": "C0",
+                "formula": "min sum w_i (t_i - ref_i)^2",
+                "source": "Bruckmann et al. 2006; Goldfarb and Idnani 1983",
+            },
+            options=QpOptions,
+        ),
+        PluginInfo(
+            name="lp",
+            factory="cdpr_solvers.lp:MinimumSum",
+            summary="minimum 1-norm within the limits (thesis 6.24), exact; jumps between vertices",
+            properties={
+                **EXACT,
+                "objective": "one_norm",
+                "continuity": "jump",
+                "formula": "min sum w_i t_i; of several optima that of least 2-norm",
+                "source": "thesis 6.24; parametric active set, Mangasarian and Meyer 1979",
+            },
+            options=LpOptions,
+        ),
+        PluginInfo(
+            name="maximin",
+            factory="cdpr_solvers.maximin:Maximin",
+            summary="farthest from the limits: largest slack (optimally safe) or ball (Chebyshev); jumps",
+            properties={
+                **EXACT,
+                "objective": "max_slack",
+                "continuity": "jump",
+                "formula": "max s : t_min + s d <= t <= t_max - s d",
+                "source": "Borgstrom et al. 2009",
+            },
+            options=MaximinOptions,
+        ),
+        PluginInfo(
+            name="analytic_centre",
+            factory="cdpr_solvers.analytic_centre:AnalyticCentre",
+            summary="analytic centre of the admissible tensions: smooth, kept off all limits",
+            properties={
+                **EXACT,
+                "objective": "analytic_centre",
+                "continuity": "Cinf",
+                "formula": "min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)]",
+                "source": "Boyd and Vandenberghe 2004, 8.5.3",
+            },
+            options=AnalyticCentreOptions,
+        ),
+        PluginInfo(
+            name="best_effort",
+            factory="cdpr_solvers.best_effort:BestEffort",
+            summary="nearest wrench within the limits, any number of cables and rank; where it balances, that of qp",
+            properties={
+                **EXACT,
+                "objective": "min_norm",
+                "continuity": "C0",
+                "formula": "min |D (W t - w)|, then min |t|^2",
+                "source": "Stark and Parker 1995 (BVLS), Cote et al. 2016",
             },
         ),
         PluginInfo(
             name="pseudo_inverse",
             factory="cdpr_solvers.pseudo_inverse:PseudoInverse",
             summary="minimum 2-norm without limits (thesis 6.26); may leave them, then the stage clips",
-            properties={"exact": True, "respects_bounds": False, "continuity": "Cinf"},
+            properties={
+                **EXACT,
+                "objective": "min_norm",
+                "coverage": "partial",
+                "respects_bounds": False,
+                "continuity": "Cinf",
+                "formula": "t = W^+ w",
+                "source": "thesis 6.26",
+            },
         ),
         PluginInfo(
             name="closed_form",
             factory="cdpr_solvers.closed_form:ClosedForm",
             summary="closest to the middle of the limits (thesis 6.28, corrected); gives up outside the limits",
-            properties={"exact": True, "respects_bounds": True, "continuity": "Cinf", "objective": "mid_range"},
+            properties={
+                **EXACT,
+                "objective": "mid_range",
+                "coverage": "partial",
+                "continuity": "Cinf",
+                "formula": "t = t_m + W^+ (w - W t_m)",
+                "source": "Pott, Bruckmann and Mikelsons 2009; thesis 6.28 corrected",
+            },
         ),
         PluginInfo(
             name="osqp",
@@ -67,12 +135,10 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Stellato et al. 2020, with polishing",
+                **EXACT,
                 "exact": False,
-                "max_redundancy": "any",
                 "coverage": "partial",  # gives up where it converges too slowly
                 "continuity": "C0",
-                "respects_bounds": True,
-                "bounded_time": True,
                 "warm_start": True,  # of its step size and scaling only
             },
         ),
@@ -86,13 +152,8 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Arnström, Bemporad and Axehill 2022",
-                "exact": True,
-                "max_redundancy": "any",
-                "coverage": "full",
+                **EXACT,
                 "continuity": "C0",
-                "respects_bounds": True,
-                "bounded_time": True,
-                "warm_start": False,
             },
         ),
         PluginInfo(
@@ -105,13 +166,9 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Schwan, Jiang, Kuhn and Jones 2023",
+                **EXACT,
                 "exact": False,
-                "max_redundancy": "any",
-                "coverage": "full",
                 "continuity": "C0",
-                "respects_bounds": True,
-                "bounded_time": True,
-                "warm_start": False,
             },
         ),
         PluginInfo(
@@ -124,13 +181,9 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Goulart and Chen 2024",
+                **EXACT,
                 "exact": False,
-                "max_redundancy": "any",
-                "coverage": "full",
                 "continuity": "C0",
-                "respects_bounds": True,
-                "bounded_time": True,
-                "warm_start": False,
             },
         ),
         PluginInfo(
@@ -143,13 +196,8 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "one_norm",
                 "formula": "min sum t, W t = wrench, t_min <= t <= t_max",
                 "source": "thesis 6.24; Huangfu and Hall 2018, dual simplex",
-                "exact": True,
-                "max_redundancy": "any",
-                "coverage": "full",
+                **EXACT,
                 "continuity": "jump",
-                "respects_bounds": True,
-                "bounded_time": True,
-                "warm_start": False,
             },
         ),
         PluginInfo(
@@ -161,13 +209,8 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Caron et al., qpsolvers; by default as daqp",
-                "exact": True,
-                "max_redundancy": "any",
-                "coverage": "full",
+                **EXACT,
                 "continuity": "C0",
-                "respects_bounds": True,
-                "bounded_time": True,
-                "warm_start": False,
             },
             options=QpsolversOptions,
         ),
@@ -179,13 +222,8 @@ def cdpr_solvers() -> list[PluginInfo]:
                 "objective": "min_norm",
                 "formula": NORM,
                 "source": "Goldfarb and Idnani 1983 over the rational numbers; the sum: Ferris 1991",
-                "exact": True,
-                "max_redundancy": "any",
-                "coverage": "full",
+                **EXACT,
                 "continuity": "C0",
-                "respects_bounds": True,
-                "bounded_time": True,
-                "warm_start": False,
             },
             options=ExactOptions,
         ),

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.plugins import TensionSolver
-from cdpr.tension import Status, null_space
+from cdpr.plugins import CompiledSolver
+from cdpr.tension import null_space
 from cdpr.tension.checks import LIMIT_TOLERANCE
-from cdpr.tension.null_space import split
+from cdpr.tension.null_space import reduce
+from cdpr.tension.status import NOT_FOUND, OK
 
-OK, INFEASIBLE, NOT_FOUND = int(Status.OK), int(Status.INFEASIBLE), int(Status.NOT_FOUND)
 
-
-class ClosedForm(TensionSolver):
+class ClosedForm(CompiledSolver):
     """t = t_mid + W^+ (wrench - W t_mid), with t_mid half way between the limits (Pott, Bruckmann and Mikelsons 2009).
 
     Computed as W^+ wrench + N N^T t_mid, N an orthonormal basis of the null space: the same, and a wrench outside the
@@ -27,32 +24,32 @@ class ClosedForm(TensionSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        super().__init__(robot, options)
         n, m = robot.n, robot.m
-        self._work = np.zeros(m * m + null_space.work_size(n, m))
-
-    def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
-        """Write the distribution into `tension` (m,)."""
-        return closed_form(W, wrench, t_min, t_max, tension, self._work)
+        floats = null_space.form_size(m) + null_space.work_size(n, m)
+        super().__init__(robot, options, closed_form, floats=floats)
 
 
 @kernel
-def closed_form(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, work: Array) -> int:
-    """Write the distribution; return OK, INFEASIBLE where W cannot reach the wrench at all, or NOT_FOUND."""
+def closed_form(
+    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
+) -> int:
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where W cannot reach the wrench at all, or BAD_INPUT."""
     m = W.shape[1]
-    basis = work[: m * m].reshape(m, m)
-    rank = split(W, wrench, tension, basis, work[m * m :])
-    if rank < 0:
-        return INFEASIBLE
-    for k in range(m - rank):
+    N = work[: m * m].reshape(m, m)
+    box = work[m * m : m * m + 3 * m].reshape(3, m)
+    r = reduce(W, wrench, t_min, t_max, box, N, work[m * m + 3 * m :])
+    if r < 0:
+        return -r
+    for i in range(m):
+        tension[i] = box[0, i]
+    for k in range(r):
         x = 0.0
         for i in range(m):
-            x += basis[i, k] * 0.5 * (t_min[i] + t_max[i])
+            x += N[i, k] * 0.5 * (box[1, i] + box[2, i])
         for i in range(m):
-            tension[i] += basis[i, k] * x
+            tension[i] += N[i, k] * x
     status = OK
     for i in range(m):
-        inside = tension[i] >= t_min[i] - LIMIT_TOLERANCE and tension[i] <= t_max[i] + LIMIT_TOLERANCE
-        if not inside:  # also where it is NaN
+        if not box[1, i] - LIMIT_TOLERANCE <= tension[i] <= box[2, i] + LIMIT_TOLERANCE:
             status = NOT_FOUND
     return status

@@ -25,6 +25,15 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", numba.njit(cache=True, error_model="numpy")(function))
 
 
+def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Compile for one signature, when the module is imported, a kernel that lets other threads run meanwhile."""
+
+    def compiled(function: Callable[P, R]) -> Callable[P, R]:
+        return cast("Callable[P, R]", numba.njit(signature, cache=True, error_model="numpy", nogil=True)(function))
+
+    return compiled
+
+
 def on_first_compilation(announce: Callable[[], None]) -> None:
     """Call `announce` once, should a kernel have to be compiled because no earlier run has left it on disk."""
     from numba.core import event

@@ -28,7 +28,7 @@ def digest() -> str:
         for root in spec.submodule_search_locations or () if spec else ():
             for path in sorted(Path(root).rglob("*.py")):
                 content = path.read_bytes()
-                if b"@kernel" in content:
+                if b"kernel" in content:
                     result.update(path.name.encode() + content)
     return result.hexdigest()[:16]
 

@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
     from cdpr.plugins.rigid_body import RigidBodyBackend
-    from cdpr.plugins.solver import TensionSolver
+    from cdpr.plugins.solver import CompiledSolver, TensionSolver
 
 __all__ = [
     "INTERFACE_VERSION",
     "Backend",
+    "CompiledSolver",
     "Controller",
     "PluginInfo",
     "PluginOptions",
@@ -37,6 +38,7 @@ __all__ = [
 
 _INTERFACES = {
     "Backend": "cdpr.plugins.backend",
+    "CompiledSolver": "cdpr.plugins.solver",
     "Controller": "cdpr.plugins.controller",
     "RigidBodyBackend": "cdpr.plugins.rigid_body",
     "TensionSolver": "cdpr.plugins.solver",

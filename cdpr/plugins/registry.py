@@ -6,16 +6,17 @@ import difflib
 import importlib.metadata
 import importlib.util
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import import_module
 from typing import Any, Literal
 
 import pluggy
+from pydantic import ValidationError
 
-from cdpr.errors import PluginError
-from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo
+from cdpr.errors import CdprError, PluginError
+from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 
 Role = Literal["backend", "controller", "solver"]
 ROLES: tuple[Role, ...] = ("backend", "controller", "solver")
@@ -58,6 +59,28 @@ class Registered:
             raise PluginError(
                 f"{title} of {self.distribution} {self.version} is installed but cannot be loaded from "
                 f"{self.info.factory}: {describe(error)}"
+            ) from error
+
+    def make(self, *arguments: object) -> Any:
+        """Load the factory and call it; PluginError, or the CdprError that it raises, if it cannot be made."""
+        factory = self.load()
+        try:
+            return factory(*arguments)
+        except CdprError:
+            raise
+        except Exception as error:
+            raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {describe(error)}") from error
+
+    def read_options(self, values: Mapping[str, object]) -> PluginOptions:
+        """Return options given as plain values, checked; PluginError if they are wrong."""
+        try:
+            return self.info.options.model_validate(dict(values))
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            known = ", ".join(self.info.options.model_fields) or "none"
+            raise PluginError(
+                f"{self.role} '{self.info.name}', option {where}: {first['msg']}; its options are {known}"
             ) from error
 
 

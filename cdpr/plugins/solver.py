@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from typing import Any
+
+import numpy as np
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+
+Kernel = Callable[[Array, Array, Array, Array, Array, Array, Array], int]
 
 
 class TensionSolver(ABC):
     """Distributes a wrench among the cables: find t with W t = wrench and t_min <= t <= t_max.
 
     A solver never falls back by itself: what to do about an infeasible wrench is decided by the tension stage, which
-    also checks every answer.
+    also checks every answer. A cable with t_min = t_max is locked, or cut, where that is 0: its tension is given.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -25,8 +30,34 @@ class TensionSolver(ABC):
         """Write the distribution into `tension` and return a `cdpr.tension.Status`.
 
         W is (n, m), wrench (n,), the others (m,); all C-contiguous float64, the inputs not to be changed. n are the
-        robot's degrees of freedom. What `tension` holds when the status is not OK is ignored.
+        robot's degrees of freedom. On entry `tension` holds the tensions of the step before, NaN where there was none:
+        a warm start, or what to stay close to. What it holds when the status is not OK is ignored.
         """
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""
+
+
+class CompiledSolver(TensionSolver):
+    """A solver that is one compiled function without memory: called without detours, and in batches on all cores.
+
+    Args:
+        robot: as for any solver.
+        options: likewise.
+        kernel: `kernel(W, wrench, t_min, t_max, tension, parameters, work)`, compiled by `cdpr.model.jit.kernel`;
+            returns the status as an integer.
+        parameters: the options as numbers, handed to the kernel, which must not change them.
+        floats: size of the work space that the kernel needs.
+    """
+
+    def __init__(
+        self, robot: Robot, options: Any, kernel: Kernel, *, parameters: Sequence[float] = (), floats: int
+    ) -> None:
+        super().__init__(robot, options)
+        self.kernel = kernel
+        self.parameters = np.array(parameters, dtype=float)
+        self.work = np.zeros(floats)
+
+    def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
+        """Write the distribution into `tension` (m,)."""
+        return self.kernel(W, wrench, t_min, t_max, tension, self.parameters, self.work)

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, cast, get_args
+from typing import cast, get_args
 
 import numpy as np
 
 from cdpr import __version__
-from cdpr.errors import CdprError, PluginError
+from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.model import kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import Registered, describe, registry
+from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.loop import Parts
@@ -38,23 +37,14 @@ def build(scenario: Scenario) -> Parts:
         "controller": found.get("controller", scenario.controller.type),
         "backend": found.get("backend", simulation.backend),
     }
-    factories = {role: entry.load() for role, entry in chosen.items()}
-    solver: TensionSolver = _make(chosen["solver"], factories["solver"], robot, scenario.solver_options)
-    controller: Controller = _make(
-        chosen["controller"],
-        factories["controller"],
-        robot,
-        gravity,
-        simulation.control_step,
-        scenario.controller_options,
+    for entry in chosen.values():
+        entry.load()  # what is missing is told before anything is made
+    solver: TensionSolver = chosen["solver"].make(robot, scenario.solver_options)
+    controller: Controller = chosen["controller"].make(
+        robot, gravity, simulation.control_step, scenario.controller_options
     )
-    backend: Backend = _make(
-        chosen["backend"],
-        factories["backend"],
-        robot,
-        gravity,
-        simulation.physics_step,
-        scenario.backend_options(simulation.backend),
+    backend: Backend = chosen["backend"].make(
+        robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
     )
     backend.reset(scenario.initial.state())
     return Parts(
@@ -63,22 +53,13 @@ def build(scenario: Scenario) -> Parts:
         controller=controller,
         solver=solver,
         solver_name=scenario.solver.type,
-        respects_limits=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
+        respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
         policy=scenario.solver.infeasible,
         backend=backend,
         control_step=simulation.control_step,
         substeps=simulation.substeps,
         output=_output(chosen["controller"]),
     )
-
-
-def _make(entry: Registered, factory: Callable[..., Any], *arguments: object) -> Any:
-    try:
-        return factory(*arguments)
-    except CdprError:
-        raise
-    except Exception as error:
-        raise PluginError(f"{entry.role} '{entry.info.name}' cannot be made: {describe(error)}") from error
 
 
 def _output(entry: Registered) -> Output:

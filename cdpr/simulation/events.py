@@ -31,7 +31,7 @@ def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
     meaning = {kind: f"{text}; {ANSWERS[parts.policy]}" for kind, text in MEANING.items()}
     if parts.output == "command":
         meaning[Status.NOT_FOUND] = f"{BEYOND}; it was clipped"
-    elif not parts.respects_limits and parts.policy == "best_effort":
+    elif not parts.respects_bounds and parts.policy == "best_effort":
         meaning[Status.NOT_FOUND] = CLIPPED
     end = (len(status) - 1) * step
     if not len(status):

@@ -19,7 +19,8 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
 from cdpr.tension.command import CommandStage
-from cdpr.tension.stage import Policy, TensionStage
+from cdpr.tension.policy import Policy
+from cdpr.tension.stage import TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
@@ -38,7 +39,7 @@ class Parts:
     controller: Controller
     solver: TensionSolver
     solver_name: str
-    respects_limits: bool
+    respects_bounds: bool
     policy: Policy
     backend: Backend
     control_step: float  # s
@@ -85,7 +86,7 @@ class Loop:
                 robot,
                 parts.solver.solve,
                 parts.solver_name,
-                parts.respects_limits,
+                parts.respects_bounds,
                 parts.policy,
                 self.W,
                 self.wrench,
@@ -116,7 +117,7 @@ class Loop:
                     f"the controller wrote no {parts.output}: `control` must write into the array it is given"
                 )
             self.stage.distribute()
-            if self.row[self.status] != Status.INFEASIBLE and not self.stage.answered:
+            if self.row[self.status] not in (Status.OK, Status.INFEASIBLE) and not self.stage.answered:
                 raise PluginError(
                     f"solver '{parts.solver_name}' wrote no tensions: `solve` must write into the array it is given"
                 )

@@ -1,11 +1,15 @@
-"""The point of least norm in a polytope { x : low <= c + N x <= high }, by a dual active-set method."""
+"""Nearest and extreme points of a polytope { x : low <= c + N x <= high }, by dual active-set methods."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
+from cdpr.tension.factors import append, back_substitute, remove
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND
 
 # A limit counts as kept within this share of the largest coordinate: the round-off of the updates.
 FEASIBILITY_TOLERANCE = 1e-13
@@ -17,13 +21,10 @@ VERTEX_TOLERANCE = 1e-9
 # A constraint normal whose part orthogonal to the active ones is below this share of its length depends on them.
 DEPENDENCE_TOLERANCE = 1e-11
 
-INFEASIBLE = -1
-NOT_FOUND = -2
-
 
 def work_size(m: int, r: int) -> int:
-    """Floats that `nearest` needs as work space."""
-    return 2 * r * r + 5 * r + m + 1
+    """Floats that `nearest` and `extreme` need as work space."""
+    return 2 * r * r + 6 * r + m + 1
 
 
 @kernel
@@ -32,9 +33,9 @@ def nearest(
 ) -> int:
     """Write the x (r,) of least norm with low <= c + N x <= high, and point = c + N x (m,); return the steps taken.
 
-    N is (m, >= r). `active` (m,) receives -1, 0 or 1 where a limit holds x back; the point lies exactly on those
-    limits and nowhere outside. Returns INFEASIBLE, or NOT_FOUND after a number of steps that no sound problem needs.
-    `work` holds 2 r^2 + 5 r + m + 1 floats.
+    N is (m, >= r), limits may be infinite. `active` (m,) receives -1, 0 or 1 where a limit holds x back; the point lies
+    exactly on those limits and nowhere outside. Returns -INFEASIBLE, or -NOT_FOUND after a number of steps that no
+    sound problem needs. `work` holds 2 r^2 + 6 r + m + 1 floats; its last one receives the number of active limits.
 
     Goldfarb and Idnani, Mathematical Programming 27 (1983), for a Hessian of 1: with J the orthogonal and R the
     triangular factor of the active normals.
@@ -48,7 +49,7 @@ def nearest(
     dual = work[o + 2 * r : o + 3 * r]
     u = work[o + 3 * r : o + 4 * r]
     member = work[o + 4 * r : o + 5 * r]
-    size = work[o + 5 * r : o + 5 * r + m]
+    size = work[o + 6 * r : o + 6 * r + m]
 
     scale = 0.0
     for i in range(m):
@@ -58,7 +59,9 @@ def nearest(
         for j in range(r):
             square += N[i, j] * N[i, j]
         size[i] = math.sqrt(square)
-        scale = max(scale, abs(c[i]), abs(low[i]))
+        scale = max(scale, abs(c[i]))
+        if low[i] > -math.inf:
+            scale = max(scale, abs(low[i]))
     tolerance = FEASIBILITY_TOLERANCE * scale
     for j in range(r):
         x[j] = 0.0
@@ -75,7 +78,7 @@ def nearest(
                 if excess > tolerance:
                     if size[i] <= DEPENDENCE_TOLERANCE:  # this cable cannot be changed at all
                         if excess > VERTEX_TOLERANCE * scale:
-                            return INFEASIBLE
+                            return -INFEASIBLE
                         continue
                     if excess > worst * size[i]:
                         p, worst = i, excess / size[i]
@@ -90,7 +93,7 @@ def nearest(
         while True:
             steps += 1
             if steps > limit:
-                return NOT_FOUND
+                return -NOT_FOUND
             slack = point[p] - low[p] if side > 0.0 else high[p] - point[p]
             for j in range(r):
                 s = 0.0
@@ -100,11 +103,7 @@ def nearest(
             square = 0.0
             for j in range(k, r):
                 square += d[j] * d[j]
-            for i in range(k - 1, -1, -1):
-                s = d[i]
-                for j in range(i + 1, k):
-                    s -= R[i, j] * dual[j]
-                dual[i] = s / R[i, i]
+            back_substitute(R, d, dual, k)
             # How far the active multipliers allow to go, and how far the constraint itself asks to go.
             partial, drop = math.inf, -1
             for j in range(k):
@@ -115,7 +114,7 @@ def nearest(
             step = min(partial, full)
             if step == math.inf:
                 if -slack > VERTEX_TOLERANCE * scale:
-                    return INFEASIBLE
+                    return -INFEASIBLE
                 active[p] = -side
                 break
             for j in range(k):
@@ -134,17 +133,128 @@ def nearest(
                         s += N[i, j] * z[j]
                     point[i] += step * s
             if full <= partial:
-                _add(J, R, d, k)
+                append(J, R, d, k)
                 u[k] = u_p
                 member[k] = p
                 active[p] = -side
                 k += 1
                 break
             active[int(member[drop])] = 0.0
-            _drop(J, R, u, member, k, drop)
+            remove(J, R, u, member, k, drop)
             k -= 1
 
-    for i in range(m):
+    work[o + 6 * r + m] = k
+    _settle(N, r, c, low, high, x, point, active)
+    return steps
+
+
+@kernel
+def extreme(
+    g: Array, N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array, work: Array
+) -> int:
+    """Write the x (r,) with low <= c + N x <= high that minimises g . x; of several, that of least norm.
+
+    Arguments and result as for `nearest`, whose answer is where it starts: x(s) = argmin |x|^2 / 2 + s g . x is
+    followed from s = 0 along its straight pieces until it stays, which for a linear program it does at a finite s
+    (Mangasarian and Meyer, SIAM J. Control Optim. 17, 1979). So the answer is unique, whatever the order of the cables.
+    Where g . x has no minimum, x is where the last piece, a ray, begins.
+    """
+    m = c.shape[0]
+    steps = nearest(N, r, c, low, high, x, point, active, work)
+    if steps < 0:
+        return steps
+    J = work[: r * r].reshape(r, r)
+    R = work[r * r : 2 * r * r].reshape(r, r)
+    o = 2 * r * r
+    d = work[o : o + r]
+    z = work[o + r : o + 2 * r]
+    dual = work[o + 2 * r : o + 3 * r]
+    u = work[o + 3 * r : o + 4 * r]
+    member = work[o + 4 * r : o + 5 * r]
+    rotated = work[o + 5 * r : o + 6 * r]
+    size = work[o + 6 * r : o + 6 * r + m]
+    k = int(work[o + 6 * r + m])
+    if np.count_nonzero(active) > k:  # held by more limits than it has dimensions: a vertex and nothing else
+        return steps
+    length = 0.0
+    for i in range(r):
+        length = max(length, abs(g[i]))
+        if k == 0:
+            for j in range(r):
+                J[i, j] = 1.0 if i == j else 0.0
+    limit = 50 * (r + 1) + 10 * m
+    for _ in range(limit):
+        steps += 1
+        # dx/ds = -(part of g orthogonal to the active normals), du/ds = multipliers of the other part.
+        moving = 0.0
+        for j in range(r):
+            s = 0.0
+            for i in range(r):
+                s += J[i, j] * g[i]
+            rotated[j] = s
+            if j >= k:
+                moving = max(moving, abs(s))
+        back_substitute(R, rotated, dual, k)
+        step, drop, p, side = math.inf, -1, -1, 0.0
+        for j in range(k):
+            if dual[j] < -DEPENDENCE_TOLERANCE * length and u[j] < -step * dual[j]:
+                step, drop = max(u[j], 0.0) / -dual[j], j
+        if moving > DEPENDENCE_TOLERANCE * length:
+            for i in range(r):
+                s = 0.0
+                for j in range(k, r):
+                    s -= J[i, j] * rotated[j]
+                z[i] = s
+            for i in range(m):
+                if active[i] == 0.0:
+                    rate = 0.0
+                    for j in range(r):
+                        rate += N[i, j] * z[j]
+                    if abs(rate) > DEPENDENCE_TOLERANCE * size[i] * moving:
+                        room = high[i] - point[i] if rate > 0.0 else point[i] - low[i]
+                        if room < step * abs(rate):
+                            step, p, side = max(room, 0.0) / abs(rate), i, (1.0 if rate < 0.0 else -1.0)
+        else:
+            for i in range(r):
+                z[i] = 0.0
+        if step == math.inf:
+            _correct(N, r, c, low, high, x, point, active, work)
+            _settle(N, r, c, low, high, x, point, active)
+            return steps
+        for j in range(k):
+            u[j] += step * dual[j]
+        for i in range(r):
+            x[i] += step * z[i]
+        for i in range(m):
+            if active[i] == 0.0:
+                s = c[i]
+                for j in range(r):
+                    s += N[i, j] * x[j]
+                point[i] = s
+        if p >= 0:
+            for j in range(r):
+                s = 0.0
+                for i in range(r):
+                    s += J[i, j] * N[p, i]
+                d[j] = side * s
+            append(J, R, d, k)
+            u[k] = 0.0
+            member[k] = p
+            active[p] = -side
+            point[p] = low[p] if side > 0.0 else high[p]
+            k += 1
+        else:
+            active[int(member[drop])] = 0.0
+            remove(J, R, u, member, k, drop)
+            k -= 1
+        work[o + 6 * r + m] = k
+    return -NOT_FOUND
+
+
+@kernel
+def _settle(N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array) -> None:
+    """Write the point of x, exactly on the active limits and nowhere outside."""
+    for i in range(c.shape[0]):
         s = c[i]
         for j in range(r):
             s += N[i, j] * x[j]
@@ -153,46 +263,29 @@ def nearest(
         elif active[i] > 0.0:
             s = high[i]
         point[i] = min(max(s, low[i]), high[i])
-    return steps
 
 
 @kernel
-def _add(J: Array, R: Array, d: Array, k: int) -> None:
-    """Append a constraint whose normal is J d: turn columns k.. of J so that only d[k] remains."""
-    r = J.shape[0]
-    for j in range(r - 1, k, -1):
-        a, b = d[j - 1], d[j]
-        if b != 0.0:
-            h = math.hypot(a, b)
-            cosine, sine = a / h, b / h
-            d[j - 1] = h
-            for i in range(r):
-                left, right = J[i, j - 1], J[i, j]
-                J[i, j - 1] = cosine * left + sine * right
-                J[i, j] = cosine * right - sine * left
-    for i in range(k + 1):
-        R[i, k] = d[i]
-
-
-@kernel
-def _drop(J: Array, R: Array, u: Array, member: Array, k: int, drop: int) -> None:
-    """Remove active constraint number `drop` of k and make R triangular again."""
-    r = J.shape[0]
-    for j in range(drop, k - 1):
-        u[j], member[j] = u[j + 1], member[j + 1]
-        for i in range(j + 2):
-            R[i, j] = R[i, j + 1]
-    for j in range(drop, k - 1):
-        a, b = R[j, j], R[j + 1, j]
-        if b != 0.0:
-            h = math.hypot(a, b)
-            cosine, sine = a / h, b / h
-            R[j, j] = h
-            for column in range(j + 1, k - 1):
-                upper, lower = R[j, column], R[j + 1, column]
-                R[j, column] = cosine * upper + sine * lower
-                R[j + 1, column] = cosine * lower - sine * upper
-            for i in range(r):
-                left, right = J[i, j], J[i, j + 1]
-                J[i, j] = cosine * left + sine * right
-                J[i, j + 1] = cosine * right - sine * left
+def _correct(
+    N: Array, r: int, c: Array, low: Array, high: Array, x: Array, point: Array, active: Array, work: Array
+) -> None:
+    """Move x onto the active limits, from which many steps may have led it by some round-off."""
+    m = c.shape[0]
+    J = work[: r * r].reshape(r, r)
+    R = work[r * r : 2 * r * r].reshape(r, r)
+    o = 2 * r * r
+    y = work[o : o + r]
+    member = work[o + 4 * r : o + 5 * r]
+    k = int(work[o + 6 * r + m])
+    for j in range(k):  # R^T y = what each active limit lacks
+        i = int(member[j])
+        s = -c[i]
+        for q in range(r):
+            s -= N[i, q] * x[q]
+        s = s + low[i] if active[i] < 0.0 else -(s + high[i])
+        for q in range(j):
+            s -= R[q, j] * y[q]
+        y[j] = s / R[j, j]
+    for i in range(r):
+        for j in range(k):
+            x[i] += J[i, j] * y[j]

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.status import Status
-
-OK, NOT_FOUND, BAD_INPUT = int(Status.OK), int(Status.NOT_FOUND), int(Status.BAD_INPUT)
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
 # A tension counts as within its limits, and as at a limit, to this many newtons: finer than any force sensor, coarser
 # than the round-off of every exact solver. Accepted tensions are then clipped, so that no limit is broken at all.

@@ -7,7 +7,7 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
-from cdpr.tension.null_space import split
+from cdpr.tension.null_space import reduce
 
 
 def positive_null_vector(W: Array) -> Array | None:
@@ -21,10 +21,11 @@ def positive_null_vector(W: Array) -> Array | None:
     motion that slackens cables and stretches none, which only a load such as the weight keeps from happening.
     """
     n, m = W.shape
-    basis, particular, x, point, active = np.zeros((m, m)), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
-    rank = split(np.ascontiguousarray(W), np.zeros(n), particular, basis, np.zeros(null_space.work_size(n, m)))
-    if rank == m:
+    box, basis, x, point, active = np.zeros((3, m)), np.zeros((m, m)), np.zeros(m), np.zeros(m), np.zeros(m)
+    low, high = np.ones(m), np.full(m, np.inf)
+    work = np.zeros(max(null_space.work_size(n, m), active_set.work_size(m, m)))
+    r = reduce(np.ascontiguousarray(W), np.zeros(n), low, high, box, basis, work)
+    if r < 0:
         return None
-    work = np.zeros(active_set.work_size(m, m))
-    steps = nearest(basis, m - rank, np.zeros(m), np.ones(m), np.full(m, np.inf), x, point, active, work)
+    steps = nearest(basis, r, box[0], box[1], box[2], x, point, active, work)
     return point if steps >= 0 else None

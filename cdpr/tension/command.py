@@ -11,8 +11,9 @@ from cdpr.errors import Diverged, Infeasible
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.checks import BAD_INPUT, LIMIT_TOLERANCE, NOT_FOUND, OK
-from cdpr.tension.stage import Policy
+from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.policy import Policy
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
 BEYOND = "the controller's command is beyond the tension limits"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Literal
 
 import numpy as np
 
@@ -12,10 +11,10 @@ from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
-from cdpr.tension.checks import accept, judge, select
+from cdpr.tension.checks import accept, select
+from cdpr.tension.policy import Policy, action, fall_back
 from cdpr.tension.status import Status
 
-Policy = Literal["best_effort", "hold_tension", "stop"]
 Solve = Callable[[Array, Array, Array, Array, Array], int]
 
 MEANING = {
@@ -33,13 +32,17 @@ class TensionStage:
         robot: gives the limits.
         solve: the solver's bound method.
         name: the solver's name, for messages.
-        respects_limits: what the solver declares.
+        respects_bounds: what the solver declares.
         policy: what to do where the solver has no admissible answer: the nearest wrench within the limits (or, from a
             solver that respects none, its answer clipped), the previous tensions, or stop.
         W: (6, m) wrench matrix, live. The solver gets the rows of the robot's degrees of freedom.
         wrench: (6,) wanted wrench, live; likewise.
         tension: (m,) result.
         report: (4,) status, residual (N), margin (N), cables at a limit.
+
+    Attributes:
+        limits: (2, m) lower and upper limits, N, live.
+        answered: whether the solver has written anything into its answer where it had to be replaced.
     """
 
     def __init__(
@@ -47,7 +50,7 @@ class TensionStage:
         robot: Robot,
         solve: Solve,
         name: str,
-        respects_limits: bool,
+        respects_bounds: bool,
         policy: Policy,
         W: Array,
         wrench: Array,
@@ -55,11 +58,10 @@ class TensionStage:
         report: Array,
     ) -> None:
         self._name = name
-        self._policy = policy
-        self._respects_limits = respects_limits
+        self._stop = policy == "stop"
         self._tension = tension
-        self._report = report
-        limits = np.array([robot.tension_min, robot.tension_max])
+        self.answered = False
+        self.limits = limits = np.array([robot.tension_min, robot.tension_max])
         rows = robot.rows
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]
         self._select = None
@@ -68,14 +70,13 @@ class TensionStage:
             self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
-        self._limits = limits
-        self._wrench = wrench
         # The solver cannot change what its answer is checked against.
-        self._solve = partial(solve, read_only(W), read_only(wrench), robot.tension_min, robot.tension_max, answer)
+        given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
+        self._solve = partial(solve, *given, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
-        self._judge = partial(judge, W, wrench, weights, limits, tension, report)
-        work = np.zeros(box.work_size(robot.n, robot.m))
-        self._best_effort = partial(box.box_least_squares, W, wrench, weights, limits[0], limits[1], tension, work)
+        floats = box.work_size(robot.n, robot.m)
+        self._actions = action(policy, True), action(policy, respects_bounds)  # without an answer, and with one
+        self._arguments = (W, wrench, weights, limits, answer, tension, report, np.zeros(floats))
 
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.
@@ -93,39 +94,26 @@ class TensionStage:
         if answered:
             status = self._accept()
         if status != 0:
-            self._fall_back(status, answered)
+            self._replace(status, answered)
 
     def warm_up_policy(self) -> None:
         """Call what only an infeasible wrench needs, so that it does not compile in the loop."""
-        self._best_effort()
+        fall_back(self._actions[0], Status.NOT_FOUND.value, *self._arguments)
 
     def forget(self) -> None:
         """Forget all answers."""
         self._answer[:] = np.nan
 
-    @property
-    def answered(self) -> bool:
-        """Whether the solver has ever written anything into its answer."""
-        return not np.isnan(self._answer).all()
-
-    def _fall_back(self, code: int, answered: bool) -> None:
-        """Find tensions where the solver gave none, or none that passed the checks."""
+    def _replace(self, code: int, answered: bool) -> None:
+        """Apply the policy where the solver gave no answer, or none that passed the checks."""
         try:
             status = Status(code)
         except ValueError:
             raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
-        if not np.isfinite(self._wrench).all():
+        if not self.answered:
+            self.answered = not np.isnan(self._answer).all()
+        if not fall_back(self._actions[answered], status.value, *self._arguments):
             raise Diverged("the controller put out a wrench that is not finite")
-        tension, previous = self._tension, self._tension.copy()
-        clip = answered and not self._respects_limits and np.isfinite(self._answer).all()
-        if self._policy != "best_effort":
-            tension[:] = previous
-        elif clip:
-            tension[:] = self._answer
-        elif self._best_effort() < 0:
-            tension[:] = previous
-        np.clip(tension, self._limits[0], self._limits[1], out=tension)
-        self._judge()
-        self._report[0] = status
-        if self._policy == "stop":
+        if self._stop:
             raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
+        self._answer[:] = self._tension  # what the solver finds as the tensions of the step before

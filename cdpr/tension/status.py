@@ -13,3 +13,11 @@ class Status(IntEnum):
     NOT_FOUND = 2  # no usable answer: the method gave up, or its answer failed the checks
     UNSUPPORTED = 3  # the method does not apply to this robot or pose
     BAD_INPUT = 4  # not finite, wrong shape, or limits that contradict each other
+
+
+# The same as plain integers, for compiled code. A kernel that returns a count returns minus a status where it fails.
+OK = int(Status.OK)
+INFEASIBLE = int(Status.INFEASIBLE)
+NOT_FOUND = int(Status.NOT_FOUND)
+UNSUPPORTED = int(Status.UNSUPPORTED)
+BAD_INPUT = int(Status.BAD_INPUT)

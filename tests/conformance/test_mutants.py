@@ -10,12 +10,15 @@ import solver_mutants
 from cdpr.errors import CdprError
 from cdpr.testing import check_backend, check_controller, check_solver
 from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
+from cdpr_solvers.options import QpOptions
 
 ROLES = [
     (check_backend, BACKEND, backend_mutants.MUTANTS, {}),
     (check_solver, SOLVER, solver_mutants.MUTANTS, solver_mutants.QP),
     (check_controller, CONTROLLER, controller_mutants.MUTANTS, {}),
 ]
+
+OPTIONS = {check_solver: QpOptions()}  # of what most of them wrap
 
 BROKEN = [
     pytest.param(check, mutant, {**base, **properties}, ids, id=f"{check.__name__}-{mutant.__name__}")
@@ -26,7 +29,7 @@ BROKEN = [
 
 @pytest.mark.parametrize(("check", "mutant", "properties", "ids"), BROKEN)
 def test_broken_plugin_is_caught(check, mutant, properties, ids):
-    results = check(mutant, properties=properties, only=ids)
+    results = check(mutant, properties=properties, options=OPTIONS.get(check), only=ids)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(ids, "failed")
     assert all(result.detail for result in results)
 

@@ -13,8 +13,8 @@ from cdpr.tension import Status
 STEP = 0.25
 
 
-def events(statuses, *, policy="best_effort", respects_limits=True, output="wrench"):
-    parts = SimpleNamespace(policy=policy, respects_limits=respects_limits, output=output)
+def events(statuses, *, policy="best_effort", respects_bounds=True, output="wrench"):
+    parts = SimpleNamespace(policy=policy, respects_bounds=respects_bounds, output=output)
     return tension_events(np.array(statuses, dtype=float), STEP, parts)
 
 
@@ -34,7 +34,7 @@ def test_nothing_to_tell():
 
 
 @pytest.mark.parametrize(
-    ("policy", "respects_limits", "text"),
+    ("policy", "respects_bounds", "text"),
     [
         ("best_effort", True, "the nearest wrench within the limits instead"),
         ("hold_tension", True, "the tensions before held instead"),
@@ -42,8 +42,8 @@ def test_nothing_to_tell():
         ("best_effort", False, "clipped"),
     ],
 )
-def test_what_was_done_is_told(policy, respects_limits, text):
-    (event,) = events([Status.NOT_FOUND], policy=policy, respects_limits=respects_limits)
+def test_what_was_done_is_told(policy, respects_bounds, text):
+    (event,) = events([Status.NOT_FOUND], policy=policy, respects_bounds=respects_bounds)
     assert text in event.text
 
 

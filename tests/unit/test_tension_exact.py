@@ -14,8 +14,8 @@ from test_tension_libraries import assert_true, odd_problems
 from test_tension_qp import problem, solve
 
 from cdpr.tension import Status
-from cdpr_solvers import ExactOptions
 from cdpr_solvers.exact import Exact, fractions, independent, least_norm, least_sum, nearest, solution, whole
+from cdpr_solvers.options import ExactOptions
 
 ROUNDED = 1e-9  # of the largest limit: the accuracy of `qp`
 

@@ -12,8 +12,8 @@ from test_tension_qp import margin, problem
 from cdpr.errors import PluginError
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
-from cdpr_solvers import ExactOptions, QpsolversOptions
 from cdpr_solvers.exact import Exact
+from cdpr_solvers.options import ExactOptions, QpsolversOptions
 
 LIMIT = 1e-6  # N: what the tension stage takes for within the limits
 BALANCE = 1e-6  # of the load; round-off for those that declare themselves exact

@@ -12,6 +12,7 @@ from scipy.optimize import linprog, lsq_linear
 from cdpr.model import kinematics
 from cdpr.tension import Status
 from cdpr.tension.box_least_squares import box_least_squares, work_size
+from cdpr_solvers.options import QpOptions
 from cdpr_solvers.pseudo_inverse import PseudoInverse
 from cdpr_solvers.qp import MinimumNorm
 
@@ -36,7 +37,7 @@ def solve(robot, W, wrench, low=None, high=None, solver=MinimumNorm):
     tension = np.full(robot.m, np.nan)
     low = robot.tension_min if low is None else low
     high = robot.tension_max if high is None else high
-    status = solver(robot, None).solve(W, wrench, low, high, tension)
+    status = solver(robot, QpOptions()).solve(W, wrench, low, high, tension)
     return status, tension
 
 

@@ -10,6 +10,7 @@ from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import kinematics
 from cdpr.tension import Status
 from cdpr.tension.stage import TensionStage
+from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
 LOW, HIGH = 10.0, 500.0
@@ -18,7 +19,7 @@ LOW, HIGH = 10.0, 500.0
 class Bench:
     """A stage around a solver function, with its arrays at hand."""
 
-    def __init__(self, solve=None, *, policy="best_effort", respects_limits=True):
+    def __init__(self, solve=None, *, policy="best_effort", respects_bounds=True):
         self.robot = make_robot(crossed_box(np.random.default_rng(0), 8), limits=(LOW, HIGH))
         self.W = kinematics.wrench_matrix(self.robot, kinematics.make_state([0, 0, 2.0]))
         self.wrench = self.W @ np.linspace(50.0, 200.0, 8)
@@ -26,9 +27,9 @@ class Bench:
         self.report = np.full(4, np.nan)
         self.stage = TensionStage(
             self.robot,
-            solve or MinimumNorm(self.robot, None).solve,
+            solve or MinimumNorm(self.robot, QpOptions()).solve,
             "probe",
-            respects_limits,
+            respects_bounds,
             policy,
             self.W,
             self.wrench,
@@ -103,7 +104,7 @@ def test_policies_on_an_infeasible_wrench():
 
 def test_who_ignores_limits_is_clipped():
     answer = np.array([-5.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 900.0])
-    bench = Bench(answering(answer), respects_limits=False)
+    bench = Bench(answering(answer), respects_bounds=False)
     assert bench.distribute() == Status.NOT_FOUND
     np.testing.assert_array_equal(bench.tension, np.clip(answer, LOW, HIGH))
     assert bench.report[1] > 1.0
@@ -138,7 +139,7 @@ def test_a_solver_cannot_reach_the_recorded_tensions():
 
     def keep(W, wrench, t_min, t_max, tension):
         kept.append(tension)
-        return MinimumNorm(bench.robot, None).solve(W, wrench, t_min, t_max, tension)
+        return MinimumNorm(bench.robot, QpOptions()).solve(W, wrench, t_min, t_max, tension)
 
     bench = Bench(keep)
     bench.distribute()

@@ -1,0 +1,71 @@
+"""The compiled loop over many distributions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from cdpr.model import kernels
+from cdpr.model.jit import threaded_kernel
+from cdpr.model.robot import Array
+from cdpr.tension.checks import accept, select
+from cdpr.tension.policy import fall_back
+from cdpr.tension.status import BAD_INPUT, OK
+
+VECTOR, MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+INDICES = types.Array(types.int64, 1, "C")
+SIZE = types.int64
+KERNEL = types.FunctionType(types.int64(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR))
+
+
+# The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
+@threaded_kernel(types.void(KERNEL, VECTOR, *[SIZE] * 3, MATRIX, INDICES, *[VECTOR] * 3, *[MATRIX] * 5))
+def distribute_rows(
+    kernel: Callable[..., int],
+    parameters: Array,
+    floats: int,
+    spare: int,
+    action: int,
+    anchors: Array,
+    rows: NDArray[np.int64],
+    inertial: Array,
+    gravity: Array,
+    weights: Array,
+    limits: Array,
+    poses: Array,
+    wrenches: Array,
+    tension: Array,
+    report: Array,
+) -> None:
+    """Fill tension (K, m) and report (K, 4) for poses (K, 7), whose quaternions have length 1.
+
+    `kernel`, `parameters` and `floats` are a compiled solver's; `action` and its work space `spare` as `fall_back`
+    says, `rows` as `select`, `weights`, `limits` and `report` as `judge`. Without `wrenches` (K, 6) the platform is
+    held still against `gravity`. A row with an entry that is not finite is BAD_INPUT, its tensions are left alone.
+    """
+    m, n = anchors.shape[0], rows.shape[0]
+    W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)
+    state, length, rate, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
+    work, spare_work = np.empty(floats), np.empty(spare)
+    still = (0.0, 0.0, 0.0)
+    for k in range(poses.shape[0]):
+        state[:7] = poses[k]
+        answer[:] = np.nan
+        kernels.cable_geometry(anchors, state, W6, length, rate)
+        if wrenches.shape[0] > 0:
+            wrench6[:] = wrenches[k]
+        else:
+            kernels.inverse_dynamics(inertial, gravity, kernels.quaternion(state, 3), still, still, still, wrench6)
+        select(rows, W6, wrench6, W, wrench)
+        status = kernel(W, wrench, limits[0], limits[1], answer, parameters, work)
+        answered = status == OK
+        if answered:
+            status = accept(W, wrench, weights, limits, answer, tension[k], report[k])
+        if status != OK:
+            doing = action if answered else 0
+            if not fall_back(doing, status, W, wrench, weights, limits, answer, tension[k], report[k], spare_work):
+                report[k, 0] = BAD_INPUT
+                report[k, 1:] = np.nan

@@ -1,0 +1,87 @@
+"""The options of the built-in solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from cdpr.errors import PluginError
+from cdpr.model import Robot
+from cdpr.plugins import PluginOptions
+
+Weights = Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(strict=False, min_length=1)]
+Tensions = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
+
+
+class QpOptions(PluginOptions):
+    """Options of the solver `qp`."""
+
+    about: Literal["zero", "middle", "previous", "given"] = Field(
+        "zero",
+        description="what the tensions are to be near: zero, the middle of their limits, those of the step before, or "
+        "`reference`",
+    )
+    reference: Tensions | None = Field(
+        None, description="tensions for `about: given`, one per cable", json_schema_extra={"unit": "N"}
+    )
+    weights: Weights | None = Field(
+        None, description="weight of each cable's squared distance, one per cable; all 1 by default"
+    )
+    change: Annotated[float, Field(gt=0.0)] | None = Field(
+        None,
+        description="largest change of a tension from one control step to the next; not limited by default",
+        json_schema_extra={"unit": "N"},
+    )
+
+
+class LpOptions(PluginOptions):
+    """Options of the solver `lp`."""
+
+    weights: Weights | None = Field(None, description="cost of each cable's tension, one per cable; all 1 by default")
+
+
+class MaximinOptions(PluginOptions):
+    """Options of the solver `maximin`."""
+
+    norm: Literal["slack", "ball"] = Field(
+        "slack",
+        description="what is made largest: the smallest distance of a tension from its limits (slack), or the radius "
+        "of a ball in the null space within the limits (ball, Chebyshev centre)",
+    )
+
+
+class AnalyticCentreOptions(PluginOptions):
+    """Options of the solver `analytic_centre`."""
+
+    weights: Weights | None = Field(
+        None, description="how strongly each cable is kept off its limits, one per cable; all 1 by default"
+    )
+
+
+def per_cable(robot: Robot, name: str, values: Sequence[float] | None) -> list[float]:
+    """Return one value per cable, 1 by default; PluginError where there are more or fewer."""
+    if values is None:
+        return [1.0] * robot.m
+    if len(values) != robot.m:
+        wanted = f"one number per cable, {robot.m} for robot '{robot.name}'"
+        raise PluginError(f"{name}: {wanted}, is expected, got {len(values)}")
+    return list(values)
+
+
+class ExactOptions(PluginOptions):
+    """Options of the solver `exact`."""
+
+    objective: Literal["min_norm", "one_norm"] = Field(
+        "min_norm", description="what is least: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
+    )
+
+
+class QpsolversOptions(PluginOptions):
+    """Options of the solver `qpsolvers`."""
+
+    name: str = Field("daqp", description="a solver that the library qpsolvers knows and finds installed")
+    settings: dict[str, bool | int | float | str] = Field(
+        default_factory=dict, description="settings of that solver, under its own names, such as eps_abs"
+    )
