@@ -85,20 +85,3 @@ def per_cable(robot: Robot, name: str, values: Sequence[float] | None) -> list[f
         wanted = f"one number per cable, {robot.m} for robot '{robot.name}'"
         raise PluginError(f"{name}: {wanted}, is expected, got {len(values)}")
     return list(values)
-
-
-class ExactOptions(PluginOptions):
-    """Options of the solver `exact`."""
-
-    objective: Literal["min_norm", "one_norm"] = Field(
-        "min_norm", description="what is least: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
-    )
-
-
-class QpsolversOptions(PluginOptions):
-    """Options of the solver `qpsolvers`."""
-
-    name: str = Field("daqp", description="a solver that the library qpsolvers knows and finds installed")
-    settings: dict[str, bool | int | float | str] = Field(
-        default_factory=dict, description="settings of that solver, under its own names, such as eps_abs"
-    )
