@@ -11,7 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry, inverse_dynamics, quaternion
 from cdpr.model.robot import Array
-from cdpr.tension.box_least_squares import box_least_squares, work_size
+from cdpr.tension.box_least_squares import box_least_squares, work_rows
 from cdpr.tension.checks import select
 
 
@@ -43,7 +43,7 @@ class Holding:
             np.array(gravity, dtype=np.float64),
             self._state,
             self.tension,
-            np.zeros(6 + 9 * m + n + n * m + work_size(n, m)),
+            np.zeros((n + 12 + work_rows(n, m), max(6, n, m))),
         )
 
     def update(self, pose: Array) -> None:
@@ -68,15 +68,11 @@ def balance(
     """Write the tensions (m,); they stay as they are should the active set give up.
 
     rows and weights (n,): degrees of freedom, and 1 or 1 / characteristic length; shifted (2, m): limits less
-    `pretension`; state (13,) at rest.
+    `pretension`; state (13,) at rest; work a table of some rows.
     """
     n, m = rows.shape[0], anchors.shape[0]
-    wrench = work[:6]
-    W = work[6 : 6 + 6 * m].reshape(6, m)
-    o = 6 + 6 * m
-    length, rate, change = work[o : o + m], work[o + m : o + 2 * m], work[o + 2 * m : o + 3 * m]
-    o += 3 * m
-    free_wrench, free_W = work[o : o + n], work[o + n : o + n + n * m].reshape(n, m)
+    W, wrench, length, rate, change = work[:6], work[6, :6], work[7], work[8], work[9, :m]
+    free_wrench, free_W, rest = work[10, :n], work[11 : 11 + n], work[11 + n :]
     cable_geometry(anchors, state, W, length, rate)
     zero = (0.0, 0.0, 0.0)
     inverse_dynamics(inertial, gravity, quaternion(state, 3), zero, zero, zero, wrench)
@@ -84,7 +80,6 @@ def balance(
         for i in range(m):
             wrench[j] -= W[j, i] * pretension
     select(rows, W, wrench, free_W, free_wrench)
-    rest = work[o + n + n * m :]
     if box_least_squares(free_W, free_wrench, weights, shifted[0], shifted[1], change, rest) >= 0:
         for i in range(m):
             tension[i] = pretension + change[i]

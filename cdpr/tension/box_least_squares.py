@@ -39,7 +39,7 @@ def box_least_squares(
     a convex set; and so do the tensions of least norm that exert it. They equal the distribution of least norm where
     that exists: nothing jumps when a wrench becomes infeasible.
     """
-    n, m = W.shape
+    n, m = wrench.shape[0], tension.shape[0]
     steps = _nearest_wrench(W, wrench, weights, low, high, tension, work)
     if steps < 0:
         return steps
@@ -71,7 +71,7 @@ def _nearest_wrench(
     the residual, and return where least squares over those that are free would take them beyond. The free columns of
     D W are kept as triangular factors.
     """
-    n, m = W.shape
+    n, m = wrench.shape[0], tension.shape[0]
     A, J, R = work[:n], work[n : 2 * n], work[2 * n : 3 * n]
     residual, d = work[3 * n], work[3 * n + 1]
     goal, member, projected = work[3 * n + 2], work[3 * n + 3], work[3 * n + 4]  # of the free cables

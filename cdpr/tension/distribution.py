@@ -82,7 +82,7 @@ def distribute(
         raise CdprError(f"wrenches: {len(wrench)} rows for {count} poses; give one of either, or as many")
     pose = np.broadcast_to(pose, (count, 7)).copy()
     if wrenches is not None:
-        wrench = np.ascontiguousarray(np.broadcast_to(wrench, (count, 6)))
+        wrench = np.broadcast_to(wrench, (count, 6)).copy()
     length = np.linalg.norm(pose[:, 3:], axis=1)
     if (off := np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)).size:
         raise CdprError(f"poses[{off[0]}]: the quaternion has length {length[off[0]]:.6g}, it must be 1")
@@ -105,7 +105,7 @@ def distribute(
 
 def _table(values: ArrayLike, width: int, name: str) -> Array:
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
+        array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise CdprError(f"{name}: numbers are expected: {error}") from error
     if array.ndim not in (1, 2) or array.shape[-1] != width:

@@ -12,12 +12,13 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.errors import PluginError
-from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
+from cdpr.plugins import Backend, Controller, PluginInfo, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Registered, registry
 from cdpr.tension import Status
 from cdpr_backends.reference import ReferenceBackend
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
+from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
@@ -108,7 +109,7 @@ def simulate(role, kind, monkeypatch, tmp_path):
     module = types.ModuleType("broken_plugin")
     module.Broken = kind
     monkeypatch.setitem(sys.modules, "broken_plugin", module)
-    options = {"options": ComputedTorqueOptions} if role == "controller" else {}
+    options = {"options": {"controller": ComputedTorqueOptions, "solver": QpOptions}.get(role, PluginOptions)}
     info = PluginInfo("broken", "broken_plugin:Broken", "breaks", **options)
     monkeypatch.setitem(registry().plugins[role], "broken", Registered(role, info, "broken-plugin", "1"))
     return cdpr.simulate(CAROCA, **{role: "broken"}, overrides={"simulation.duration": 0.1}, out=tmp_path / "run")

@@ -1,0 +1,133 @@
+"""cdpr.tension.distribute: one or many, compiled or not, threads, bad rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.errors import CdprError, PluginError
+from cdpr.model import rotations
+from cdpr.model.dynamics import required_wrench
+from cdpr.model.kinematics import make_state, wrench_matrix
+from cdpr.plugins import TensionSolver
+from cdpr.plugins.registry import registry
+from cdpr.tension import Status, distribute
+from cdpr.tension.distribution import CHUNK
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+
+
+def poses(count, seed=0):
+    rng = np.random.default_rng(seed)
+    position = [0.0, 0.0, 1.5] + rng.uniform(-1.0, 1.0, (count, 3)) * [6.0, 4.0, 1.5]  # some beyond the workspace
+    turns = [rotations.from_rpy(*rng.uniform(-0.2, 0.2, 3)) for _ in range(count)]
+    return np.hstack([position, turns])
+
+
+@pytest.mark.parametrize("name", ["qp", "lp", "analytic_centre", "pseudo_inverse"])
+def test_rows_are_what_the_solver_says(robot, name):
+    at = poses(60)
+    result = distribute(robot, at, solver=name)
+    assert result.tension.shape == (60, 8)
+    assert 0 < result.feasible.sum() < 60
+    entry = registry().get("solver", name)
+    solver = entry.make(robot, entry.read_options({}))
+    for k, pose in enumerate(at):
+        state = make_state(pose[:3], pose[3:])
+        W = np.ascontiguousarray(wrench_matrix(robot, state))
+        wrench = required_wrench(robot, state, GRAVITY)
+        own = np.full(8, np.nan)
+        status = solver.solve(W, wrench, robot.tension_min, robot.tension_max, own)
+        t = result.tension[k]
+        assert np.all((t >= robot.tension_min) & (t <= robot.tension_max))
+        if result.status[k] == Status.OK:
+            assert status == Status.OK
+            np.testing.assert_allclose(t, own, atol=1e-9)  # N: the quaternion was normalised once more
+            assert result.residual[k] <= 1e-9
+        elif name != "pseudo_inverse":
+            assert status == result.status[k]
+            assert result.residual[k] > 0.0
+
+
+def test_any_memory_layout_and_number_of_threads(robot):
+    at = poses(3 * CHUNK // 2)
+    wrench = np.tile([20.0, -10.0, 1500.0, 1.0, 2.0, 3.0], (len(at), 1))
+    result = distribute(robot, at, wrench, jobs=2)
+    again = distribute(robot, np.asfortranarray(at), np.asfortranarray(wrench), jobs=1)
+    np.testing.assert_array_equal(result.tension, again.tension)
+    np.testing.assert_array_equal(result.status, again.status)
+    rounded = np.asfortranarray(wrench, dtype=np.float32)  # these numbers are exact in single precision
+    np.testing.assert_array_equal(distribute(robot, at[:50], rounded[:50]).tension, result.tension[:50])
+
+
+def test_one_pose_many_wrenches_and_the_reverse(robot):
+    pose = poses(1)[0] * [0, 0, 1, 0, 0, 0, 0] + [0, 0, 0, 1, 0, 0, 0]
+    wrench = np.array([0.0, 0, 1471.5, 0, 0, 0])
+    one = distribute(robot, pose, wrench)
+    assert one.tension.shape == (8,)
+    assert one.status == Status.OK
+    many = distribute(robot, pose, [wrench, 2 * wrench])
+    np.testing.assert_array_equal(many.tension[0], one.tension)
+    assert distribute(robot, [pose] * 3, wrench).tension.shape == (3, 8)
+    assert distribute(robot, np.empty((0, 7))).tension.shape == (0, 8)
+
+
+def test_rows_that_are_not_finite_are_told_and_harm_no_other(robot):
+    at = poses(20)
+    clean = distribute(robot, at)
+    at[3, 1] = np.nan
+    at[5, :3] = robot.anchors[0, :3] - rotations.matrix(at[5, 3:]) @ robot.anchors[0, 3:]  # a cable without length
+    for solver in ("qp", "osqp"):
+        result = distribute(robot, at, solver=solver)
+        assert result.status[3] == Status.BAD_INPUT
+        assert np.isnan(result.tension[3]).all()
+    result = distribute(robot, at)
+    others = np.delete(np.arange(20), [3, 5])
+    np.testing.assert_array_equal(result.tension[others], clean.tension[others])
+
+
+def test_a_solver_in_python_and_one_with_options(robot):
+    at = poses(30)
+    wanted = distribute(robot, at)
+    found = distribute(robot, at, solver="daqp")
+    np.testing.assert_array_equal(found.status, wanted.status)
+    np.testing.assert_allclose(found.tension, wanted.tension, atol=1e-6)
+    middle = distribute(robot, at, options={"about": "middle"})
+    assert (middle.tension.sum(axis=1) > wanted.tension.sum(axis=1) + 1.0).any()
+
+
+class Lying(TensionSolver):
+    def solve(self, W, wrench, t_min, t_max, tension):
+        tension[:] = t_min
+        return Status.OK
+
+
+def test_no_solver_is_believed(robot):
+    result = distribute(robot, poses(5), solver=Lying(robot, None))
+    assert (result.status == Status.NOT_FOUND).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "text"),
+    [
+        (([0, 0, 1, 0.5, 0, 0, 0],), CdprError, r"poses\[0\]: the quaternion has length 0.5"),
+        (([0, 0, 1],), CdprError, r"poses: the shape must be \(7,\) or \(K, 7\)"),
+        (([[0, 0, 1, 1, 0, 0, 0]] * 2, np.zeros((3, 6))), CdprError, "3 rows for 2 poses"),
+        ((["a"] * 7,), CdprError, "poses: numbers are expected"),
+    ],
+)
+def test_wrong_input_is_told(robot, arguments, error, text):
+    with pytest.raises(error, match=text):
+        distribute(robot, *arguments)
+
+
+def test_unknown_solver_is_told(robot):
+    with pytest.raises(PluginError, match="did you mean"):
+        distribute(robot, poses(1), solver="qpp")
