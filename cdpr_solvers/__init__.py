@@ -153,7 +153,7 @@ def classical_solvers() -> list[PluginInfo]:
                 **partial,
                 # No objective: where fixing too many cables goes well, the answer is not the nearest to the middle.
                 "continuity": "jump",
-                "formula": "t_m + W^+ (w - W t_m), the worst cable at its limit, again for the others, at most m - n times",
+                "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
                 "source": "Pott 2013; thesis 6.30-6.32",
             },
             options=ImprovedClosedFormOptions,

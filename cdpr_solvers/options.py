@@ -75,7 +75,10 @@ class DykstraOptions(PluginOptions):
 
     iterations: int = Field(500, ge=1, description="pairs of projections after which it gives up")
     tolerance: float = Field(
-        1e-12, gt=0.0, le=1e-6, description="how far beyond its limits a tension may be, as a share of the largest limit"
+        1e-12,
+        gt=0.0,
+        le=1e-6,
+        description="how far beyond its limits a tension may be, as a share of the largest limit; never above 1e-6 N",
     )
 
 

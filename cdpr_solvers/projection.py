@@ -35,7 +35,7 @@ def nearest_to_middle(N: Array, r: int, box: Array, middle: Array, tension: Arra
 
 @kernel
 def verdict(r: int, box: Array, tension: Array) -> int:
-    """Return OK if a solution lies within the limits, else NOT_FOUND, or INFEASIBLE where it is the only one (r = 0)."""
+    """Return OK if a solution is within the limits, else NOT_FOUND, or INFEASIBLE where it is the only one (r = 0)."""
     for i in range(tension.shape[0]):
         if not box[1, i] - LIMIT_TOLERANCE <= tension[i] <= box[2, i] + LIMIT_TOLERANCE:
             return NOT_FOUND if r > 0 else INFEASIBLE
