@@ -24,7 +24,7 @@ class ImprovedClosedForm(CompiledSolver):
     6.30 to 6.32, its "advanced closed form": with t_i = b the others solve W' t' = wrench - b W_i as the closed form
     does. In the null space that is a step along n, the part of row i of N orthogonal to the rows of the cables fixed
     before: t += N n (b - t_i) / |n|^2. At most r = m - n cables can be fixed; whether the others are then within their
-    limits is still tested, which some implementations leave out.
+    limits is still tested.
 
     `rule: published` takes the cable farthest beyond its limits in newtons, `scaled` the one with the longest way
     back, those newtons over |n|. No cable is ever released. So a feasible wrench may get no answer (with r = 1 only

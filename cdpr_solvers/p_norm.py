@@ -39,8 +39,8 @@ class PNorm(CompiledSolver):
     """min sum u_i^p with W t = wrench, where u_i is the offset of t_i from the middle of its limits in half ranges.
 
     Gosselin and Grenier, On the Determination of the Force Distribution in Overconstrained Cable-Driven Parallel
-    Mechanisms, Meccanica 46 (2011), p = 4 there; relative to the half ranges, so that limits may differ. p is even:
-    p = 2 is the closed form if all ranges are equal, and for large p the largest offset becomes as small as it can be.
+    Mechanisms, Meccanica 46 (2011); here relative to the half ranges, so that limits may differ. p is even: p = 2 is
+    the closed form if all ranges are equal, and for large p the largest offset becomes as small as it can be.
     The limits are no constraints: beyond them another distribution may be within, NOT_FOUND.
 
     Newton's method in the null space, for p = 2, 4, 8, ... up to p, each from the answer of the one before, with a
