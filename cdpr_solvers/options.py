@@ -77,6 +77,34 @@ class QpsolversOptions(PluginOptions):
     )
 
 
+class ImprovedClosedFormOptions(PluginOptions):
+    """Options of the solver `improved_closed_form`."""
+
+    rule: Literal["published", "scaled"] = Field(
+        "published",
+        description="which cable is fixed next: the farthest beyond its limit in newtons (published), or relative to "
+        "how far the null space that is left moves it (scaled)",
+    )
+
+
+class DykstraOptions(PluginOptions):
+    """Options of the solver `dykstra`."""
+
+    iterations: int = Field(500, ge=1, description="pairs of projections after which it gives up")
+    tolerance: float = Field(
+        1e-12,
+        gt=0.0,
+        le=1e-6,
+        description="how far beyond its limits a tension may be, as a share of the largest limit; never above 1e-6 N",
+    )
+
+
+class PNormOptions(PluginOptions):
+    """Options of the solver `p_norm`."""
+
+    p: int = Field(4, ge=2, le=64, multiple_of=2, description="the exponent, an even number")
+
+
 def per_cable(robot: Robot, name: str, values: Sequence[float] | None) -> list[float]:
     """Return one value per cable, 1 by default; PluginError where there are more or fewer."""
     if values is None:

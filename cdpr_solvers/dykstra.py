@@ -1,0 +1,71 @@
+"""Dykstra's alternating projections between the solutions of W t = wrench and the limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cdpr.model import Robot
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+from cdpr.plugins import CompiledSolver
+from cdpr.tension import null_space
+from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.null_space import reduce
+from cdpr.tension.status import NOT_FOUND, OK
+from cdpr_solvers.projection import nearest_solution, nearest_to_middle, verdict
+
+
+class Dykstra(CompiledSolver):
+    """Tends to the distribution nearest to the middle of the limits; gives up after so many iterations: NOT_FOUND.
+
+    Hassan and Khajepour, Analysis of Bounded Cable Tensions in Cable-Actuated Parallel Manipulators (2011), by the
+    algorithm of Boyle and Dykstra (1986): from t_mid, project on { W t = wrench }, then on the limits what this gave
+    plus the correction that the projection on the limits took away last time, and so on. The affine set needs no
+    correction. (Without it, or with a start that is never moved, the limit is another or none at all.)
+
+    It ends with a projection on { W t = wrench }, so that answers balance to round-off; they are then within
+    `tolerance`, a share of the largest limit, of the limits, and never farther out than the stage allows. This is also
+    the test of convergence: t_mid - t is then the sum of a part in the range of W^T and of the correction, which is
+    normal to the limits at the point projected from, so that where the two points are one it is the optimum.
+    """
+
+    def __init__(self, robot: Robot, options: Any) -> None:
+        super().__init__(
+            robot,
+            options,
+            dykstra,
+            parameters=[options.iterations, options.tolerance],
+            rows=null_space.form_rows(robot.m) + 2 + null_space.work_rows(robot.n),
+        )
+
+
+@kernel
+def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    m = W.shape[1]
+    N, box, rest = work[:m], work[m : m + 3], work[m + 5 :]
+    point, correction = work[m + 3, :m], work[m + 4, :m]  # the point lies within the limits
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r < 0:
+        return -r
+    nearest_to_middle(N, r, box, point, tension)
+    status = verdict(r, box, tension)
+    if r == 0 or status == OK:
+        return status
+    largest = 0.0
+    for i in range(m):
+        correction[i] = 0.0
+        largest = max(largest, abs(box[1, i]), abs(box[2, i]))
+    allowed = min(parameters[1] * largest, LIMIT_TOLERANCE)
+    for _ in range(int(parameters[0])):
+        for i in range(m):
+            s = tension[i] + correction[i]
+            point[i] = min(max(s, box[1, i]), box[2, i])
+            correction[i] = s - point[i]
+        nearest_solution(N, r, box[0], point, tension)
+        apart = 0.0
+        for i in range(m):
+            apart = max(apart, abs(tension[i] - point[i]))
+        if apart <= allowed:
+            return OK
+    return NOT_FOUND

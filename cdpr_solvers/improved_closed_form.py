@@ -1,0 +1,99 @@
+"""The improved closed form: cables beyond their limits are fixed there, one after the other (thesis, 6.30 to 6.32)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cdpr.model import Robot
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+from cdpr.plugins import CompiledSolver
+from cdpr.tension import null_space
+from cdpr.tension.active_set import DEPENDENCE_TOLERANCE
+from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.null_space import reduce
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
+from cdpr_solvers.projection import nearest_to_middle
+
+
+class ImprovedClosedForm(CompiledSolver):
+    """The closed form; while a cable is beyond its limits, the worst is fixed at its limit and the others share anew.
+
+    Pott, An Improved Force Distribution Algorithm for Over-Constrained Cable-Driven Parallel Robots (2013); thesis
+    6.30 to 6.32, its "advanced closed form": with t_i = b the others solve W' t' = wrench - b W_i as the closed form
+    does. In the null space that is a step along n, the part of row i of N orthogonal to the rows of the cables fixed
+    before: t += N n (b - t_i) / |n|^2. At most r = m - n cables can be fixed; whether the others are then within their
+    limits is still tested.
+
+    `rule: published` takes the cable farthest beyond its limits in newtons, `scaled` the one with the longest way
+    back, those newtons over |n|. No cable is ever released. So a feasible wrench may get no answer (with r = 1 only
+    under `published`), an answer need not be the nearest to the middle, and it jumps where two cables are equally far
+    out and the order of fixing them decides.
+    """
+
+    def __init__(self, robot: Robot, options: Any) -> None:
+        super().__init__(
+            robot,
+            options,
+            improved_closed_form,
+            parameters=[float(options.rule == "scaled")],
+            rows=null_space.form_rows(robot.m) + 1 + null_space.work_rows(robot.n),
+        )
+
+
+@kernel
+def improved_closed_form(
+    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
+) -> int:
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    m = W.shape[1]
+    N, box, spare, rest = work[:m], work[m : m + 3], work[m + 3, :m], work[m + 4 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r < 0:
+        return -r
+    scaled = parameters[0] != 0.0
+    nearest_to_middle(N, r, box, spare, tension)
+    for fixed in range(r + 1):
+        # The first columns of N belong to the fixed cables; the others span what is left of the null space.
+        worst, most, bound, size = -1, 0.0, 0.0, 0.0
+        for i in range(m):
+            below, above = box[1, i] - tension[i], tension[i] - box[2, i]
+            excess = max(below, above)
+            if not excess <= LIMIT_TOLERANCE:  # NaN, too
+                square = 0.0
+                for k in range(fixed, r):
+                    square += N[i, k] * N[i, k]
+                length = math.sqrt(square)
+                if not length > DEPENDENCE_TOLERANCE:  # nothing can bring this one back
+                    return NOT_FOUND if fixed > 0 else INFEASIBLE
+                measure = excess / length if scaled else excess
+                if measure > most:
+                    worst, most, size = i, measure, length
+                    bound = box[1, i] if below > above else box[2, i]
+        if worst < 0:
+            return OK
+        _turn(N, r, fixed, worst, size, spare)
+        step = (bound - tension[worst]) / N[worst, fixed]
+        for i in range(m):
+            tension[i] += N[i, fixed] * step
+        tension[worst] = bound
+    return NOT_FOUND
+
+
+@kernel
+def _turn(N: Array, r: int, k: int, i: int, size: float, v: Array) -> None:
+    """Reflect columns k to r of N so that of these only column k changes cable i, whose row there has length `size`."""
+    v[k] = N[i, k] + math.copysign(size, N[i, k])
+    for j in range(k + 1, r):
+        v[j] = N[i, j]
+    scale = 1.0 / (size * abs(v[k]))  # 2 / |v|^2
+    for row in range(N.shape[0]):
+        s = 0.0
+        for j in range(k, r):
+            s += N[row, j] * v[j]
+        s *= scale
+        for j in range(k, r):
+            N[row, j] -= s * v[j]
+    for j in range(k + 1, r):
+        N[i, j] = 0.0  # but for round-off, which would let a fixed cable drift

@@ -1,0 +1,52 @@
+"""The puncture method: from the pseudo-inverse towards the closed form until all cables are within their limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cdpr.model import Robot
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+from cdpr.plugins import CompiledSolver
+from cdpr.tension import null_space
+from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.null_space import reduce
+from cdpr_solvers.projection import nearest_to_middle, verdict
+
+
+class Puncture(CompiledSolver):
+    """t = t_0 + s (t_c - t_0) with the smallest s in [0, 1] that is within the limits: low tensions, in closed form.
+
+    t_0 = W^+ wrench, and t_c the closed form, nearest to the middle of the limits. Müller, Reichert and Bruckmann,
+    Analysis of a Real-Time Capable Cable Force Computation Method (2015). Implementations (CASPR) ask only the lower
+    limits on the way and give up where t_c itself is beyond a limit; here both limits of every cable count, and any
+    point of the segment will do. Where none is within the limits another distribution may be: NOT_FOUND.
+    """
+
+    def __init__(self, robot: Robot, options: Any) -> None:
+        rows = null_space.form_rows(robot.m) + 2 + null_space.work_rows(robot.n)
+        super().__init__(robot, options, puncture, rows=rows)
+
+
+@kernel
+def puncture(
+    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
+) -> int:
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    m = W.shape[1]
+    N, box, spare, end, rest = work[:m], work[m : m + 3], work[m + 3, :m], work[m + 4, :m], work[m + 5 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r < 0:
+        return -r
+    nearest_to_middle(N, r, box, spare, end)
+    start = box[0]
+    s = 0.0
+    for i in range(m):
+        lacking = max(box[1, i] - start[i], 0.0) + min(box[2, i] - start[i], 0.0)
+        # A step that the stage does not ask for would be round-off over round-off.
+        if abs(lacking) > LIMIT_TOLERANCE and lacking * (end[i] - start[i]) > 0.0:
+            s = max(s, lacking / (end[i] - start[i]))
+    s = min(s, 1.0)
+    for i in range(m):
+        tension[i] = start[i] + s * (end[i] - start[i])
+    return verdict(r, box, tension)
