@@ -288,7 +288,6 @@ def test_p_norm_is_the_least_that_scipy_finds(seed, m, load, p):
     found = minimize(lambda x: total(start + N @ x), N.T @ (0.5 * (low + high)), options={"gtol": 1e-9})
     np.testing.assert_allclose(W @ t, wrench, atol=1e-9 * max(1.0, np.abs(wrench).max()))
     assert total(t) <= found.fun * (1.0 + 1e-12) + 1e-12
-    assert total(t) >= found.fun * (1.0 - 1e-5)
     inside = np.minimum(t - low, high - t).min()
     if abs(inside) > NEAR:
         assert status == (Status.OK if inside > 0.0 else Status.NOT_FOUND)
