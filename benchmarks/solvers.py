@@ -1,0 +1,121 @@
+"""Figures of the tension solvers: costs as ratios within one run, and answers against independent oracles.
+
+Run: python benchmarks/solvers.py [--problems 100000]. The table of all solvers: cdpr bench solvers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter, perf_counter_ns
+
+import numpy as np
+
+import cdpr
+from cdpr.bench.oracle import consult
+from cdpr.bench.problems import make_problems
+from cdpr.model import Robot
+from cdpr.model.robot import Array, read_only
+from cdpr.plugins.registry import registry
+from cdpr.tension import distribute
+from cdpr.tension.stage import TensionStage
+
+ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
+CALLS = 4000
+BATCH = 200_000
+ROBOTS_ASKED = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
+
+
+def medians(functions: dict[str, Callable[[], object]]) -> dict[str, float]:
+    """Median microseconds of each, called in turn so that all meet the same disturbances."""
+    times: dict[str, list[int]] = {name: [] for name in functions}
+    for function in functions.values():
+        function()
+    gc.disable()
+    for _ in range(CALLS):
+        for name, function in functions.items():
+            function()  # what came before has left its traces in the caches
+            started = perf_counter_ns()
+            function()
+            times[name].append(perf_counter_ns() - started)
+    gc.enable()
+    return {name: float(np.median(values)) / 1e3 for name, values in times.items()}
+
+
+def costs() -> None:
+    caroca, twelve = (cdpr.load_robot(ROBOTS / f"{name}.yaml") for name in ("caroca", "twelve"))
+    matrix = np.random.default_rng(0).normal(size=(6, 8))
+    functions: dict[str, Callable[[], object]] = {"pinv": lambda: np.linalg.pinv(matrix)}
+
+    for label, robot in (("", caroca), ("12 cables, ", twelve)):
+        W, wrench = feasible(robot)
+        given = [read_only(array) for array in (W, wrench, robot.tension_min, robot.tension_max)]
+        for name in ("qp", "daqp"):
+            tension, solve = np.zeros(robot.m), make(name, robot).solve
+            functions[f"{label}{name}"] = lambda solve=solve, given=given, tension=tension: solve(*given, tension)
+    for label, scale in (("qp with the stage's checks", 1.0), ("infeasible, answered by the policy", 100.0)):
+        W, wrench, tension, report = np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.zeros(4)
+        W[:], wrench[:] = feasible(caroca)
+        wrench *= scale
+        stage = TensionStage(caroca, make("qp", caroca).solve, "qp", True, "best_effort", W, wrench, tension, report)
+        functions[label] = stage.distribute
+    found = medians(functions)
+    for name, value in found.items():
+        print(f"{name:36} {value:8.2f} us  {value / found['pinv']:.3f} pinv")
+    print(
+        f"daqp / qp: {found['daqp'] / found['qp']:.1f}, 12 cables: {found['12 cables, daqp'] / found['12 cables, qp']:.1f}"
+    )
+    poses = np.tile([0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0], (BATCH, 1))
+    poses[:, :3] += np.random.default_rng(1).uniform(-0.5, 0.5, (BATCH, 3))
+    rows = {}
+    for jobs in (1, 2):
+        runs = []
+        for _ in range(5):
+            started = perf_counter()
+            distribute(caroca, poses, jobs=jobs)
+            runs.append((perf_counter() - started) / BATCH * 1e6)
+        rows[jobs] = min(runs)
+    print(
+        f"batch, one core: {rows[1]:.2f} us a row, {rows[1] / found['pinv']:.4f} pinv; two: {rows[1] / rows[2]:.2f} times"
+    )
+
+
+def make(name: str, robot: Robot):
+    entry = registry().get("solver", name)
+    return entry.make(robot, entry.read_options({}))
+
+
+def feasible(robot: Robot) -> tuple[Array, Array]:
+    """The first of the benchmark's problems that has an answer."""
+    problems, solver, tension = make_problems(robot, 50, 1), make("qp", robot), np.zeros(robot.m)
+    for W, wrench in zip(problems.W, problems.wrench, strict=True):
+        if solver.solve(W, wrench, robot.tension_min, robot.tension_max, tension) == 0:
+            return W.copy(), wrench.copy()
+    raise SystemExit("no problem of this robot is feasible")
+
+
+def misclassified(count: int) -> None:
+    """Ask the exact solvers what HiGHS has decided."""
+    wrong, decided = dict.fromkeys(("qp", "lp", "analytic_centre"), 0), 0
+    for name in ROBOTS_ASKED:
+        robot = cdpr.load_robot(ROBOTS / f"{name}.yaml")
+        problems = make_problems(robot, count // len(ROBOTS_ASKED), 2)
+        truth, tension = consult(problems), np.zeros(robot.m)
+        decided += int(truth.feasible.sum() + truth.infeasible.sum())
+        for solver_name in wrong:
+            solver = make(solver_name, robot)
+            for k, (W, wrench) in enumerate(zip(problems.W, problems.wrench, strict=True)):
+                ok = solver.solve(W, wrench, robot.tension_min, robot.tension_max, tension) == 0
+                wrong[solver_name] += bool((ok and truth.infeasible[k]) or (not ok and truth.feasible[k]))
+    print(f"misclassified of {decided} problems that HiGHS decides: {wrong}")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--problems", type=int, default=0, help="compare with HiGHS on so many problems as well")
+    arguments = parser.parse_args()
+    costs()
+    if arguments.problems:
+        misclassified(arguments.problems)
