@@ -262,11 +262,11 @@ def classical_solvers() -> list[PluginInfo]:
             factory="cdpr_solvers.improved_closed_form:ImprovedClosedForm",
             summary="closed form that fixes cables at the limits they break (thesis 6.30-6.32); misses few wrenches",
             properties={
+                "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
+                "source": "Pott 2013; thesis 6.30-6.32",
                 **partial,
                 # No objective: where fixing too many cables goes well, the answer is not the nearest to the middle.
                 "continuity": "jump",
-                "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
-                "source": "Pott 2013; thesis 6.30-6.32",
             },
             options=ImprovedClosedFormOptions,
         ),
@@ -275,10 +275,10 @@ def classical_solvers() -> list[PluginInfo]:
             factory="cdpr_solvers.puncture:Puncture",
             summary="from the pseudo-inverse towards the closed form until within the limits: low tensions",
             properties={
+                "formula": "t_0 + s (t_c - t_0), the least s in [0, 1] within the limits",
+                "source": "Müller, Reichert and Bruckmann 2015",
                 **partial,
                 "continuity": "C0",
-                "formula": "t_0 + s (t_c - t_0), the least s in [0, 1] within the limits",
-                "source": "Mueller, Reichert and Bruckmann 2015",
             },
         ),
         PluginInfo(
@@ -286,11 +286,11 @@ def classical_solvers() -> list[PluginInfo]:
             factory="cdpr_solvers.kernel_method:KernelMethod",
             summary="pseudo-inverse plus a positive null vector (thesis 6.33-6.35, corrected); only for m = n + 1",
             properties={
+                "formula": "t_0 + max((t_min,i - t_0,i) / h_i) h, W h = 0, h > 0",
+                "source": "thesis 6.33-6.35 corrected",
                 **partial,
                 "max_redundancy": 1,
                 "continuity": "C0",
-                "formula": "t_0 + max((t_min,i - t_0,i) / h_i) h, W h = 0, h > 0",
-                "source": "thesis 6.33-6.35 corrected",
             },
         ),
         PluginInfo(
@@ -298,11 +298,11 @@ def classical_solvers() -> list[PluginInfo]:
             factory="cdpr_solvers.dykstra:Dykstra",
             summary="nearest to the middle of the limits by alternating projections; gives up after some hundred",
             properties={
-                **partial,
                 "objective": "mid_range",
-                "continuity": "C0",
                 "formula": "min |t - t_m|^2, by projections on W t = w and on the limits in turn",
                 "source": "Hassan and Khajepour 2011; Boyle and Dykstra 1986",
+                **partial,
+                "continuity": "C0",
             },
             options=DykstraOptions,
         ),
@@ -311,11 +311,11 @@ def classical_solvers() -> list[PluginInfo]:
             factory="cdpr_solvers.p_norm:PNorm",
             summary="least p-norm of the offsets from the middle, by Newton's method; gives up outside the limits",
             properties={
-                **partial,
                 "objective": "p_norm",
-                "continuity": "C0",
                 "formula": "min sum |(t_i - t_m,i) / h_i|^p, h half ranges",
                 "source": "Gosselin and Grenier 2011",
+                **partial,
+                "continuity": "C0",
             },
             options=PNormOptions,
         ),
