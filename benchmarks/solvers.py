@@ -65,7 +65,8 @@ def costs() -> None:
     for name, value in found.items():
         print(f"{name:36} {value:8.2f} us  {value / found['pinv']:.3f} pinv")
     print(
-        f"daqp / qp: {found['daqp'] / found['qp']:.1f}, 12 cables: {found['12 cables, daqp'] / found['12 cables, qp']:.1f}"
+        f"daqp / qp: {found['daqp'] / found['qp']:.1f}, "
+        f"with 12 cables: {found['12 cables, daqp'] / found['12 cables, qp']:.1f}"
     )
     poses = np.tile([0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0], (BATCH, 1))
     poses[:, :3] += np.random.default_rng(1).uniform(-0.5, 0.5, (BATCH, 3))
@@ -78,7 +79,8 @@ def costs() -> None:
             runs.append((perf_counter() - started) / BATCH * 1e6)
         rows[jobs] = min(runs)
     print(
-        f"batch, one core: {rows[1]:.2f} us a row, {rows[1] / found['pinv']:.4f} pinv; two: {rows[1] / rows[2]:.2f} times"
+        f"batch, one core: {rows[1]:.2f} us a row, {rows[1] / found['pinv']:.4f} pinv; "
+        f"two cores: {rows[1] / rows[2]:.2f} times as fast"
     )
 
 

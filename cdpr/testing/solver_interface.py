@@ -88,6 +88,23 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
             expect(status != Status.OK or not subject.respects_bounds, "OK where t_min > t_max")
 
 
+def memory_layout_misleads_nobody(subject: SolverSubject) -> None:
+    """A W in single precision and column by column is answered truly or refused, never read in the wrong order."""
+    group = samples.feasible()[2]
+    solver = subject.make(group[0].robot)
+    for problem in group[:10]:
+        W = problem.W.astype(np.float32)
+        same = replace(problem, W=W.astype(np.float64))
+        wanted, _ = ask(solver, same)
+        try:
+            status, tension = ask(solver, replace(problem, W=np.asfortranarray(W)))
+        except (TypeError, ValueError):
+            continue  # refused
+        expect(status in (wanted, Status.BAD_INPUT), f"status {status}, and {wanted} for the same numbers row by row")
+        if status == Status.OK:
+            expect_balanced(subject, same, tension)
+
+
 def _spoilt(problem: Problem) -> list[Problem]:
     """Copies with one entry, or all, of W or wrench not finite."""
     bad = []
@@ -171,6 +188,7 @@ CHECKS = [
         answers_do_not_depend_on_the_past,
         reset_forgets,
         bad_input_raises_nothing,
+        memory_layout_misleads_nobody,
         degenerate_problems_are_answered,
         nothing_leaks,
     )

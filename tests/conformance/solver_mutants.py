@@ -64,6 +64,14 @@ class Raising(MinimumNorm):
         return super().solve(W, wrench, t_min, t_max, tension)
 
 
+class Pointer(MinimumNorm):
+    """It takes the memory of W as it lies there."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        W = np.ravel(W, order="K").astype(float).reshape(W.shape)
+        return super().solve(W, wrench, t_min, t_max, tension)
+
+
 class NoStatus(MinimumNorm):
     """It returns whether it succeeded."""
 
@@ -186,6 +194,7 @@ MUTANTS = {
     Random: ({}, ["instances_agree"]),
     StaleWarmStart: ({"warm_start": True}, ["answers_do_not_depend_on_the_past", "reset_forgets"]),
     Raising: ({}, ["bad_input_raises_nothing"]),
+    Pointer: ({}, ["memory_layout_misleads_nobody"]),
     NoStatus: ({}, ["answers_balance"]),
     FullRankOnly: ({"respects_bounds": False}, ["unreachable_is_never_ok", "degenerate_problems_are_answered"]),
     Leaking: ({}, ["nothing_leaks"]),

@@ -37,7 +37,9 @@ def test_every_command_is_one_of_ours():
     assert used <= set(COMMANDS)
 
 
-def test_python_example_runs(monkeypatch, tmp_path):
-    (code,) = re.findall(r"^```python\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+def test_python_examples_run(monkeypatch, tmp_path):
+    """One after the other, as a reader would type them."""
+    code = re.findall(r"^```python\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+    assert len(code) == 2
     monkeypatch.chdir(ROOT)
-    exec(code, {})
+    exec("".join(code), {})
