@@ -15,6 +15,10 @@ from cdpr.tension.status import NOT_FOUND
 # A cable whose pull changes the squared residual by less than this share of what it could does not enter: round-off.
 GRADIENT_TOLERANCE = 1e-12
 
+# A cable whose pull would enlarge the squared residual by more than this share of what it could is at its limit in all
+# solutions.
+PRESSED = 1e-9
+
 # A cable whose effect beyond that of the cables already free is below this share of its length depends on them.
 DEPENDENCE_TOLERANCE = 1e-9
 
@@ -40,8 +44,8 @@ def box_least_squares(
     that exists: nothing jumps when a wrench becomes infeasible.
     """
     n, m = wrench.shape[0], tension.shape[0]
-    steps = _nearest_wrench(W, wrench, weights, low, high, tension, work)
-    if steps < 0:
+    steps, unique = _nearest_wrench(W, wrench, weights, low, high, tension, work)
+    if steps < 0 or unique:
         return steps
     N, box = work[:m], work[m : m + 3]
     x, active, least, reached = work[m + 3], work[m + 4], work[m + 5, :m], work[m + 6, :n]
@@ -64,8 +68,8 @@ def box_least_squares(
 @kernel
 def _nearest_wrench(
     W: Array, wrench: Array, weights: Array, low: Array, high: Array, tension: Array, work: Array
-) -> int:
-    """Write some tensions that minimise the residual.
+) -> tuple[int, bool]:
+    """Write some tensions that minimise the residual; return the steps, or -NOT_FOUND, and whether there are no others.
 
     Stark and Parker, Computational Statistics 10 (1995), BVLS: cables leave their limits one by one where that lessens
     the residual, and return where least squares over those that are free would take them beyond. The free columns of
@@ -102,15 +106,19 @@ def _nearest_wrench(
                 total += abs(A[j, i] * tension[i])
             residual[j] = s
         p, best = -1, GRADIENT_TOLERANCE * total
+        unique = True
         for i in range(m):
-            if place[i] != 0.0 and barred[i] == 0.0 and low[i] < high[i]:
+            if place[i] != 0.0 and low[i] < high[i]:
                 s = 0.0
                 for j in range(n):
                     s += A[j, i] * residual[j]
-                if -place[i] * s > best * size[i]:
+                # All solutions have the same residual: where it presses a cable against its limit, there it is in all.
+                if not place[i] * s > PRESSED * total * size[i]:
+                    unique = False
+                if barred[i] == 0.0 and -place[i] * s > best * size[i]:
                     p, best = i, -place[i] * s / size[i]
         if p < 0:
-            return steps
+            return steps, unique
         for j in range(n):
             s = 0.0
             for i in range(n):
@@ -169,4 +177,4 @@ def _nearest_wrench(
         if moved:
             for i in range(m):
                 barred[i] = 0.0
-    return -NOT_FOUND
+    return -NOT_FOUND, False
