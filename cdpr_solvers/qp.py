@@ -14,7 +14,7 @@ from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
 from cdpr.tension.status import NOT_FOUND, OK
-from cdpr_solvers.options import per_cable
+from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
 ABOUT = {"zero": ZERO, "middle": MIDDLE, "previous": PREVIOUS, "given": GIVEN}
@@ -34,6 +34,8 @@ class MinimumNorm(CompiledSolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         n, m = robot.n, robot.m
+        if not isinstance(options, QpOptions):  # a solver built upon this one, with options of its own or none
+            options = QpOptions()
         about = options.about
         if (about == "given") != (options.reference is not None):
             raise PluginError("reference: is for `about: given`, and needed there; give both or neither")
