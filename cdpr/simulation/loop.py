@@ -96,9 +96,10 @@ class Loop:
             self.out = self.wrench
         bounds = acceleration_bounds(robot, backend.gravity)
         plant = (bounds, backend.command, backend.external, backend.state)
-        geometry = (self.state, self.W, view("length"), view("rate"))
-        self.observe = partial(observe, robot.anchors, parts.control_step, *plant, *geometry)
-        self.observe_start = partial(observe, robot.anchors, 0.0, *plant, *geometry)  # no time has passed
+        results = (self.state, self.W, view("length"), view("rate"), view("kinetic", "external_work"))
+        body = (robot.anchors, robot.inertial, backend.gravity)
+        self.observe = partial(observe, *body, parts.control_step, *plant, *results)
+        self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
