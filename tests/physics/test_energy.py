@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from conftest import GRAVITY, ROOT, random_state
-from plants import installed, plant
+from plants import installed
 
 import cdpr
 from cdpr.model import rotations
