@@ -35,3 +35,4 @@ class Outcome:
     summary: Mapping[str, Any] = field(default_factory=dict)  # as Run.summary(), where there is a run
     versions: Mapping[str, str] = field(default_factory=dict)  # of all that computed it
     timings: Mapping[str, float] = field(default_factory=dict)  # s of wall time; "case_s" is all of it in the worker
+    code: int = 0  # exit code that `cdpr run` would end with

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection, Pipe, wait
 from time import monotonic
 from typing import Any
 
+from cdpr.errors import ExitCode
 from cdpr.simulation.cases import BEGUN, Case, Outcome
 
 __all__ = ["Case", "Outcome", "Worker", "run_cases"]
@@ -153,7 +154,8 @@ class Worker:
         text = f"no answer after {self._limit:g} s" if status == "hung" else _reason(self._process.returncode)
         said = self._said.decode(errors="replace").strip().splitlines()
         said = [line for line in said if not line.startswith(NOISE)]
-        return Outcome(case.key, status, "\n".join([text, *said[-LINES:]]), case.out or "")
+        message = "\n".join([text, *said[-LINES:]])
+        return Outcome(case.key, status, message, case.out or "", code=ExitCode.BACKEND_DIED)
 
     def _listen(self) -> None:
         """Take what the process printed, and keep the end of it."""

@@ -13,7 +13,7 @@ import sys
 from multiprocessing.connection import Connection
 from time import perf_counter
 
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, ExitCode
 from cdpr.log.run import Run
 from cdpr.plugins.registry import describe
 from cdpr.scenario import load_scenario
@@ -48,19 +48,26 @@ def _run(case: Case, connection: Connection) -> Outcome:
             connection.send(BEGUN)
 
     run: object = None
-    message = ""
+    message, code = "", ExitCode.OK
     try:
         scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes)
         run = simulate(scenario, out=case.out, progress=progress)
     except CdprError as error:
-        run, message = error.run, str(error)
+        run, message, code = error.run, str(error), error.exit_code
     except Exception as error:
-        message = f"internal error: {describe(error)}"
+        message, code = f"internal error: {describe(error)}", ExitCode.INTERNAL
     seconds = {"case_s": perf_counter() - started}
     if not isinstance(run, Run):
-        return Outcome(case.key, "failed", message, case.out or "", timings=seconds)
+        return Outcome(case.key, "failed", message, case.out or "", timings=seconds, code=code)
     return Outcome(
-        case.key, run.status, message, case.out or "", run.summary(), run.header.versions, {**run.timings, **seconds}
+        case.key,
+        run.status,
+        message,
+        case.out or "",
+        run.summary(),
+        run.header.versions,
+        {**run.timings, **seconds},
+        code,
     )
 
 
