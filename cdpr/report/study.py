@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -57,10 +58,11 @@ def _about(results: Results) -> str:
                 places = dict.fromkeys(str(point.labels[leaf.label]) for point in points)
                 some = list(places) if len(places) <= 12 else [*list(places)[:5], "...", list(places)[-1]]
                 rows.append((f"<code>{escape(leaf.label)}</code>", str(len(places)), escape(", ".join(some))))
+    scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
     versions = {f"{name} {version}" for row in results.rows.values() for name, version in row["versions"].items()}
     return (
         f"<h2>What was varied</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
-        f"<p>Scenario: {escape(', '.join(dict.fromkeys(grid.scenario.source for grid in study.blocks)))}. "
+        f"<p>Scenario: {escape(', '.join(scenarios))}. "
         f"Versions: {escape(', '.join(sorted(versions)))}.</p>\n"
         "<p>A dot is a run. Where several runs share a place, because an axis has none of its own in the figure, the "
         "dot is their median and a line reaches from the least to the greatest. Crosses at the top are runs that have "

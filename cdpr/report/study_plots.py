@@ -16,7 +16,7 @@ from cdpr.report.study_layout import Curve, Layout, panels
 WIDTH, HEIGHT = 2.35, 1.65  # of a panel
 LEFT, TOP, BOTTOM = 0.75, 0.4, 0.55
 GAP, ROW_GAP = 0.25, 0.62
-ACROSS = 3  # panels in a row
+ACROSS = 4  # panels in a row
 
 DECADE = 30.0  # largest ratio on a linear scale
 MARK = 0.055  # height of a row of crosses, of the panel's
@@ -26,7 +26,7 @@ MARK = 0.055  # height of a row of crosses, of the panel's
 def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Chart:
     """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all."""
     drawn = panels(layout, records, figure)
-    across = min(ACROSS, len(drawn))
+    across = _across(layout, records, len(drawn))
     down = math.ceil(len(drawn) / across)
     labels = list(dict.fromkeys(curve.label for curves in drawn.values() for curve in curves))
     looks = {label: {"color": CABLES[i % len(CABLES)]} for i, label in enumerate(labels)}
@@ -59,6 +59,12 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Char
     return chart
 
 
+def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
+    """Panels in a row: one for each place on the last axis, if these are not too many."""
+    last = len({record[layout.panels[-1]] for record in records}) if layout.panels else 1
+    return last if 1 < last <= ACROSS else min(ACROSS, count)
+
+
 def _draw(axes: Axes, layout: Layout, curve: Curve, look: dict[str, Any], i: int, place: Mapping[Any, float]) -> None:
     """Dots, joined through the middle where a place has several; crosses at the top for cases without a figure."""
     x = [place[at] for at in curve.x]
@@ -82,8 +88,7 @@ def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> 
         low, high, logarithmic = _limits(list(positions.values()))
         axes.set_xscale("log" if logarithmic else "linear")
         axes.set_xlim(low, high)
-        if logarithmic:
-            axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.xaxis.set_major_formatter(_plain)
     else:
         axes.set_xlim(-0.5, len(positions) - 0.5)
         names = [shorten(label_text(label), 14) for label in positions]
@@ -92,8 +97,13 @@ def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> 
     low, high, logarithmic = _limits(values or [0.0, 1.0])
     axes.set_yscale("log" if logarithmic else "linear")
     axes.set_ylim(low, high)
+    axes.yaxis.set_major_formatter(_plain)
     axes.minorticks_off()
     axes.tick_params(colors=INK)
+
+
+def _plain(value: float, _: object) -> str:
+    return f"{value:g}"
 
 
 def _positions(layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> dict[Any, float]:

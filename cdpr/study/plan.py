@@ -101,8 +101,6 @@ def load_study(path: str | os.PathLike[str], *, progress: Progress = lambda done
 def _grids(section: StudyFile, document: Document, problems: Problems) -> Iterator[Grid]:
     """Yield the parts of a study; what is wrong goes to `problems`."""
     reader = Reader(document, problems, section.seed)
-    common = [reader.axis(axis, ("axes", i)) for i, axis in enumerate(section.axes)]
-    changes = reader.changes(section.changes, ("changes",))
     loaded: dict[str, Scenario] = {}
     names: set[str] = set()
     for i, block in enumerate(section.blocks or [Block(name="study")]):
@@ -110,29 +108,30 @@ def _grids(section: StudyFile, document: Document, problems: Problems) -> Iterat
         if block.name in names:
             problems.add(document.mark((*path, "name")), (*path, "name"), "another block has this name")
         names.add(block.name)
+        axes: dict[Path, Axis] = {("axes", k): axis for k, axis in enumerate(section.axes)}
+        axes |= {(*path, "axes", k): axis for k, axis in enumerate(block.axes)}
+        _check_axes(axes, document, problems)
+        columns = tuple(reader.axis(axis, place) for place, axis in axes.items())
+        changes = reader.changes(section.changes, ("changes",))
+        changes += reader.changes(block.changes, (*path, "changes"))
         place = (*path, "scenario") if block.scenario else ("scenario",)
-        name = block.scenario or section.scenario
-        own = [reader.axis(axis, (*path, "axes", k)) for k, axis in enumerate(block.axes)]
-        changed = reader.changes(block.changes, (*path, "changes"))
-        axes = (*section.axes, *block.axes)
-        _check_axes(axes, (*path, "axes") if block.axes else ("axes",), document, problems)
-        if name is None:
+        file = block.scenario or section.scenario
+        if file is None:
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
-        elif os.path.isabs(name):
+        elif os.path.isabs(file):
             problems.add(document.mark(place), place, "a file name relative to this file is expected")
         else:
-            file = os.path.join(document.folder, name)
-            if file not in loaded:
-                loaded[file] = load_scenario(file)
+            base = loaded.get(file) or load_scenario(os.path.join(document.folder, file))
+            loaded[file] = base
             title = block.name if section.blocks else None
-            yield Grid(title, loaded[file], loaded[file].resolved_yaml(), (*changes, *changed), axes, (*common, *own))
+            yield Grid(title, base, base.resolved_yaml(), changes, tuple(axes.values()), columns)
 
 
-def _check_axes(axes: tuple[Axis, ...], place: Path, document: Document, problems: Problems) -> None:
+def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problems) -> None:
     """Each axis has a name of its own, and no key is set by two of them."""
     names: set[str] = set()
     targets: set[str] = set()
-    for axis in [leaf for given in axes for leaf in given.leaves()]:
+    for place, axis in [(place, leaf) for place, given in axes.items() for leaf in given.leaves()]:
         name = axis.label
         keys = {key for point in axis.points.values() for key in point} if axis.points else set(axis.targets)
         if name in RESERVED:
