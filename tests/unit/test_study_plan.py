@@ -65,6 +65,77 @@ def test_random_values_follow_the_seed_and_the_axis(tmp_path):
     four = column(tmp_path, axis.format("controller.kp", 4))
     assert column(tmp_path, axis.format("controller.kp", 6))[:4] == four
     assert not set(column(tmp_path, axis.format("controller.kd", 4))) & set(four)
+    other = load_study(write_study(tmp_path, f"seed: 1\naxes:\n  - {axis.format('controller.kp', 4)}"))
+    assert not {case.labels["controller.kp"] for case in other.cases} & set(four)
+    own = axis.format("controller.kp", 4).replace("count", "seed: 3, count")
+    again = load_study(write_study(tmp_path, f"seed: 1\naxes:\n  - {own}"))
+    assert [case.labels["controller.kp"] for case in again.cases] == column(tmp_path, own)
+
+
+def test_the_grid_has_the_last_axis_fastest(tmp_path):
+    axes = "  - {key: controller.kp, values: [1, 2]}\n  - {key: controller.kd, values: [3, 4]}"
+    assert [tuple(labels.values()) for labels in places(tmp_path, axes)] == [(1, 3), (1, 4), (2, 3), (2, 4)]
+
+
+def test_zip_names_and_several_keys(tmp_path):
+    axes = """
+  - zip:
+      - {key: controller.kp, values: [1, 2]}
+      - {name: same, key: "initial.position[0]", values: [0.1, 0.1]}  # may stand still
+      - {name: load, keys: [robot.platform.mass, controller.kd], values: [30, 40]}
+  - name: place
+    points:
+      low: {"initial.position[2]": 1.0}
+      high: {"initial.position[2]": 1.5, solver.type: lp}
+"""
+    cases = load_study(write_study(tmp_path, "axes:" + axes)).cases
+    zipped = [(1, 0.1, 30), (2, 0.1, 40)]
+    expected = [(*values, place) for values in zipped for place in ("low", "high")]
+    assert [tuple(case.labels.values()) for case in cases] == expected
+    last = load_scenario(cases[-1].scenario, text=cases[-1].text)
+    assert last.robot.platform.mass == 40.0
+    assert last.controller_options.kd == 40.0
+    assert last.initial.position == (0.1, 0.0, 1.5)
+    assert last.solver.type == "lp"
+    assert last.simulation.duration == 0.1
+
+
+def test_blocks_share_axes_and_change_more(tmp_path):
+    (tmp_path / "thesis.yaml").write_text((ROOT / "scenarios" / "thesis.yaml").read_text())
+    (tmp_path / "robots").symlink_to(ROOT / "scenarios" / "robots")
+    text = """
+axes:
+  - {key: simulation.backend, values: [reference, mujoco]}
+blocks:
+  - name: gains
+    axes: [{key: controller.kp, values: [10, 20]}]
+  - name: other
+    scenario: thesis.yaml
+    changes: {simulation.duration: 0.2}
+"""
+    study = load_study(write_study(tmp_path, text))
+    found = [(case.block, tuple(case.labels.values())) for case in study.cases]
+    gains = [("gains", (backend, kp)) for backend in ("reference", "mujoco") for kp in (10, 20)]
+    assert found == [*gains, ("other", ("reference",)), ("other", ("mujoco",))]
+    durations = [load_scenario(case.scenario, text=case.text).simulation.duration for case in study.cases]
+    assert durations == [0.1] * 4 + [0.2] * 2
+
+
+def test_a_type_is_set_before_its_options(tmp_path):
+    """Choosing a plugin takes the options of another one out; those of the case must stay."""
+    axes = "  - {key: controller.kp, values: [7]}\n  - {key: controller.type, values: [pid, static]}"
+    for case in load_study(write_study(tmp_path, "axes:\n" + axes)).cases:
+        assert load_scenario(case.scenario, text=case.text).controller_options.kp == 7.0
+
+
+def test_identities_are_stable_and_tell_cases_apart(tmp_path):
+    two = "axes:\n  - {key: controller.kp, values: [1, 2]}"
+    first = load_study(write_study(tmp_path, two))
+    more = load_study(write_study(tmp_path, two.replace("[1, 2]", "[2, 3, 1]")))
+    ids = {case.labels["controller.kp"]: case.id for case in more.cases}
+    assert len(set(ids.values())) == 3
+    assert {case.labels["controller.kp"]: case.id for case in first.cases} == {key: ids[key] for key in (1, 2)}
+    assert first.digest != more.digest
     heavier = write_study(tmp_path, two)
     heavier.write_text(heavier.read_text().replace("changes: {", "changes: {robot.platform.mass: 1, "))
     assert not {case.id for case in load_study(heavier).cases} & set(ids.values())
@@ -105,6 +176,10 @@ def test_every_case_has_a_seed_of_its_own(tmp_path):
         ("axes: [{key: controller.kp, values: [1]}, {key: controller.kp, values: [2]}]", "two axes set controller.kp"),
         ("axes: [{name: status, key: controller.kp, values: [1]}]", "cannot be called status"),
         ("axes: [{zip: [{key: a, values: [1]}, {key: b, values: [1, 2]}]}]", "equal length expected, got 1, 2 values"),
+        (
+            "axes: [{zip: [{key: a, values: [1, 1]}, {key: b, values: [2, 2]}]}]",
+            "zip: the axis holds 1, 2 twice",
+        ),
         ("blocks: [{name: a}, {name: a}]", "blocks[1].name: another block has this name"),
         ("blocks: [{name: a, scenario: nowhere.yaml}]", "there is no file"),
         ("axes: [{key: controller.kp, range: {start: 1, stop: 1000000, step: 1}}]", "at most 100000"),
