@@ -23,6 +23,7 @@ COMMANDS = {
     "solvers": "List the tension solvers: what they minimise, promise and take.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
+    "compare": "Run a scenario on several engines, or take finished runs, and tell whether they agree.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",

@@ -34,7 +34,7 @@ class RunFolder:
     def __init__(self, out: Path | None, header: Header, argv: Sequence[str] = ()) -> None:
         started = run_json.now()
         default = f"{started:%Y%m%d-%H%M%S}_{safe_name(header.scenario)}_{safe_name(header.backend)}"
-        self.path = _new(RUNS / default) if out is None else _empty(out)
+        self.path = _new(RUNS / default) if out is None else empty_folder(out)
         self._started: dict[str, Any] = {
             "argv": list(argv),
             "started": started.isoformat(timespec="seconds"),
@@ -67,7 +67,8 @@ def _new(path: Path) -> Path:
     raise AssertionError("unreachable")
 
 
-def _empty(folder: Path) -> Path:
+def empty_folder(folder: Path) -> Path:
+    """Make a folder that is empty, or take one; OutputError where it is not or cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         taken = any(folder.iterdir())
