@@ -18,8 +18,9 @@ FAILING = ("disagrees", "failed")
 
 @dataclass(frozen=True)
 class Row:
-    """One engine in a comparison."""
+    """One engine in a comparison; `label` tells rows apart."""
 
+    label: str
     engine: Engine
     standard: str
     verdict: Verdict
@@ -29,6 +30,7 @@ class Row:
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
         return {
+            "label": self.label,
             "backend": self.engine.name,
             "order": self.engine.order,
             "scheme": self.engine.scheme,
@@ -47,6 +49,7 @@ class Group:
     Attributes:
         judge: the run that all are held against, None where there is none.
         problem: why there is none, or why it cannot serve; "" where it does.
+        twins: runs of the judge with the scheme of others, by scheme.
         pairs: largest difference between any two engines of one scheme, by scheme and quantity.
     """
 
@@ -55,13 +58,16 @@ class Group:
     judge: Run | None
     problem: str
     rows: tuple[Row, ...]
+    twins: Mapping[str, Run] = field(default_factory=dict)
     pairs: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
-    def agrees(self) -> bool:
-        """Whether every engine that could be judged agrees, and one could."""
+    def agrees(self) -> bool | None:
+        """Whether all that could be judged agree; None where nothing could."""
         outcomes = [row.verdict.outcome for row in self.rows]
-        return not self.problem and "agrees" in outcomes and not any(outcome in FAILING for outcome in outcomes)
+        if self.problem or any(outcome in FAILING for outcome in outcomes):
+            return False
+        return True if "agrees" in outcomes else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
@@ -110,8 +116,13 @@ def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
     for engine in chosen.engines:
         made = runs[Wanted(engine.name, solver)]
         verdict = _judge(runs, chosen.judge, judge.run, engine, made, solver, continuous, named)
-        rows.append(Row(engine, engine.standard(chosen.judge), verdict, made.run, step_cost(made.run)))
-    return Group(solver, continuous, judge.run, "", tuple(rows), _pairs(rows))
+        rows.append(Row(engine.name, engine, engine.standard(chosen.judge), verdict, made.run, step_cost(made.run)))
+    twins = {}
+    for row in rows:
+        twin = runs[Wanted(chosen.judge.name, solver, row.engine.scheme)].run if row.standard == "scheme" else None
+        if twin is not None:
+            twins[row.engine.scheme] = twin
+    return Group(solver, continuous, judge.run, "", tuple(rows), twins, pairs(rows))
 
 
 def _judge(
@@ -136,15 +147,15 @@ def _judge(
     return against_order(made.run, judged, *found, engine.order, continuous=continuous)
 
 
-def _pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+def pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
     """Largest difference of each quantity between any two engines of one scheme."""
-    pairs: dict[str, dict[str, float]] = {}
+    found: dict[str, dict[str, float]] = {}
     for a, b in combinations([row for row in rows if row.standard == "scheme"], 2):
         if a.engine.scheme == b.engine.scheme and a.run is not None and b.run is not None:
-            worst = pairs.setdefault(a.engine.scheme, dict.fromkeys(QUANTITIES, 0.0))
+            worst = found.setdefault(a.engine.scheme, dict.fromkeys(QUANTITIES, 0.0))
             for name in QUANTITIES:
                 worst[name] = max(worst[name], difference(name, a.run, b.run).max)
-    return pairs
+    return found
 
 
 def step_cost(run: Run | None) -> float | None:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from cdpr.compare.comparison import Group, compare
 from cdpr.compare.engines import field
+from cdpr.compare.refinement import Measured
 from cdpr.compare.refinement import refine as measure_orders
 from cdpr.compare.runs import Progress, Runs
-from cdpr.log.run import Run
 from cdpr.log.run_folder import empty_folder
 from cdpr.log.run_json import plain
 from cdpr.scenario import load_scenario
@@ -27,11 +27,11 @@ class Comparison:
 
     Attributes:
         figures: all of it as plain data for JSON.
-        runs: by the solver, the judge's run first, then those of the engines that made one, by label.
+        groups: the same with the runs, for drawing.
     """
 
     figures: dict[str, Any]
-    runs: dict[str, dict[str, Run]]
+    groups: tuple[Group, ...]
 
 
 def compare_scenario(
@@ -72,15 +72,8 @@ def compare_scenario(
         runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
         groups = compare(runs, chosen, names, named=backends is not None)
         orders = {name: measure_orders(runs, chosen, name) for name in names} if refine else {}
-    tables = []
-    for group in groups:
-        table = group.to_dict()
-        table["orders"] = [measured.to_dict() for measured in orders.get(group.solver, [])]
-        table["agrees"] = group.agrees and all(measured.agrees for measured in orders.get(group.solver, []))
-        tables.append(table)
     simulation = scenario.simulation
     figures = {
-        "agrees": all(table["agrees"] for table in tables),
         "scenario": scenario.name,
         "robot": scenario.robot.name,
         "duration_s": simulation.duration,
@@ -88,23 +81,30 @@ def compare_scenario(
         "physics_step_s": simulation.physics_step,
         "judge": {"backend": chosen.judge.name, "order": chosen.judge.order},
         "absent": chosen.absent,
-        "groups": tables,
-        "versions": _versions(groups),
     }
-    return Comparison(plain(figures), {group.solver: _labelled(group) for group in groups})
+    return summarise(figures, groups, orders)
 
 
-def _labelled(group: Group) -> dict[str, Run]:
-    if group.judge is None:
-        return {}
-    made = {row.engine.name: row.run for row in group.rows if row.run is not None}
-    return {group.judge.header.backend: group.judge, **made}
+def summarise(
+    facts: Mapping[str, Any], groups: Sequence[Group], orders: Mapping[str, Sequence[Measured]]
+) -> Comparison:
+    """Put the figures together; `facts` tell what was compared."""
+    tables = []
+    for group in groups:
+        measured = orders.get(group.solver, ())
+        wrong = not all(each.agrees for each in measured)
+        agrees = False if wrong else group.agrees
+        tables.append({**group.to_dict(), "agrees": agrees, "orders": [each.to_dict() for each in measured]})
+    verdicts = [table["agrees"] for table in tables]
+    agrees = False if False in verdicts else True if True in verdicts else None
+    figures = {"agrees": agrees, **facts, "groups": tables, "versions": _versions(groups)}
+    return Comparison(plain(figures), tuple(groups))
 
 
 def _versions(groups: Sequence[Group]) -> dict[str, str]:
     """Of everything that took part."""
     versions: dict[str, str] = {}
     for group in groups:
-        for run in _labelled(group).values():
-            versions |= run.header.versions
+        for run in (group.judge, *(row.run for row in group.rows)):
+            versions |= {} if run is None else run.header.versions
     return versions

@@ -64,6 +64,8 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
     engines = [chosen.judge, *(each for each in chosen.engines if each.standard(chosen.judge) != "none")]
     open_, found = {engine.name: engine for engine in engines}, dict[str, Measured]()
     for base in bases(runs, solver):
+        if not open_:
+            break
         truth = Wanted(chosen.judge.name, solver, divide=TRUTH * base.divide, stretch=base.stretch)
         runs.make([truth, *(_rung(base, engine, 1) for engine in open_.values())])
         above = [engine for engine in open_.values() if _promises(runs, base, truth, engine)]
@@ -94,7 +96,7 @@ def _rung(base: Wanted, engine: Engine, divide: int) -> Wanted:
 def _error(runs: Runs, truth: Wanted, wanted: Wanted) -> float | None:
     """Error of a run, None where it or the truth did not come to its end."""
     one, other = runs[wanted], runs[truth]
-    if one.run is None or other.run is None or not len(one.run.rows) == len(other.run.rows):
+    if one.run is None or other.run is None or len(one.run.rows) != len(other.run.rows):
         return None
     return pose_apart(one.run, other.run) if one.complete and other.complete else None
 
