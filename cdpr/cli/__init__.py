@@ -24,6 +24,7 @@ COMMANDS = {
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
     "compare": "Run a scenario on several engines, or take finished runs, and tell whether they agree.",
+    "baseline": "Keep runs in small files, and tell later whether they are still the same.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",

@@ -54,7 +54,7 @@ def command(
     else:
         from cdpr.compare import job
 
-        with _bar() as progress:
+        with runs_bar() as progress:
             result = job.compare_scenario(
                 what[0],
                 changes=changes,
@@ -89,7 +89,7 @@ def names(text: str) -> list[str]:
 
 
 @contextmanager
-def _bar() -> Iterator[Progress]:
+def runs_bar() -> Iterator[Progress]:
     """A progress bar on stderr, where that is a terminal."""
     if sys.stderr is None or not sys.stderr.isatty():
         yield lambda done, total: None

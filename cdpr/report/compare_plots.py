@@ -22,6 +22,10 @@ Drawing = tuple[str, Callable[[Group], Chart], str]
 # One pattern an engine, thin and dark on the judge's broad line: where all agree, all can be seen.
 DASHES: tuple[Any, ...] = ((0, (1.2, 5.0)), (2.0, (1.2, 5.0)), (4.0, (1.2, 5.0)), (0, (4.0, 2.0)), (0, (6.0, 2.0)))
 BROAD, THIN = 2.4, 1.0
+WIDTHS = (3.6, 2.2, 1.0, 0.6)  # so that lines upon each other show
+
+# That an axis of differences spans at least: with bounds so many that these are in view.
+DECADES = {False: 3.0, True: 8.0}
 
 
 def drawings(group: Group) -> dict[str, Drawing]:
@@ -112,19 +116,20 @@ def _others(group: Group) -> Iterator[tuple[str, Run]]:
 
 
 def _distances(group: Group, pairs: dict[str, tuple[Run, Run]], *, bounds: bool = False) -> Iterator[Panel]:
-    legend: list[Entry] = [
-        (shorten(label), {"color": CABLES[i % len(CABLES)], "linewidth": 1.6}) for i, label in enumerate(pairs)
+    looks: list[dict[str, Any]] = [
+        {"color": CABLES[i % len(CABLES)], "linewidth": WIDTHS[i % len(WIDTHS)]} for i in range(len(pairs))
     ]
+    legend: list[Entry] = [(shorten(label), look) for label, look in zip(pairs, looks, strict=True)]
     for name, quantity in QUANTITIES.items():
-        curves = tuple(
-            Curves(
-                _padded(apart(name, *pair)[1][:, None], group), (CABLES[i % len(CABLES)],), width=1.4 - 0.25 * (i % 4)
-            )
-            for i, pair in enumerate(pairs.values())
-        )
+        curves = []
+        for look, pair in zip(looks, pairs.values(), strict=True):
+            values = apart(name, *pair)[1][:, None]
+            if not bounds:
+                values = np.where(values > 0.0, values, np.nan)  # at the start all are one
+            curves.append(Curves(_padded(values, group), (look["color"],), width=look["linewidth"]))
         allowed = (Limit("allowed", (float(np.log10(quantity.round_off)),)),) if bounds else ()
         label = f"{quantity.title} ({quantity.unit})"
-        yield Panel(label, curves, legend, least=4.0 if not bounds else 1.0, limits=allowed, log=True)
+        yield Panel(label, tuple(curves), legend, least=DECADES[bounds], limits=allowed, log=True)
 
 
 def _overlay(
