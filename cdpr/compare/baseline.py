@@ -29,6 +29,7 @@ from cdpr.scenario import Scenario
 
 FORMAT = 1
 SUFFIX = ".baseline.json"
+STATE = (*POSE, "velocity", "angular_velocity", "tension")  # the quantities that follow from what is kept
 SAMPLES = 25  # kept in digits
 
 # What is kept of a sample. All else in a run follows from these and the scenario.
@@ -72,7 +73,7 @@ def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> 
     """Make the baseline of a run that is to lie in `folder`."""
     chosen = chosen_samples(len(run.rows))
     samples = {"time": run.time[chosen], **{name: run[name][chosen] for name in FIELDS}}
-    bounded = [*QUANTITIES] if is_continuous(scenario) else [*POSE]
+    bounded = STATE if is_continuous(scenario) else POSE
     return Baseline(
         scenario=run.header.scenario,
         backend=run.header.backend,
@@ -84,7 +85,7 @@ def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> 
         machine=machine(),
         status=run.status,
         count=len(run.rows),
-        bounds={name: QUANTITIES[name].round_off for name in bounded},
+        bounds={name: QUANTITIES[name].allowed(run.header) for name in bounded},
         digest=digest(run),
         samples=samples,
     )

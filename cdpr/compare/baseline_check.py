@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from cdpr.compare import baseline
-from cdpr.compare.baseline import FIELDS, SUFFIX, Baseline
+from cdpr.compare.baseline import FIELDS, STATE, SUFFIX, Baseline
 from cdpr.compare.differences import QUANTITIES
 from cdpr.compare.machine import machine
 from cdpr.compare.runs import Made, Progress, read
@@ -57,11 +57,8 @@ def save(
 
     Raises ScenarioError, PluginError or OutputError, and CdprError where a run fails; nothing is written then.
     """
-    scenarios = [
-        load_scenario(path, overrides=list(overrides), backend=backend)
-        for path in paths
-        for backend in (backends or [None])
-    ]
+    chosen: Sequence[str | None] = backends or [None]
+    scenarios = [load_scenario(path, overrides=overrides, backend=backend) for path in paths for backend in chosen]
     kept = []
     for scenario, made in zip(scenarios, _run(scenarios, jobs, progress), strict=True):
         if made.run is None or made.status not in ("finished", "infeasible"):
@@ -177,7 +174,8 @@ def _measure(kept: Baseline, run: Run) -> tuple[str, str]:
     for field in FIELDS:
         before[field][...] = kept.samples[field].reshape(before[field].shape)
     beyond, largest = "", []
-    for name, quantity in QUANTITIES.items():
+    for name in STATE:
+        quantity = QUANTITIES[name]
         with np.errstate(all="ignore"):
             values = quantity.apart(before, now)
         worst = float(values.max())

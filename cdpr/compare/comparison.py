@@ -144,7 +144,8 @@ def _judge(
         return Verdict("failed", f"the run to judge it by {lost.status}: {_first_line(lost)}")
     if standard == "scheme":
         return against_scheme(made.run, judged, *found, continuous=continuous)
-    return against_order(made.run, judged, *found, engine.order, continuous=continuous)
+    halved, halved_judge = found
+    return against_order(made.run, judged, halved, halved_judge, engine.order, continuous=continuous)
 
 
 def pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import yaml
 
-from cdpr.log.run import Run
+from cdpr.log.run import Header, Run
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
@@ -17,14 +18,23 @@ class Quantity:
     """Something that two runs are compared by.
 
     Two programs that compute the same scheme differ by round-off alone. `round_off` allows at least ten times what
-    the installed engines differ by (DART, whose attitude is a rotation vector, by most), and lies four orders below
-    what any fault of an adapter makes.
+    the installed engines differ by, and lies far below what any fault of an adapter makes. Most of it is for DART,
+    whose attitude is a rotation vector and good to 1e-9 rad. `lever` names the angle, or its rate, that comes on top of it
+    where the centre of mass lies off the origin: engines move the centre of mass.
     """
 
     title: str
     unit: str
     round_off: float
     apart: Callable[[Run, Run], Array]  # (K,) of two runs with K samples
+    lever: str = ""
+
+    def allowed(self, header: Header) -> float:
+        """Round-off for the platform of this run."""
+        if not self.lever:
+            return self.round_off
+        centre = yaml.safe_load(header.scenario_yaml)["robot"]["platform"]["center_of_mass"]
+        return self.round_off + float(np.linalg.norm(centre)) * QUANTITIES[self.lever].round_off
 
 
 def _norm(name: str) -> Callable[[Run, Run], Array]:
@@ -40,12 +50,18 @@ def _tension(a: Run, b: Run) -> Array:
     return np.asarray(np.abs(a.tension - b.tension).max(axis=1))
 
 
+def _energy(a: Run, b: Run) -> Array:
+    """Of the energy that no work explains."""
+    return np.asarray(np.abs(a.energy_residual - b.energy_residual))
+
+
 QUANTITIES: Mapping[str, Quantity] = {
-    "position": Quantity("position", "m", 1e-9, _norm("position")),
+    "position": Quantity("position", "m", 1e-9, _norm("position"), "attitude"),
     "attitude": Quantity("attitude", "rad", 1e-6, _angle),
-    "velocity": Quantity("velocity", "m/s", 1e-9, _norm("velocity")),
+    "velocity": Quantity("velocity", "m/s", 1e-9, _norm("velocity"), "angular_velocity"),
     "angular_velocity": Quantity("angular velocity", "rad/s", 1e-7, _norm("angular_velocity")),
     "tension": Quantity("tension", "N", 1e-4, _tension),
+    "energy": Quantity("energy balance", "J", 1e-6, _energy),
 }
 POSE = ("position", "attitude")
 

@@ -16,7 +16,7 @@ from cdpr.scenario import Scenario
 #   none     the plant is another one: the distance is told
 Standard = Literal["scheme", "order", "none"]
 
-CONTINUOUS = ("C0", "C1", "Cinf")
+CONTINUOUS: tuple[object, ...] = ("C0", "C1", "Cinf")
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 
 from cdpr.compare.comparison import Group, Row, pairs, step_cost
@@ -21,7 +20,7 @@ SHARED = ("robot", "cables", "anchors", "mass", "gravity", "control_step")
 UNKNOWN = Engine("", 0, "", (), "ideal")
 
 
-def compare_finished(paths: Sequence[str | os.PathLike[str]]) -> Comparison:
+def compare_finished(paths: Sequence[str]) -> Comparison:
     """Compare run folders or logs.
 
     The run of highest declared order is the one that differences are measured from; of several the first. A run is
@@ -31,8 +30,8 @@ def compare_finished(paths: Sequence[str | os.PathLike[str]]) -> Comparison:
     timing.
     """
     if len(paths) < 2:
-        raise CdprError(f"{os.fspath(paths[0])}: one run alone; give two or more, or the scenario to run it on others")
-    loaded = {os.fspath(path): load_run(path) for path in paths}
+        raise CdprError(f"{paths[0]}: one run alone; give two or more, or the scenario to run it on others")
+    loaded = {path: load_run(path) for path in paths}
     if len(loaded) < len(paths):
         raise CdprError("the same run is given twice")
     _refuse(loaded)

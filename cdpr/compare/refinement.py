@@ -21,7 +21,10 @@ STRETCHES = (1, 10, 20, 50)  # of the control period, in this order, until error
 FEWEST = 10  # control periods that a run must have
 
 # m. The finest error of three must be larger: round-off of closed loops is 1e-16 to 2e-15 m.
-ABOVE_ROUND_OFF = 5e-14
+ABOVE_ROUND_OFF = 1e-14
+
+# m. With a larger error than this the loop is no longer what was asked for: closed so seldom, it has become unstable.
+TOO_FAR = 1e-2
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,7 @@ def _error(runs: Runs, truth: Wanted, wanted: Wanted) -> float | None:
 def _promises(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> bool:
     """Whether the finest of three errors should lie above round-off, judging from the first."""
     error = _error(runs, truth, _rung(base, engine, 1))
-    return error is not None and error / LADDER[-1] ** engine.order > ABOVE_ROUND_OFF
+    return error is not None and error < TOO_FAR and error / LADDER[-1] ** engine.order > ABOVE_ROUND_OFF
 
 
 def _measure(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> Measured:

@@ -73,7 +73,7 @@ def against_scheme(run: Run, judge: Run, twin: Run, *, continuous: bool) -> Verd
     names = list(QUANTITIES) if continuous else list(POSE)
     checks = []
     for name in names:
-        bound, found = QUANTITIES[name].round_off, difference(name, run, twin)
+        bound, found = QUANTITIES[name].allowed(run.header), difference(name, run, twin)
         checks.append(Check(name, found.max, 0.0, bound, found.time, found.max <= bound))
     return _verdict(run, judge, twin, checks, continuous)
 
@@ -84,8 +84,9 @@ def against_order(run: Run, judge: Run, halved: Run, halved_judge: Run, order: i
     checks = []
     for name in names:
         found, left = difference(name, run, judge), difference(name, halved, halved_judge)
-        if found.max <= QUANTITIES[name].round_off:
-            checks.append(Check(name, found.max, 0.0, QUANTITIES[name].round_off, found.time, True))
+        bound = QUANTITIES[name].allowed(run.header)
+        if found.max <= bound:
+            checks.append(Check(name, found.max, 0.0, bound, found.time, True))
             continue
         ratio = found.rms / left.rms if left.rms > 0.0 else np.inf
         low, high = (1 - RATIO_TOLERANCE) * 2**order, (1 + RATIO_TOLERANCE) * 2**order

@@ -103,7 +103,7 @@ def check_cells(check: Figures) -> list[str]:
     mark = "" if check["agrees"] else " !"
     if check["low"]:
         return [f"/ {number(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
-    return [f"{number(check['value'])}{mark}", f"{check['high']:.0e}"]
+    return [f"{number(check['value'])}{mark}", f"{check['high']:.1e}"]
 
 
 def number(value: float | None) -> str:
