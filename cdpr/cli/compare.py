@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
     from cdpr.compare.runs import Progress
@@ -49,8 +49,11 @@ def command(
         raise CdprError("finished runs are compared as they are: leave out --backends, --solvers, --set and --refine")
     if finished:
         from cdpr.compare.finished import compare_finished
+        from cdpr.log.run_folder import empty_folder
 
         result = compare_finished(what)
+        if out is not None:
+            empty_folder(Path(out))
     else:
         from cdpr.compare import job
 
@@ -69,7 +72,10 @@ def command(
     if out is not None:
         from cdpr.report.compare import write_comparison
 
-        write_comparison(result, Path(out))
+        try:
+            write_comparison(result, Path(out))
+        except PluginError as error:  # what was found counts without a picture of it
+            click.echo(f"no compare.html: {error}", err=True)
     if as_json:
         click.echo(json.dumps(result.figures, indent=1, allow_nan=False))
     else:
@@ -78,8 +84,8 @@ def command(
         for line in lines(result.figures):
             click.echo(line)
         if out is not None:
-            click.echo(Path(out) / "compare.html")
-    if not result.figures["agrees"]:
+            click.echo(out)
+    if result.figures["agrees"] is False:
         raise click.exceptions.Exit(ExitCode.DISAGREES)
 
 

@@ -77,6 +77,7 @@ class Group:
             "problem": self.problem,
             "judge_status": None if self.judge is None else self.judge.status,
             "judge_step_us": step_cost(self.judge),
+            "judge_tension_N": None if self.judge is None else self.judge.summary().get("tension_N"),
             "agrees": self.agrees,
             "engines": [row.to_dict() for row in self.rows],
             "same_scheme": {scheme: dict(worst) for scheme, worst in self.pairs.items()},

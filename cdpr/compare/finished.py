@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from cdpr.compare.comparison import Group, Row, pairs, step_cost
 from cdpr.compare.engines import Engine, describe, is_continuous
@@ -31,9 +32,11 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
     """
     if len(paths) < 2:
         raise CdprError(f"{paths[0]}: one run alone; give two or more, or the scenario to run it on others")
-    loaded = {path: load_run(path) for path in paths}
-    if len(loaded) < len(paths):
+    if len({Path(path).resolve() for path in paths}) < len(paths):
         raise CdprError("the same run is given twice")
+    names = [Path(path).name for path in paths]
+    labels = names if len(set(names)) == len(names) else paths
+    loaded = {label: load_run(path) for label, path in zip(labels, paths, strict=True)}
     _refuse(loaded)
     read = {label: _read(label, run) for label, run in loaded.items()}
     judge = max(loaded, key=lambda label: read[label][0].order)  # the first of equals

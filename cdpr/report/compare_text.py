@@ -17,7 +17,7 @@ Figures = Mapping[str, Any]
 
 def lines(figures: Figures) -> Iterator[str]:
     """Yield the lines: the verdict first, then one table an engine, the orders, and what could not run."""
-    yield f"{VERDICTS[figures['agrees']]}: {subject(figures)}"
+    yield from _wrapped(f"{VERDICTS[figures['agrees']]}: {subject(figures)}")
     for group in figures["groups"]:
         yield ""
         yield from _wrapped(f"solver {group['solver']}: {VERDICTS[group['agrees']]}{_about(group)}")
@@ -63,7 +63,12 @@ def notes(row: Figures) -> Iterator[str]:
 
 
 def among(group: Figures) -> Iterator[str]:
-    """How far engines of one scheme are apart."""
+    """What the judge's tensions were, and how far engines of one scheme are apart."""
+    tension = group["judge_tension_N"]
+    if tension:
+        span = f"{tension['min'] or 0:.5g} to {tension['max'] or 0:.5g} N"
+        cost = f"; {group['judge_step_us']:.3g} µs a step" if group["judge_step_us"] else ""
+        yield f"the judge's tensions are {span}, their largest step {tension['largest_step'] or 0:.4g} N{cost}"
     for scheme, worst in group["same_scheme"].items():
         parts = ", ".join(f"{value:.1e} {QUANTITIES[name].unit}" for name, value in worst.items())
         yield f"engines of the scheme {scheme.replace('_', ' ')} are at most {parts} apart"
