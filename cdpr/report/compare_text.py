@@ -80,7 +80,7 @@ def order_cells(measured: Figures) -> list[str]:
     said = f"{measured['outcome']}: {measured['reason']}" if measured["reason"] else measured["outcome"]
     control = "" if measured["control_step"] is None else f"{1e3 * measured['control_step']:g}"
     steps = " ".join(f"{1e3 * step:g}" for step in measured["steps"])
-    errors = " ".join(f"{error:.1e}" for error in measured["errors"])
+    errors = f"{measured['errors'][0]:.1e} to {measured['errors'][-1]:.1e}" if measured["errors"] else ""
     return [measured["backend"], f"{order} of {measured['declared']}", said, control, steps, errors]
 
 
