@@ -22,7 +22,7 @@ Drawing = tuple[str, Callable[[Group], Chart], str]
 # One pattern an engine, thin and dark on the judge's broad line: where all agree, all can be seen.
 DASHES: tuple[Any, ...] = ((0, (1.2, 5.0)), (2.0, (1.2, 5.0)), (4.0, (1.2, 5.0)), (0, (4.0, 2.0)), (0, (6.0, 2.0)))
 BROAD, THIN = 2.4, 1.0
-WIDTHS = (3.6, 2.2, 1.0, 0.6)  # so that lines upon each other show
+WIDTHS = (3.6, 2.4, 1.4, 0.8)  # so that lines upon each other show
 
 # That an axis of differences spans at least: with bounds so many that these are in view.
 DECADES = {False: 3.0, True: 8.0}
