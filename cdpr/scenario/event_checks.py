@@ -144,7 +144,6 @@ def named(event: ScenarioEvent, names: Sequence[str | None]) -> ScenarioEvent:
 
 
 def beyond(events: Sequence[ScenarioEvent], simulation: Simulation) -> list[int]:
-    """Return the indices of the events after which the run makes no step any more."""
-    return [
-        i for i, event in enumerate(events) if first_sample(event.time, simulation.control_step) >= simulation.steps
-    ]
+    """Return the indices of the events that lie beyond the last sample."""
+    step = simulation.control_step
+    return [i for i, event in enumerate(events) if first_sample(event.time, step) > simulation.steps]

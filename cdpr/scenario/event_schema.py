@@ -131,8 +131,10 @@ class EmergencyStop(Event):
     """The robot stops, in the sense of the stop categories of IEC 60204-1."""
 
     type: Literal["emergency_stop"] = Field(description="the robot is stopped")
-    category: Literal[0, 1, 2] = Field(
+    category: int = Field(
         2,
+        ge=0,
+        le=2,
         description="stop category of IEC 60204-1: 2 slows down along the path, then holds the pose; 1 does so and "
         "then cuts the power; 0 cuts it at once. Without power all tensions are 0, and the controller and the "
         "distribution are off",
