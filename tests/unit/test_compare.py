@@ -178,6 +178,17 @@ def test_every_standard_in_a_loop():
         assert figures["agrees"] is (True if outcome == "agrees" else None)
 
 
+def test_engines_that_are_not_installed_are_told(monkeypatch):
+    """By name they are an error with its remedy; among all they are listed."""
+    missing = property(lambda self: ["dartpy"] if self.info.name == "dart" else [])
+    monkeypatch.setattr("cdpr.plugins.registry.Registered.missing", missing)
+    chosen = field(load("caroca"), None)
+    assert chosen.absent == {"dart": "not installed: pip install 'cdpr[dart]'"}
+    assert "dart" not in {engine.name for engine in chosen.engines}
+    with pytest.raises(PluginError, match="dartpy, which is not installed"):
+        field(load("caroca"), ["dart", "mujoco"])
+
+
 def test_nothing_to_compare_is_an_error():
     with pytest.raises(CdprError, match="nothing to compare: 'reference' is the judge"):
         field(load("caroca"), ["reference"])
