@@ -166,10 +166,7 @@ class Run:
     @property
     def orientation_error(self) -> Array:
         """Rotation vector that turns the actual into the desired attitude, (K, 3), rad, world."""
-        a, b = self.desired_orientation, self.orientation  # the product a * conjugate(b), row by row
-        w = np.sum(a * b, axis=1, keepdims=True)
-        xyz = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
-        return rotations.rotation_vector(np.concatenate([w, xyz], axis=1))
+        return rotations.between(self.orientation, self.desired_orientation)
 
     @property
     def wrench(self) -> Array:
