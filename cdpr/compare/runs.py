@@ -1,4 +1,4 @@
-"""The runs of a comparison: each made once, in a process of its own."""
+"""The runs of a comparison: each made once, those of each engine in processes of its own."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Runs:
         return self._made[wanted]
 
     def make(self, wanted: Sequence[Wanted]) -> None:
-        """Make the runs that have not been made yet."""
+        """Make the runs that have not been made yet, those of each engine in processes that no other engine sees."""
         fresh = {one.key: one for one in wanted if one not in self._made}
         self._asked += len(fresh)
         self._progress(len(self._made), self._asked)
@@ -96,11 +96,13 @@ class Runs:
             self._made[fresh[outcome.key]] = read(outcome)
             self._progress(len(self._made), self._asked)
 
-        cases = [
-            Case(key, self.scenario.source, one.changes(self.scenario), str(self._folder / key), self._text)
-            for key, one in fresh.items()
-        ]
-        run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
+        for backend in dict.fromkeys(one.backend for one in fresh.values()):
+            cases = [
+                Case(key, self.scenario.source, one.changes(self.scenario), str(self._folder / key), self._text)
+                for key, one in fresh.items()
+                if one.backend == backend
+            ]
+            run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
 
 
 def read(outcome: Outcome) -> Made:
