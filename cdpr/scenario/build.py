@@ -54,7 +54,9 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     if isinstance(trajectory, Csv) and table:
         trajectory = trajectory.filled(table)
     return Scenario(
-        sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory}),
+        sections=sections.model_copy(
+            update={"robot": robot, "trajectory": trajectory, "controlled": sections.controlled or robot.dof}
+        ),
         robot=robot.to_robot(),
         controller_options=controller_options,
         solver_options=solver_options,

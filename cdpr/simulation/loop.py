@@ -35,6 +35,7 @@ class Parts:
     """What a closed loop is made of."""
 
     robot: Robot
+    controlled: Robot  # the same for the distribution: its dof are the directions in which it has to balance the wrench
     trajectory: Trajectory
     controller: Controller
     solver: TensionSolver
@@ -83,7 +84,7 @@ class Loop:
             self.out = self.stage.command
         else:
             self.stage = TensionStage(
-                robot,
+                parts.controlled,
                 parts.solver.solve,
                 parts.solver_name,
                 parts.respects_bounds,
