@@ -1,12 +1,14 @@
 """Figures of the tension solvers: costs as ratios within one run, and answers against independent oracles.
 
-Run: python benchmarks/solvers.py [--problems 100000]. The table of all solvers: cdpr bench solvers.
+Run: python benchmarks/solvers.py [--problems 100000] [--paths 1000]. The table of all solvers: cdpr bench solvers.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter, perf_counter_ns
@@ -14,13 +16,15 @@ from time import perf_counter, perf_counter_ns
 import numpy as np
 
 import cdpr
+from cdpr.bench import measures
 from cdpr.bench.oracle import consult
-from cdpr.bench.problems import make_problems
+from cdpr.bench.problems import make_paths, make_problems
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import registry
 from cdpr.tension import distribute
 from cdpr.tension.stage import TensionStage
+from cdpr.tension.status import OK
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
 CALLS = 4000
@@ -114,10 +118,53 @@ def misclassified(count: int) -> None:
     print(f"misclassified of {decided} problems that HiGHS decides: {wrong}")
 
 
+def jumps(count: int) -> None:
+    """Look for jumps along random paths, of all robots together `count`."""
+    for name in ("qp", "analytic_centre"):
+        paths, broken = 0, 0
+        for robot_name in ROBOTS_ASKED:
+            robot = cdpr.load_robot(ROBOTS / f"{robot_name}.yaml")
+            solver = make(name, robot)
+
+            def tension(path: measures.Path, s: float, solver=solver, robot=robot) -> Array | None:
+                W, wrench = path.at(s)
+                t = np.full(robot.m, np.nan)
+                return t if solver.solve(W, wrench, robot.tension_min, robot.tension_max, t) == OK else None
+
+            found = measures.jumps(make_paths(robot, count // len(ROBOTS_ASKED), 3), tension)
+            paths, broken = paths + found["paths"], broken + found["with_jump"]
+        print(f"{name}: tensions jump on {broken} of {paths} paths")
+
+
+FIRST_CALL = """
+import numba
+from time import perf_counter
+started = perf_counter()
+import cdpr
+robot = cdpr.load_robot({robot!r})
+cdpr.tension.distribute(robot, [0, 0, 1.2, 1, 0, 0, 0])
+print(perf_counter() - started)
+"""
+
+
+def first_call() -> None:
+    """Time the first distribution of a process whose kernels are on disk."""
+    program = FIRST_CALL.format(robot=str(ROBOTS / "caroca.yaml"))
+    seconds = [
+        float(subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True).stdout)
+        for _ in range(6)
+    ][1:]
+    print(f"first call with a warm cache: {np.median(seconds):.2f} s beyond `import numba`")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--problems", type=int, default=0, help="compare with HiGHS on so many problems as well")
+    parser.add_argument("--paths", type=int, default=0, help="look for jumps along so many random paths as well")
     arguments = parser.parse_args()
     costs()
+    first_call()
     if arguments.problems:
         misclassified(arguments.problems)
+    if arguments.paths:
+        jumps(arguments.paths)

@@ -2,9 +2,11 @@
 
     import cdpr
 
-    run = cdpr.simulate("scenarios/caroca.yaml", backend="mujoco", overrides={"simulation.duration": 2.0})
+    run = cdpr.simulate("scenarios/caroca.yaml", overrides={"simulation.duration": 2.0})
     run.time, run.position, run.tension      # arrays, shapes as cdpr.Run says
     run.plot()
+    robot = cdpr.load_robot("scenarios/robots/caroca.yaml")
+    cdpr.tension.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
 
 Everything here is imported when it is first used, so that `import cdpr` stays quick.
 """
@@ -16,6 +18,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from cdpr import model, tension
     from cdpr.errors import CdprError, Diverged, Infeasible, PluginError, ScenarioError, SimulationStopped
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
@@ -37,6 +40,8 @@ _HOME = {
     "simulate": "cdpr.simulation",
 }
 
+_ROOMS = ("model", "tension")  # of which users call the functions
+
 __all__ = [
     "CdprError",
     "Diverged",
@@ -50,16 +55,20 @@ __all__ = [
     "load_robot",
     "load_run",
     "load_scenario",
+    "model",
     "simulate",
+    "tension",
 ]
 
 
 def __getattr__(name: str) -> object:
     """Import a public name from the room where it lives."""
-    if name in _HOME:
-        from importlib import import_module
+    from importlib import import_module
 
+    if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
+    if name in _ROOMS:
+        return import_module(f"cdpr.{name}")
     raise AttributeError(f"module 'cdpr' has no attribute {name!r}")
 
 

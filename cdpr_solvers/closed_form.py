@@ -9,9 +9,8 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
-from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK
+from cdpr_solvers.projection import nearest_to_middle, verdict
 
 
 class ClosedForm(CompiledSolver):
@@ -24,7 +23,7 @@ class ClosedForm(CompiledSolver):
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
-        rows = null_space.form_rows(robot.m) + null_space.work_rows(robot.n)
+        rows = null_space.form_rows(robot.m) + 1 + null_space.work_rows(robot.n)
         super().__init__(robot, options, closed_form, rows=rows)
 
 
@@ -32,22 +31,11 @@ class ClosedForm(CompiledSolver):
 def closed_form(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where W cannot reach the wrench at all, or BAD_INPUT."""
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
     m = W.shape[1]
-    N, box = work[:m], work[m : m + 3]
-    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 3 :])
+    N, box, middle = work[:m], work[m : m + 3], work[m + 3, :m]
+    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 4 :])
     if r < 0:
         return -r
-    for i in range(m):
-        tension[i] = box[0, i]
-    for k in range(r):
-        x = 0.0
-        for i in range(m):
-            x += N[i, k] * 0.5 * (box[1, i] + box[2, i])
-        for i in range(m):
-            tension[i] += N[i, k] * x
-    status = OK
-    for i in range(m):
-        if not box[1, i] - LIMIT_TOLERANCE <= tension[i] <= box[2, i] + LIMIT_TOLERANCE:
-            status = NOT_FOUND
-    return status
+    nearest_to_middle(N, r, box, middle, tension)
+    return verdict(r, box, tension)

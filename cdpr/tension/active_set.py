@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.tension.factors import append, back_substitute, remove
@@ -163,7 +161,11 @@ def extreme(g: Array, N: Array, r: int, box: Array, x: Array, point: Array, acti
     d, z, dual, u, member = work[2 * r], work[2 * r + 1], work[2 * r + 2], work[2 * r + 3], work[2 * r + 4]
     size, count, rotated = work[2 * r + 5], work[2 * r + 6], work[2 * r + 7]
     k = int(count[0])
-    if np.count_nonzero(active) > k:  # held by more limits than it has dimensions: a vertex and nothing else
+    held = 0
+    for i in range(m):
+        if active[i] != 0.0:
+            held += 1
+    if held > k:  # by more limits than there are dimensions: a vertex and nothing else
         return steps
     if steps == 0:  # `nearest` had no need of them
         _lengths(N, r, size, m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -40,22 +41,25 @@ def distribute_rows(
     tension: Array,
     report: Array,
 ) -> None:
-    """Fill tension (K, m) and report (K, 4) for poses (K, 7), whose quaternions have length 1.
+    """Fill tension (K, m) and report (K, 4) for poses (K, 7), whose quaternions are normalised.
 
     `kernel`, `parameters` and the shape of its work space, `size`, are a compiled solver's; `action` and the shape of
     its work space, `spare`, as `fall_back` says, `rows` as `select`, `weights`, `limits` and `report` as `judge`.
     Without `wrenches` (K, 6) the platform is held still against `gravity`. A row with an entry that is not finite is
-    BAD_INPUT, its tensions are left alone.
+    BAD_INPUT, its tensions are NaN.
     """
     m, n = anchors.shape[0], rows.shape[0]
     W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)
-    state, length, rate, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
+    state, lengths, rates, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
     work, spare_work = np.empty(size), np.empty(spare)
     still = (0.0, 0.0, 0.0)
     for k in range(poses.shape[0]):
         state[:7] = poses[k]
+        length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
+        for i in range(3, 7):
+            state[i] /= length
         answer[:] = np.nan
-        kernels.cable_geometry(anchors, state, W6, length, rate)
+        kernels.cable_geometry(anchors, state, W6, lengths, rates)
         if wrenches.shape[0] > 0:
             wrench6[:] = wrenches[k]
         else:
@@ -70,3 +74,4 @@ def distribute_rows(
             if not fall_back(doing, status, W, wrench, weights, limits, answer, tension[k], report[k], spare_work):
                 report[k, 0] = BAD_INPUT
                 report[k, 1:] = np.nan
+                tension[k] = np.nan

@@ -80,13 +80,13 @@ def distribute(
     count = len(pose) if wrenches is None or len(pose) != 1 else len(wrench)
     if wrenches is not None and len(wrench) not in (1, count):
         raise CdprError(f"wrenches: {len(wrench)} rows for {count} poses; give one of either, or as many")
-    pose = np.broadcast_to(pose, (count, 7)).copy()
-    if wrenches is not None:
-        wrench = np.broadcast_to(wrench, (count, 6)).copy()
-    length = np.linalg.norm(pose[:, 3:], axis=1)
+    length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
     if (off := np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)).size:
         raise CdprError(f"poses[{off[0]}]: the quaternion has length {length[off[0]]:.6g}, it must be 1")
-    pose[:, 3:] /= length[:, None]
+    if len(pose) < count:
+        pose = np.repeat(pose, count, axis=0)
+    if 0 < len(wrench) < count:
+        wrench = np.repeat(wrench, count, axis=0)
     down = _table(gravity, 3, "gravity")[0]
     respects_bounds = True
     chosen: Any = solver
@@ -96,7 +96,7 @@ def distribute(
         entry = registry().get("solver", solver)
         respects_bounds = bool(entry.info.properties.get("respects_bounds", True))
         chosen = entry.make(robot, entry.read_options(options or {}))
-    tension, report = np.full((count, robot.m), np.nan), np.zeros((count, 4))
+    tension, report = np.empty((count, robot.m)), np.empty((count, 4))
     run = _compiled if getattr(chosen, "kernel", None) else _row_by_row
     run(robot, chosen, respects_bounds, down, pose, wrench, tension, report, jobs or len(os.sched_getaffinity(0)))
     columns = (tension, *report.T)
@@ -105,7 +105,7 @@ def distribute(
 
 def _table(values: ArrayLike, width: int, name: str) -> Array:
     try:
-        array = np.array(values, dtype=np.float64, order="C")
+        array = np.require(values, np.float64, ["C", "W"])  # a million rows are not copied without need
     except (TypeError, ValueError) as error:
         raise CdprError(f"{name}: numbers are expected: {error}") from error
     if array.ndim not in (1, 2) or array.shape[-1] != width:
@@ -177,10 +177,11 @@ def _row_by_row(
     stage = TensionStage(robot, solver.solve, name, respects_bounds, "best_effort", W, w, t, row)
     for k, at in enumerate(pose):
         state[:7] = at
+        state[3:7] /= np.linalg.norm(at[3:])
         kernels.cable_geometry(robot.anchors, state, W, spare, spare)
         w[:] = wrench[k] if len(wrench) else dynamics.required_wrench(robot, state, gravity)
         stage.forget()
-        report[k] = BAD_INPUT, np.nan, np.nan, np.nan
+        tension[k], report[k] = np.nan, (BAD_INPUT, np.nan, np.nan, np.nan)
         if np.isfinite(W).all() and np.isfinite(w).all():
             stage.distribute()
             tension[k], report[k] = t, row

@@ -35,10 +35,13 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     what is left. The columns of N (m, >= r) are orthonormal and orthogonal to c, so that |t|^2 = |c|^2 + |x|^2.
 
     Returns -INFEASIBLE where W is rank-deficient and the wrench outside its range, -BAD_INPUT where an entry is not
-    finite or a lower limit above the upper one. `work` has at least `work_rows(n)` rows and max(n, m) columns: rows of
-    a table, for numba slices a table at no cost, whereas reshaping a line takes some 40 ns. W may have further columns.
+    finite, a lower limit above the upper one or the work space too small. `work` has at least `work_rows(n)` rows and
+    max(n, m) columns: rows of a table, for numba slices a table at no cost, whereas reshaping a line takes some 40 ns.
+    W may have further columns.
     """
     n, m = wrench.shape[0], N.shape[0]
+    if not (W.shape[0] >= n and W.shape[1] >= m and work.shape[0] >= n + 5 and work.shape[1] >= max(n, m)):
+        return -BAD_INPUT  # made for another robot
     rhs, cable = work[n], work[n + 1]  # the wrench that is left, and the number of each free cable
     free, sound, load = 0, 0.0, 0.0
     for i in range(m):

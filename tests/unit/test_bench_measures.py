@@ -205,7 +205,8 @@ def test_all_but_the_times_is_the_same_each_time():
         found = run([wall(), cases.carriage()], None, 20, 7)
         for robot in found["robots"]:
             for row in robot["results"]:
-                assert row.pop("time")["median_us"] > 0.0
+                if row["outcome"] == "measured":
+                    assert row.pop("time")["median_us"] > 0.0
         return json.dumps(found, allow_nan=False)
 
     assert figures() == figures()

@@ -11,7 +11,7 @@ from cdpr.errors import CdprError, PluginError
 from cdpr.model import rotations
 from cdpr.model.dynamics import required_wrench
 from cdpr.model.kinematics import make_state, wrench_matrix
-from cdpr.plugins import TensionSolver
+from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status, distribute
 from cdpr.tension.distribution import CHUNK
@@ -131,3 +131,16 @@ def test_wrong_input_is_told(robot, arguments, error, text):
 def test_unknown_solver_is_told(robot):
     with pytest.raises(PluginError, match="did you mean"):
         distribute(robot, poses(1), solver="qpp")
+
+
+def test_a_matrix_of_another_robot_is_refused(robot):
+    """With more rows or columns than the robot has, a kernel would write beyond its work space."""
+    for name in registry().names("solver"):
+        entry = registry().get("solver", name)
+        solver = entry.make(robot, entry.read_options({"name": "clarabel"} if name == "qpsolvers" else {}))
+        if not isinstance(solver, CompiledSolver):
+            continue
+        for n, m in ((robot.n + 30, robot.m), (robot.n, robot.m + 30)):
+            W = np.random.default_rng(0).normal(size=(n, m))
+            status = solver.solve(W, W @ np.ones(m), np.zeros(m), np.full(m, 2.0), np.full(m, np.nan))
+            assert status == Status.BAD_INPUT, name
