@@ -95,13 +95,16 @@ def make_header(scenario: Scenario) -> Header:
         characteristic_length=robot.characteristic_length,
         shape=robot.platform.outline,
         controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
-        versions=_versions(scenario),
+        versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
     )
 
 
-def _versions(scenario: Scenario) -> dict[str, str]:
-    """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring."""
+def versions_of(scenario: Scenario) -> dict[str, str]:
+    """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring.
+
+    Raises PluginError where a plugin is unknown or what it needs is not installed.
+    """
     found = registry()
     versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
     names = set(LIBRARIES)
