@@ -1,12 +1,11 @@
-"""What the plant of the thesis does beyond ours, to be put around a backend: joint friction, one step per message."""
+"""What the thesis's program does beyond a scenario: joint friction, one step per message, its own way out."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cdpr.model.kinematics import wrench_matrix
-from cdpr.plugins import Backend
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, TensionSolver
+from cdpr.tension import Status
 from cdpr.trajectory import Trajectory
 
 # N s/m in each leg's slide and N m s in each hinge: `damping` of joints.actuated and joints.passive in its cube.yaml.
@@ -40,6 +39,23 @@ class GazeboLegs:
         backend.command[:] = wanted
 
 
+class OrLowest:
+    """A solver that puts every cable at its lower limit where it has no answer, as cdpr3's `ActivesetMethod` does.
+
+    It says OK, so that the tension stage, told that it minds no limits, applies what it wrote.
+    """
+
+    def __init__(self, solver: TensionSolver) -> None:
+        self._solver = solver
+        self.reset = solver.reset
+
+    def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
+        """Write the solver's answer, or the lower limits."""
+        if self._solver.solve(W, wrench, t_min, t_max, tension) != Status.OK:
+            tension[:] = t_min
+        return Status.OK
+
+
 class Playback:
     """A motion played `speed` times too fast, whose velocities and accelerations are those of the slow one."""
 
@@ -47,7 +63,7 @@ class Playback:
         self._trajectory = trajectory
         self._speed = speed
 
-    def sampler(self, out: NDArray[np.float64]) -> object:
+    def sampler(self, out: Array) -> object:
         """Return a function of the time that writes the desired motion (19,)."""
         write = self._trajectory.sampler(out)
         return lambda time: write(self._speed * time)

@@ -3,7 +3,7 @@
     cdpr study scenarios/studies/thesis_ch6.yaml --jobs 2 --out out/thesis
     python docs/thesis.py out/thesis
 
-keeps the study's results, and those of runs with two properties of the thesis's plant that no scenario can express
+keeps the study's results, and those of runs with properties of the thesis's program that no scenario can express
 (gazebo_legs.py), in thesis.csv, and writes the tables. Without a folder it writes the tables alone. A test holds both.
 """
 
@@ -13,13 +13,13 @@ import csv
 import itertools
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
-from gazebo_legs import GazeboLegs, Playback
+from gazebo_legs import GazeboLegs, OrLowest, Playback
 from marked import rewritten, table
 
 from cdpr.errors import SimulationStopped
@@ -53,11 +53,30 @@ ASSUMPTIONS = {
     ("friction", "0.3 m below"): "start 0.3 m below, with friction",
     ("one_step", ""): "one step per message",
     ("one_step", "0.3 m below"): "one step per message, start 0.3 m below",
+    ("or_lowest", ""): "one step, infeasible: all at 1 N",
+    ("or_lowest", "0.3 m inwards"): "one step, infeasible: all at 1 N, start 0.3 m inwards",
 }
-# Blocks that no scenario can express: changes of the scenario, whether a command acts for one step, speed of playback.
-PLANTS: dict[str, tuple[dict[str, Any], bool, float]] = {
-    "friction": ({"simulation.duration": 12.0}, False, 1.0),
-    "one_step": ({"simulation.duration": 12.0, "simulation.control_step": 0.01}, True, 10.0),
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A block of runs that no scenario can express; legs have friction in all of them."""
+
+    starts: Sequence[str]
+    solvers: Sequence[str] = tuple(PUBLISHED)
+    one_step: bool = False  # a command acts for one step of 1 ms in a message's 10 ms; the move is played in 10 s
+    or_lowest: bool = False  # where a solver has no answer, every cable is at its lower limit
+
+
+PLANTS = {
+    "friction": Plant(("", "0.3 m below")),
+    "one_step": Plant(("", "0.3 m below"), one_step=True),
+    "or_lowest": Plant(("", "0.3 m inwards"), ("lp", "qp"), one_step=True, or_lowest=True),
+}
+STARTS = {
+    "": {},
+    "0.3 m below": {"initial.position": [0, -2, 1.7]},
+    "0.3 m inwards": {"initial.position": [0, -1.7, 2]},
 }
 
 Row = dict[str, str]
@@ -67,29 +86,29 @@ def plant_rows() -> Iterator[Row]:
     """Run the cases of PLANTS, for all that the study's common axes vary."""
     study = yaml.safe_load(STUDY.read_text())
     geometry, controlled, solver = (axis["points"] for axis in study["axes"][:3])
-    starts = {"": {}, "0.3 m below": {"initial.position": [0, -2, 1.7]}}
-    cases = itertools.product(PLANTS, starts, geometry, controlled, solver, GAINS)
-    for block, start, robot, dof, method, gain in cases:
-        parts = (PLANTS[block][0], starts[start], geometry[robot], controlled[dof], solver[method])
-        changes = {key: value for part in parts for key, value in part.items()}
-        run = plant_run(block, {**changes, "controller.kp": gain, "controller.kd": gain})
-        names = (block, start, "reference", robot, dof, method, str(gain))
-        yield {**dict(zip(AXES, names, strict=True)), **figures(run)}
+    for block, plant in PLANTS.items():
+        for start, robot, dof, name, gain in itertools.product(
+            plant.starts, geometry, controlled, plant.solvers, GAINS
+        ):
+            changes = {**STARTS[start], **geometry[robot], **controlled[dof], **solver[name]}
+            run = plant_run(plant, {**changes, "controller.kp": gain, "controller.kd": gain})
+            names = (block, start, "reference", robot, dof, name, str(gain))
+            yield {**dict(zip(AXES, names, strict=True)), **figures(run)}
 
 
-def plant_run(block: str, changes: dict[str, Any]) -> Run:
-    """Run the study's scenario on the plant of a block of PLANTS."""
-    _, one_step, speed = PLANTS[block]
-    robot = {key: value for key, value in changes.items() if key == "robot"}  # a file, before any of its keys
-    scenario = load_scenario(STUDY.parent.parent / "thesis_ch6.yaml", overrides={**robot, **changes})
+def plant_run(plant: Plant, changes: dict[str, Any]) -> Run:
+    """Run the first 12 s of the study's scenario on a plant."""
+    times = {"simulation.duration": 12.0, "simulation.control_step": 0.01 if plant.one_step else 0.001}
+    scenario = load_scenario(STUDY.parent.parent / "thesis_ch6.yaml", overrides={**times, **changes})
     parts = build(scenario)
-    loop = Loop(
-        replace(
-            parts,
-            backend=GazeboLegs(parts.backend, one_step),  # type: ignore[arg-type]
-            trajectory=Playback(parts.trajectory, speed),  # type: ignore[arg-type]
-        )
+    parts = replace(
+        parts,
+        backend=GazeboLegs(parts.backend, plant.one_step),  # type: ignore[arg-type]
+        trajectory=Playback(parts.trajectory, 10.0 if plant.one_step else 1.0),  # type: ignore[arg-type]
     )
+    if plant.or_lowest:
+        parts = replace(parts, solver=OrLowest(parts.solver), respects_bounds=False)  # type: ignore[arg-type]
+    loop = Loop(parts)
     loop.warm_up(scenario.initial.state())
     rows = np.zeros((scenario.simulation.steps + 1, loop.row.size))
     status = "finished"
@@ -128,7 +147,7 @@ def find(rows: Sequence[Row], **wanted: str) -> list[Row]:
 def cell(rows: Sequence[Row], method: str = "") -> str:
     """Largest tensions at the four gains; bold where the three published ones are near."""
     text = " / ".join("†" if row["status"] != "finished" else f"{float(row['tension_max_N']):.0f}" for row in rows)
-    return f"**{text}**" if method and factor(rows, method) <= NEAR else text
+    return f"**{text}**" if method and rows and factor(rows, method) <= NEAR else text
 
 
 def factor(rows: Sequence[Row], method: str) -> float:
@@ -171,7 +190,8 @@ def nearest() -> str:
             for geometry, dof in itertools.product(("caroca", "cube"), ("six", "three")):
                 same = {"block": block, "start": start, "geometry": geometry, "controlled": dof, "solver": method}
                 group = find(rows, **same)
-                groups.append((factor(group, method), f"{label}; {geometry}, {dof}", cell(group[:3])))
+                if group:
+                    groups.append((factor(group, method), f"{label}; {geometry}, {dof}", cell(group[:3])))
         wrong, label, values = min(groups)
         lines.append([method, " / ".join(map(str, PUBLISHED[method])), values, label, f"{wrong:.2f}"])
     return table(["solver", "published (N)", "ours (N)", "assumption", "wrong by a factor of up to"], lines)
