@@ -81,7 +81,9 @@ def _figures(grid: Grid, records: Sequence[Record], key: str) -> list[str]:
                 continue  # nothing to see: never any, or always zero
             name = f"{key}figure{i}_{k}"
             svg = inline_svg(multiples(layout, records, what), name, what.title)
-            out.append(figure(name, escape(what.title), svg, escape(_caption(layout))))
+            # Wider than this its letters would be larger than the page's.
+            drawing = f'<div style="max-width: 68rem">{svg}</div>'
+            out.append(figure(name, escape(what.title), drawing, escape(_caption(layout))))
     return out
 
 

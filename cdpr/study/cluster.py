@@ -31,7 +31,7 @@ def executor(address: str) -> Executor:
         if not cases:
             return
         try:
-            client = distributed.Client(address, timeout=CONNECTING, set_as_default=False)
+            client = distributed.Client(address, timeout=CONNECTING)
         except (OSError, ValueError) as error:
             raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {describe(error)}") from error
         with client:

@@ -24,6 +24,8 @@ RUNS_NAME = "runs"
 
 RESULTS = ("finished", "infeasible", "diverged")  # what need not be run again
 
+OURS = {STUDY_NAME, f"{STUDY_NAME}.tmp", LEDGER_NAME}  # may be there before a study is
+
 Row = dict[str, Any]
 
 
@@ -39,25 +41,25 @@ class StudyFolder:
         self.path = path
         try:
             path.mkdir(parents=True, exist_ok=True)
-            found = any(path.iterdir())
-            description = path / STUDY_NAME
-            if found and not description.is_file():
+            known = (path / STUDY_NAME).is_file()
+            if not known and {entry.name for entry in path.iterdir()} - OURS:
                 raise OutputError(f"{path}: exists, is not empty and holds no study; choose another --out")
             self._ledger = os.open(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
-            try:
-                fcntl.flock(self._ledger, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise OutputError(f"{path}: another cdpr study is at work there; wait for it, or end it") from None
-            if description.is_file():
-                self._expect(study, description)
-            else:
-                content = {"name": study.name, "cases": len(study.cases), "digest": study.digest}
-                replace(description, (json.dumps(content, indent=2) + "\n").encode())
-            self.rows = self._read()
         except FileExistsError as error:
             raise OutputError(f"{path}: is a file, not a folder; choose another --out") from error
         except OSError as error:
             raise unwritable(Path(error.filename or path), error) from error
+        try:
+            self._lock()
+            if known:
+                self._expect(study, path / STUDY_NAME)
+            else:
+                content = {"name": study.name, "cases": len(study.cases), "digest": study.digest}
+                replace(path / STUDY_NAME, (json.dumps(content, indent=2) + "\n").encode())
+            self.rows = self._read()
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Let others have it."""
@@ -81,6 +83,12 @@ class StudyFolder:
         except OSError as error:
             raise unwritable(self.path / LEDGER_NAME, error) from error
         self.rows[outcome.key] = row
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._ledger, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with this process, however it ends
+        except OSError:
+            raise OutputError(f"{self.path}: another cdpr study is at work there; wait for it, or end it") from None
 
     def _expect(self, study: Study, description: Path) -> None:
         """Refuse a folder that holds another study."""

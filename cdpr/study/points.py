@@ -14,7 +14,7 @@ from typing import Any
 
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import Change, marked_changes
-from cdpr.scenario.problems import Path, Problems, shown
+from cdpr.scenario.problems import Path, Problems
 from cdpr.study.schema import MAX_COUNT, Axis, Random, Range, Spaced
 
 DIGITS = 12  # of the values of ranges: 0.1 + 2 * 0.1 is meant to be 0.3
@@ -50,37 +50,43 @@ class Reader:
 
     def axis(self, axis: Axis, path: Path) -> list[Point]:
         """Return the points of an axis, whose section stands at `path`."""
-        if axis.zip is not None:
-            return self._zipped(axis.zip, (*path, "zip"))
-        if axis.points is not None:
-            place = (*path, "points")
-            return [
-                Point({axis.label: name}, self.changes(given, (*place, name))) for name, given in axis.points.items()
-            ]
-        points = []
-        labels: set[str] = set()
-        for place, value in self._values(axis, path):
-            mark = self.document.mark(place)
-            label = value if isinstance(value, Label) else json.dumps(value, ensure_ascii=False)
-            if str(label) in labels:
-                self.problems.add(mark, place, f"the axis holds {shown(label)} twice")
-            labels.add(str(label))
-            changes = marked_changes([(key, value, mark) for key in axis.targets], self.problems)
-            points.append(Point({axis.label: label}, tuple(changes)))
-        return points
+        seen: set[tuple[str, ...]] = set()
+        points = self._points(axis, path)
+        for place, point in points:
+            labels = tuple(map(str, point.labels.values()))
+            if labels in seen:
+                self.problems.add(self.document.mark(place), place, f"the axis holds {', '.join(labels)} twice")
+            seen.add(labels)
+        return [point for _, point in points]
 
     def changes(self, given: dict[str, Any], path: Path) -> tuple[Change, ...]:
         """Return the changes that a mapping at `path` asks for."""
         rows = [(key, value, self.document.mark((*path, key))) for key, value in given.items()]
         return tuple(marked_changes(rows, self.problems))
 
-    def _zipped(self, axes: Sequence[Axis], path: Path) -> list[Point]:
-        columns = [self.axis(axis, (*path, i)) for i, axis in enumerate(axes)]
+    def _points(self, axis: Axis, path: Path) -> list[tuple[Path, Point]]:
+        """Return the points of an axis, each with the place where it comes from."""
+        points = []
+        if axis.zip is not None:
+            return self._zipped(axis.zip, (*path, "zip"))
+        if axis.points is not None:
+            for name, given in axis.points.items():
+                place: Path = (*path, "points", name)
+                points.append((place, Point({axis.label: name}, self.changes(given, place))))
+            return points
+        for place, value in self._values(axis, path):
+            label = value if isinstance(value, Label) else json.dumps(value, ensure_ascii=False)
+            rows = [(key, value, self.document.mark(place)) for key in axis.targets]
+            points.append((place, Point({axis.label: label}, tuple(marked_changes(rows, self.problems)))))
+        return points
+
+    def _zipped(self, axes: Sequence[Axis], path: Path) -> list[tuple[Path, Point]]:
+        columns = [[point for _, point in self._points(axis, (*path, i))] for i, axis in enumerate(axes)]
         lengths = [len(column) for column in columns]
         if len(set(lengths)) != 1:
             found = ", ".join(map(str, lengths))
             self.problems.add(self.document.mark(path), path, f"axes of equal length expected, got {found} values")
-        return [reduce(Point.__add__, points) for points in zip(*columns, strict=False)]
+        return [(path, reduce(Point.__add__, points)) for points in zip(*columns, strict=False)]
 
     def _values(self, axis: Axis, path: Path) -> list[tuple[Path, Any]]:
         """Return the values of an axis, each with the place where it comes from."""
