@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.log.layout import Layout
+from cdpr.log.layout import FIELDS, Layout
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
@@ -37,6 +37,7 @@ class Header:
     shape: dict[str, Any] | None  # {"box": [x, y, z]} or {"sphere": radius}, m
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
+    controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
 
     @property
     def layout(self) -> Layout:
@@ -51,6 +52,7 @@ class Header:
     def from_dict(cls, data: dict[str, Any]) -> Header:
         """Undo `to_dict` after a passage through JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max")}
+        tuples["controlled"] = tuple(data.get("controlled", ()))  # logs of older versions do not say
         return cls(**{**data, **tuples, "anchors": tuple(tuple(row) for row in data["anchors"])})
 
 
@@ -166,10 +168,7 @@ class Run:
     @property
     def orientation_error(self) -> Array:
         """Rotation vector that turns the actual into the desired attitude, (K, 3), rad, world."""
-        a, b = self.desired_orientation, self.orientation  # the product a * conjugate(b), row by row
-        w = np.sum(a * b, axis=1, keepdims=True)
-        xyz = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
-        return rotations.rotation_vector(np.concatenate([w, xyz], axis=1))
+        return rotations.between(self.orientation, self.desired_orientation)
 
     @property
     def wrench(self) -> Array:
@@ -198,7 +197,7 @@ class Run:
 
     @property
     def residual(self) -> Array:
-        """Norm of W tension - wrench, moments divided by the characteristic length, (K,), N."""
+        """Norm of W tension - wrench in the controlled directions, moments by the characteristic length, (K,), N."""
         return self["residual"]
 
     @property
@@ -210,6 +209,50 @@ class Run:
     def at_limit(self) -> Array:
         """Number of cables at a limit, (K,)."""
         return self["at_limit"]
+
+    @property
+    def external(self) -> Array:
+        """External wrench on the platform at its origin, held until the next sample, (K, 6), N and N m, world."""
+        return self["external"]
+
+    @property
+    def kinetic(self) -> Array:
+        """Kinetic energy of the platform, (K,), J."""
+        return self["kinetic"]
+
+    @property
+    def potential(self) -> Array:
+        """Potential energy of the platform, 0 with its centre of mass at the world's origin, (K,), J."""
+        return self["potential"]
+
+    @property
+    def cable_work(self) -> Array:
+        """Work of the cables on the platform since the first sample, (K,), J."""
+        return self["cable_work"]
+
+    @property
+    def external_work(self) -> Array:
+        """Work of the external wrench on the platform since the first sample, (K,), J."""
+        return self["external_work"]
+
+    @property
+    def cable_power(self) -> Array:
+        """Mean power of the cables over the period after each sample, (K,), W; last one NaN."""
+        return _difference_quotient(self.cable_work, self.header.control_step)
+
+    @property
+    def external_power(self) -> Array:
+        """Mean power of the external wrench over the period after each sample, (K,), W; last one NaN."""
+        return _difference_quotient(self.external_work, self.header.control_step)
+
+    @property
+    def energy_residual(self) -> Array:
+        """Energy gained since the first sample that no work explains, (K,), J.
+
+        0 but for round-off under exact integration with massless cables; of the order of the backend in its step.
+        """
+        stored = self.kinetic + self.potential
+        return stored - stored[:1] - self.cable_work - self.external_work
 
     def summary(self) -> dict[str, Any]:
         """Return the figures that `cdpr run` prints, as plain numbers."""
@@ -224,7 +267,7 @@ class Run:
         return overview(self)
 
 
-SCALARS = ("time", "status", "residual", "margin", "at_limit")
+SCALARS = tuple(name for name, width in FIELDS if width == 1)
 
 
 def _difference_quotient(values: Array, step: float) -> Array:

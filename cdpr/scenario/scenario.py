@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
@@ -13,6 +14,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.document import Document
+from cdpr.scenario.event_schema import ScenarioEvent
 from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
 from cdpr.scenario.trajectory_schema import Motion
 from cdpr.scenario.yaml_text import dump
@@ -74,6 +76,11 @@ class Scenario:
         """The desired motion, with the initial pose filled in where a pose was left out."""
         return self.sections.trajectory
 
+    @cached_property
+    def controlled(self) -> Robot:
+        """The robot as the distribution of tensions sees it: its `dof` are the controlled directions alone."""
+        return replace(self.robot, dof=self.sections.controlled or self.robot.dof)
+
     @property
     def controller(self) -> ControllerSection:
         """Type of the controller."""
@@ -83,6 +90,11 @@ class Scenario:
     def solver(self) -> SolverSection:
         """Type of the tension solver, and what to do while a wrench is infeasible."""
         return self.sections.solver
+
+    @property
+    def events(self) -> tuple[ScenarioEvent, ...]:
+        """What happens during the run, each cable by its name."""
+        return tuple(self.sections.events)
 
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""

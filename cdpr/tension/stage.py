@@ -11,7 +11,7 @@ from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
-from cdpr.tension.checks import accept, select
+from cdpr.tension.checks import accept, impose, select
 from cdpr.tension.policy import Policy, action, fall_back
 from cdpr.tension.status import Status
 
@@ -29,19 +29,20 @@ class TensionStage:
     """Turns a wrench into tensions, once per control step.
 
     Args:
-        robot: gives the limits.
+        robot: gives the limits, and as its degrees of freedom the directions in which the wrench is to be balanced.
         solve: the solver's bound method.
         name: the solver's name, for messages.
         respects_bounds: what the solver declares.
         policy: what to do where the solver has no admissible answer: the nearest wrench within the limits (or, from a
             solver that respects none, its answer clipped), the previous tensions, or stop.
-        W: (6, m) wrench matrix, live. The solver gets the rows of the robot's degrees of freedom.
+        W: (6, m) wrench matrix, live. The solver gets the rows of these directions.
         wrench: (6,) wanted wrench, live; likewise.
         tension: (m,) result.
         report: (4,) status, residual (N), margin (N), cables at a limit.
 
     Attributes:
         limits: (2, m) lower and upper limits, N, live.
+        held: (m,) tensions, N, that `impose` gives the cables whatever was distributed; NaN for those that are free.
         answered: whether the solver has written anything into its answer where it had to be replaced.
     """
 
@@ -70,10 +71,12 @@ class TensionStage:
             self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
+        self.held = np.full(robot.m, np.nan)
         # The solver cannot change what its answer is checked against.
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
         self._solve = partial(solve, *given, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
+        self._impose = partial(impose, self.held, W, wrench, weights, limits, tension, report)
         spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
         self._actions = action(policy, True), action(policy, respects_bounds)  # without an answer, and with one
         self._arguments = (W, wrench, weights, limits, answer, tension, report, spare)
@@ -95,6 +98,12 @@ class TensionStage:
             status = self._accept()
         if status != 0:
             self._replace(status, answered)
+
+    def impose(self) -> None:
+        """Give the cables the tensions that they are `held` at, and report what all tensions do for the wrench."""
+        if self._select is not None:
+            self._select()
+        self._impose()
 
     def warm_up_policy(self) -> None:
         """Call what only an infeasible wrench needs, so that it does not compile in the loop."""
