@@ -18,6 +18,7 @@ settings.register_profile("cdpr", deadline=None, derandomize=True)
 settings.load_profile("cdpr")
 
 ROOT = Path(__file__).parent.parent
+TRAPS = ROOT / "tests" / "plugins" / "traps" / "installed"
 FAULTY = ROOT / "tests" / "plugins" / "faulty"
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -75,6 +76,15 @@ def offset_robot() -> Robot:
 def faulty_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Installs, here and in workers, a controller that raises, hangs, crashes, exits or is killed."""
     monkeypatch.syspath_prepend(str(FAULTY))
+    registry.cache_clear()
+    yield
+    registry.cache_clear()
+
+
+@pytest.fixture
+def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Installs, here and in workers, a backend that is another one with a fault."""
+    monkeypatch.syspath_prepend(str(TRAPS))
     registry.cache_clear()
     yield
     registry.cache_clear()

@@ -23,6 +23,8 @@ COMMANDS = {
     "solvers": "List the tension solvers: what they minimise, promise and take.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
+    "compare": "Run a scenario on several engines, or take finished runs, and tell whether they agree.",
+    "baseline": "Keep runs in small files, and tell later whether they are still the same.",
     "study": "Run a scenario with any of its keys varied, on all cores or a cluster.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",

@@ -33,7 +33,7 @@ class RunFolder:
 
     def __init__(self, out: Path | None, header: Header, argv: Sequence[str] = ()) -> None:
         started = run_json.now()
-        self.path = new_folder(header.scenario, header.backend) if out is None else _empty(out)
+        self.path = new_folder(header.scenario, header.backend) if out is None else empty_folder(out)
         self._started: dict[str, Any] = {
             "argv": list(argv),
             "started": started.isoformat(timespec="seconds"),
@@ -68,7 +68,8 @@ def new_folder(*names: str) -> Path:
     raise AssertionError("unreachable")
 
 
-def _empty(folder: Path) -> Path:
+def empty_folder(folder: Path) -> Path:
+    """Make a folder that is empty, or take one; OutputError where it is not or cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         taken = any(folder.iterdir())

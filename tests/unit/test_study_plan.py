@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -231,3 +232,13 @@ def test_other_kinds_of_files(tmp_path):
 @pytest.mark.parametrize("path", sorted((ROOT / "scenarios" / "studies").glob("*.yaml")), ids=lambda path: path.stem)
 def test_shipped_studies_are_valid(path):
     assert len(load_study(path).cases) > 1
+
+
+def test_the_example_of_the_reference_page_is_valid(tmp_path):
+    (text,) = re.findall(
+        r"^```yaml\n(.*?)^```$", (ROOT / "docs" / "study_files.md").read_text(), re.DOTALL | re.MULTILINE
+    )
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    path = tmp_path / "study.yaml"
+    path.write_text(text.replace("../caroca.yaml", "scenarios/caroca.yaml"))
+    assert len(load_study(path).cases) == 2 * 2 * 2 * (4 + 3)

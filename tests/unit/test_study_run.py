@@ -6,6 +6,7 @@ import csv
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 
 import pytest
 from conftest import ROOT
@@ -146,3 +147,26 @@ def test_command(tmp_path):
     listed = subprocess.run(command(study, tmp_path / "no", "--dry-run"), capture_output=True, text=True, cwd=ROOT)
     assert "6 cases, all valid" in listed.stdout
     assert not (tmp_path / "no").exists()
+
+
+@pytest.mark.parametrize(
+    ("found", "code"),
+    [
+        ([("infeasible", 4), ("diverged", 5)], ExitCode.OK),
+        ([("failed", 3), ("failed", 8)], ExitCode.PLUGIN),
+        ([("failed", 3), ("hung", 6)], ExitCode.BACKEND_DIED),
+    ],
+)
+def test_exit_codes(computed, found, code):
+    changed = [{**computed.rows[case.id]} for case in computed.study.cases]
+    for row, (status, number) in zip(changed, found, strict=False):
+        row.update(status=status, code=number)
+    assert replace(computed, rows={row["key"]: row for row in changed}).exit_code == code
+
+
+def test_a_bad_study_runs_nothing(tmp_path):
+    study = write_study(tmp_path, "axes:\n  - {key: controller.kp, values: [1, -1]}")
+    done = subprocess.run(command(study, tmp_path / "out"), capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == ExitCode.BAD_INPUT
+    assert "study.yaml:4:38: controller.kp: must be" in done.stderr
+    assert not (tmp_path / "out").exists()
