@@ -57,7 +57,14 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
         trajectory = trajectory.filled(table)
     events = [named(event, [cable.name for cable in robot.cables]) for event in sections.events]
     return Scenario(
-        sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory, "events": events}),
+        sections=sections.model_copy(
+            update={
+                "robot": robot,
+                "trajectory": trajectory,
+                "controlled": sections.controlled or robot.dof,
+                "events": events,
+            }
+        ),
         robot=robot.to_robot(),
         controller_options=controller_options,
         solver_options=solver_options,

@@ -40,7 +40,7 @@ def build(scenario: Scenario) -> Parts:
     }
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
-    solver: TensionSolver = chosen["solver"].make(robot, scenario.solver_options)
+    solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
     controller: Controller = chosen["controller"].make(
         robot, gravity, simulation.control_step, scenario.controller_options
     )
@@ -50,6 +50,7 @@ def build(scenario: Scenario) -> Parts:
     backend.reset(scenario.initial.state())
     return Parts(
         robot=robot,
+        controlled=scenario.controlled,
         trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
         controller=controller,
         solver=solver,
@@ -95,6 +96,7 @@ def make_header(scenario: Scenario) -> Header:
         tension_max=tuple(robot.tension_max.tolist()),
         characteristic_length=robot.characteristic_length,
         shape=robot.platform.outline,
+        controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
         versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
     )
