@@ -18,11 +18,13 @@ class ComputedTorqueOptions(PluginOptions):
 
     kp: Gains = Field(
         100.0,
-        description="proportional gain, a number or one per degree of freedom",
+        description="proportional gain, one number or six: x, y, z, rx, ry, rz",
         json_schema_extra={"unit": "1/s^2"},
     )
     kd: Gains = Field(
-        20.0, description="damping gain, a number or one per degree of freedom", json_schema_extra={"unit": "1/s"}
+        20.0,
+        description="damping gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s"},
     )
 
 
@@ -31,11 +33,13 @@ class StaticOptions(PluginOptions):
 
     kp: Gains = Field(
         50.0,
-        description="proportional gain, a number or one per degree of freedom",
+        description="proportional gain, one number or six: x, y, z, rx, ry, rz",
         json_schema_extra={"unit": "1/s^2"},
     )
     kd: Gains = Field(
-        50.0, description="damping gain, a number or one per degree of freedom", json_schema_extra={"unit": "1/s"}
+        50.0,
+        description="damping gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s"},
     )
 
 
@@ -44,18 +48,22 @@ class PidOptions(PluginOptions):
 
     kp: Gains = Field(
         100.0,
-        description="proportional gain, a number or one per degree of freedom",
+        description="proportional gain, one number or six: x, y, z, rx, ry, rz",
         json_schema_extra={"unit": "1/s^2"},
     )
     ki: Gains = Field(
-        100.0, description="integral gain, a number or one per degree of freedom", json_schema_extra={"unit": "1/s^3"}
+        100.0,
+        description="integral gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s^3"},
     )
     kd: Gains = Field(
-        20.0, description="damping gain, a number or one per degree of freedom", json_schema_extra={"unit": "1/s"}
+        20.0,
+        description="damping gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s"},
     )
     integral_limit: Gains = Field(
         10.0,
-        description="largest acceleration that the integral asks for, a number or one per degree of freedom",
+        description="largest acceleration that the integral asks for, one number or six: x, y, z, rx, ry, rz",
         json_schema_extra={"unit": "m/s^2 and rad/s^2"},
     )
 

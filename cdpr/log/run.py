@@ -63,6 +63,7 @@ class Event:
     kind: str  # "infeasible", "diverged", "stopped", "interrupted", ...
     text: str
     until: float | None = None  # s, where it lasted
+    cable: str | None = None  # the one that it concerns
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,13 +25,22 @@ class Scene:
     position: Array  # (K, 3), m
     orientation: Array  # (K, 4), quaternion w, x, y, z
     desired: Array | None = None  # (K, 3), m, positions, where they are something else
+    broken: frozenset[str] = frozenset()  # cables that are no more at the end
 
     @classmethod
     def of_run(cls, run: Run) -> Scene:
         """Return what there is to draw of a run."""
         head = run.header
-        anchors = np.array(head.anchors)
-        return cls(head.cables, anchors, head.shape, run.time, run.position, run.orientation, run.desired_position)
+        return cls(
+            cables=head.cables,
+            anchors=np.array(head.anchors),
+            shape=head.shape,
+            time=run.time,
+            position=run.position,
+            orientation=run.orientation,
+            desired=run.desired_position,
+            broken=frozenset(event.cable for event in run.events if event.cable and event.kind == "cable_break"),
+        )
 
     @classmethod
     def of_robot(cls, robot: Robot, time: Array, pose: Array) -> Scene:

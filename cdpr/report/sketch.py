@@ -70,7 +70,9 @@ def draw(scene: Scene) -> Chart:
     _write_labels(axes, labels, hull.mean(axis=0), reach)
     if not short:
         named = zip(names, scene.cables, cable_looks(scene.cables), strict=True)
-        entries += [(f"{i}: {shorten(name, 23)}", look) for i, name, look in named]
+        entries += [
+            (f"{i}: {shorten(name, 23)}" + " (broken)" * (name in scene.broken), look) for i, name, look in named
+        ]
     write_legend(chart, entries, (WIDTH - right, height - TOP))
     return chart
 
@@ -133,8 +135,9 @@ def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int], A: Array, B:
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
     _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": "#e9eef4", "zorder": 2.5})
     tips = p + B @ R.T
-    for a, b, look in zip(A, tips, cable_looks(scene.cables), strict=True):
-        _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
+    for name, a, b, look in zip(scene.cables, A, tips, cable_looks(scene.cables), strict=True):
+        if name not in scene.broken:
+            _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
     x, y = view[:2] @ np.concatenate([A, tips]).T
     axes.add_artist(Line2D(x, y, linestyle="", marker="o", markersize=2.6, color=INK, zorder=3.5))
     if not moves:

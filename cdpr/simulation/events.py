@@ -80,7 +80,8 @@ def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
         if not broken and k < len(rows):
             tension = rows[k, header.layout.columns["tension"]][header.cables.index(str(event.cable))]
             what = f"jams at {tension:.5g} N"
-        yield Event(time, event.type, f"cable '{event.cable}' {what}" + ("" if known > time else ", known at once"))
+        text = f"cable '{event.cable}' {what}" + ("" if known > time else ", known at once")
+        yield Event(time, event.type, text, cable=str(event.cable))
         if known > time:
             what = "broken" if broken else "jammed"
             yield Event(known, "detected", f"the distribution learns that cable '{event.cable}' is {what}")

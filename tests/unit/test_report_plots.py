@@ -287,3 +287,10 @@ def test_pyplot_is_not_loaded() -> None:
 def test_a_run_without_a_sample_has_empty_figures() -> None:
     run: Run = CASES["no row"]()
     assert plots.overview(run).axes[0].lines[0].get_xdata().size == 0
+
+
+def test_a_broken_cable_is_gone_at_the_end():
+    run = make_run()
+    gone = replace(run, events=(Event(0.1, "cable_break", "", cable=run.header.cables[1]),))
+    whole, seven = (len(sketch.robot(each).axes[0].lines) for each in (run, gone))
+    assert seven == whole - 1
