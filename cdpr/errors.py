@@ -49,6 +49,10 @@ class OutputError(CdprError):
     exit_code = ExitCode.NOT_WRITABLE
 
 
+class FmuError(CdprError):
+    """An FMU cannot be used: its file is unsound, not trusted, for another machine, or does not fit the robot."""
+
+
 class LogError(CdprError):
     """A run folder or its log cannot be read."""
 
