@@ -21,11 +21,14 @@ Isolation = Literal["process", "inproc"]
 RATIO_TOLERANCE = 1e-9
 
 
-def run_fmu(archive: Archive, mapping: Mapping, step: float, isolation: Isolation, timeout: float) -> Instance:
+def run_fmu(
+    archive: Archive, name: str, mapping: Mapping, step: float, isolation: Isolation, timeout: float
+) -> Instance:
     """Extract an FMU that is trusted and make an instance, still to be started.
 
     Args:
         archive: the FMU; whether its code may run was decided before.
+        name: what to call it in messages.
         mapping: which of its variables are exchanged.
         step: communication step, s.
         isolation: a process of its own, or this one.
@@ -39,7 +42,7 @@ def run_fmu(archive: Archive, mapping: Mapping, step: float, isolation: Isolatio
     try:
         library = extract(archive, folder)
         plan = Plan(
-            name=archive.path.name,
+            name=name,
             fmi=about.fmi,
             token=about.token,
             library=str(library),
