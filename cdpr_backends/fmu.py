@@ -137,7 +137,7 @@ class FmuBackend(Backend):
 
     def _exported(self) -> Archive:
         """Return the robot as an FMU of our own; its state comes with `reset`."""
-        plant = Plant(self.robot, self.gravity, self.physics_step, kinematics.make_state(np.zeros(3)))
+        plant = Plant(self.robot, self.gravity, float(self.physics_step), kinematics.make_state(np.zeros(3)))
         archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
         if not archive.sha256.startswith(archive.path.stem):
             raise FmuError(f"{archive.path}: was changed since cdpr made it; remove it")

@@ -26,8 +26,8 @@ from cdpr.fmu.worker import DONE, FAILED, FORGET, HEAD, MOST, REFRESH, RESTORE, 
 
 START_SECONDS = 30.0  # for starting the process, loading, instantiating and initialising
 CLOSE_SECONDS = 0.5  # for the FMU to end by itself
-LINES = 20  # of what it printed and logged that are kept
-LINE = 2000  # bytes of each
+LINES = 5  # of what it printed and logged that are kept
+LINE = 300  # bytes of each
 CHUNK = 2**16
 
 ERRORS: dict[str, type[CdprError]] = {kind.__name__: kind for kind in (BackendDied, FmuError, PlantEnded)}
@@ -145,7 +145,6 @@ class Process(Instance):
             self._fail(_epitaph(self._process.returncode))
         if answer[:1] == FAILED:
             name, text = json.loads(answer[1:])
-            self._end()
             raise ERRORS.get(name, BackendDied)(f"{text}{self._last_words}")
         if answer[:1] != DONE or len(answer) != HEAD.size + self.outputs.nbytes:
             self._end()

@@ -25,13 +25,13 @@ from cdpr.errors import BackendDied, FmuError, PlantEnded
 from cdpr.fmu.instance import Instance, Plan, Setting
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
-WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
+WARNING, DISCARD, FATAL = 1, 2, 4
 TERMINATED = 3  # of fmi2StatusKind
 
 TIME_TOLERANCE = 1e-9  # share of the time, at least of 1 s: an FMU may add up its steps
 
-LINES = 20  # of the log that are kept
-LINE = 2000  # letters of one message that are kept
+LINES = 5  # of the log that are kept
+LINE = 300  # letters of one message that are kept
 
 NEEDED = ("FreeInstance", "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "DoStep")
 
@@ -66,8 +66,7 @@ class Slave(Instance):
         self.hear = self.log.append if hear is None else hear
         self._instance: ctypes.c_void_p | None = None
         self._library: Any = None
-        self._started = False
-        self._failed = 0  # the worst status so far that ends the use of the instance
+        self._started = self._running = self._fatal = False
         self._kept: dict[int, tuple[ctypes.c_void_p, int]] = {}  # states and their steps
         self._numbers = count(1)
         self._environment = next(_environments)
@@ -102,10 +101,12 @@ class Slave(Instance):
         self._initialize()
         self._write()
         self._call("ExitInitializationMode")
+        self._running = True
         self._read()
 
     def step(self, n: int) -> None:
         """Advance by n communication steps."""
+        self._check_running()
         self._write()
         for _ in range(n):
             self._advance(self.time)
@@ -114,6 +115,7 @@ class Slave(Instance):
 
     def refresh(self) -> None:
         """Read the outputs that follow from the present inputs without a step."""
+        self._check_running()
         self._write()
         self._read()
 
@@ -140,13 +142,14 @@ class Slave(Instance):
         """Free instance and library; may be called again. After Fatal nothing of the FMU may be called any more."""
         library, self._library = self._library, None
         instance, self._instance = self._instance, None
-        if library is None or self._failed == FATAL:
+        running, self._running = self._running, False
+        if library is None or self._fatal:
             return
         functions, self._functions = self._functions, {}
         if instance is not None:
             for state, _ in self._kept.values():
                 functions[f"Free{self.state}"](instance, ctypes.byref(state))
-            if self._started and not self._failed:
+            if running:
                 functions["Terminate"](instance)
             functions["FreeInstance"](instance)
         _open.pop(self._environment, None)
@@ -209,13 +212,19 @@ class Slave(Instance):
         """What follows the values: their number, in FMI 3."""
         return ()
 
+    def _check_running(self) -> None:
+        if not self._running:
+            raise BackendDied(f"FMU '{self.plan.name}' has ended; only a reset can make it go on")
+
     def _call(self, name: str, *arguments: Any) -> None:
+        if self._fatal or self._instance is None:
+            raise BackendDied(f"FMU '{self.plan.name}' is closed or failed for good; nothing of it may be called")
         status = self._functions[name](self._instance, *arguments)
         if status > WARNING:
             self._fail(name, status)
 
     def _fail(self, name: str, status: int) -> NoReturn:
-        self._failed = max(self._failed, status)
+        self._running, self._fatal = False, self._fatal or status == FATAL
         what = STATUS[status] if 0 <= status < len(STATUS) else str(status)
         raise BackendDied(f"FMU '{self.plan.name}': {self.prefix}{name} returned {what}{self.last_words}")
 
@@ -223,6 +232,7 @@ class Slave(Instance):
         raise FmuError(f"FMU '{self.plan.name}' {text}")
 
     def _end(self) -> NoReturn:
+        self._running = False
         raise PlantEnded(f"FMU '{self.plan.name}' asked for the end of the simulation{self.last_words}")
 
 
@@ -300,7 +310,7 @@ class Slave3(Slave):
             self._end()
         end, reached = time + step, self._reached.value
         if not abs(reached - end) <= TIME_TOLERANCE * max(1.0, end):
-            self._failed = ERROR
+            self._running = False
             raise BackendDied(
                 f"FMU '{self.plan.name}' was to go to {end:.9g} s and says that it is at {reached:.9g} s: its own step "
                 f"does not divide the communication step of {step:g} s{self.last_words}"

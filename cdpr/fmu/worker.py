@@ -76,7 +76,7 @@ def _made(line: socket.socket, plan: dict[str, Any]) -> Instance | None:
 
 
 def _serve(line: socket.socket, instance: Instance) -> None:
-    """Answer requests until there are no more, or one fails."""
+    """Answer requests until there are no more."""
     request = bytearray(MOST)
     answer = bytearray(HEAD.size + instance.outputs.nbytes)
     inputs, outputs = instance.inputs.view(np.uint8), instance.outputs.view(np.uint8)
@@ -100,7 +100,7 @@ def _serve(line: socket.socket, instance: Instance) -> None:
                 result = operations[operation](number)
         except CdprError as error:
             line.send(_failure(error))
-            return
+            continue
         HEAD.pack_into(answer, 0, DONE, result or 0)
         told[:] = outputs
         line.send(answer)
