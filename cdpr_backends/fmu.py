@@ -16,10 +16,8 @@ from cdpr.errors import FmuError, PluginError
 from cdpr.fmu.archive import Archive, open_archive
 from cdpr.fmu.exchange import STATE, normalise, reader, writer
 from cdpr.fmu.export import Plant, cached_fmu
-from cdpr.fmu.instance import Setting
-from cdpr.fmu.mapping import map_signals
-from cdpr.fmu.parameters import Parameters
-from cdpr.fmu.running import run_fmu
+from cdpr.fmu.parameters import Known, robot_parameters
+from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
 from cdpr.model import Robot, kinematics
 from cdpr.model.robot import Array
@@ -55,29 +53,25 @@ class FmuBackend(Backend):
     """One FMU with the commands as inputs and the platform's state as outputs.
 
     Attributes:
-        archive: the FMU's file.
-        mapping: which of its variables are which signals.
-        filled: the parameters that were filled in from the robot and the initial state.
+        fmu: file, mapping and instance.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         own = options.file is None
-        self.name = f"{robot.name} as exported" if own else options.file
-        self.archive = self._exported() if own else open_archive(options.path(options.file))
+        archive = self._exported() if own else open_archive(options.path(options.file))
         if not own:
-            require_trust(self.archive, options.sha256)
+            require_trust(archive, options.sha256)
         self._ratio = self._steps_in(physics_step)
-        self.mapping = map_signals(self.archive.description, robot, options.signals, "plant")
-        self.filled: list[str] = []
-        isolation = options.isolation or ("inproc" if own else "process")
+        name = f"{robot.name} as exported" if own else options.file
         step = physics_step / self._ratio
-        self._fmu = fmu = run_fmu(self.archive, self.name, self.mapping, step, isolation, options.step_timeout)
-        inputs, outputs = self.mapping.inputs, self.mapping.outputs
-        self._command = "cable_tension" if "cable_tension" in inputs.ports else "command"
-        self._put_command = writer(inputs, {self._command: 0}, fmu.inputs)
-        self._put_external = writer(inputs, {"external_wrench": 0}, fmu.inputs)
-        self._read_state = reader(outputs, STATE, fmu.outputs, self.state)
+        self.fmu = RunningFmu(archive, name, "plant", robot, step, options, "inproc" if own else "process")
+        self._instance = instance = self.fmu.instance
+        inputs, outputs = self.fmu.mapping.inputs, self.fmu.mapping.outputs
+        command = "cable_tension" if "cable_tension" in inputs.ports else "command"
+        self._put_command = writer(inputs, {command: 0}, instance.inputs)
+        self._put_external = writer(inputs, {"external_wrench": 0}, instance.inputs)
+        self._read_state = reader(outputs, STATE, instance.outputs, self.state)
         self._takes_wrench = "external_wrench" in inputs.ports
         self._unwanted: list[int] = []  # states that the FMU keeps for snapshots that are gone
 
@@ -86,39 +80,39 @@ class FmuBackend(Backend):
         start = np.array(state, dtype=np.float64)
         self.state[:] = kinematics.make_state(np.zeros(3))  # what the FMU does not tell
         self._put()
-        self._fmu.start(self._settings(start))
+        self.fmu.start(self._known(start))
         self._get()
         self._check(start)
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         self._put()
-        self._fmu.step(n * self._ratio)
+        self._instance.step(n * self._ratio)
         self._get()
 
     def engine_time(self) -> float:
         """Return the FMU's time, s."""
-        return self._fmu.time
+        return self._instance.time
 
     def snapshot(self) -> object:
         """Let the FMU keep its state."""
-        if not self._fmu.plan.saves:
-            raise PluginError(f"the FMU '{self.name}' cannot save its state (canGetAndSetFMUState is false)")
+        if not self._instance.plan.saves:
+            raise PluginError(f"the FMU '{self.fmu.name}' cannot save its state (canGetAndSetFMUState is false)")
         while self._unwanted:
-            self._fmu.forget(self._unwanted.pop())
-        snapshot = Snapshot(self._fmu.save(), save(self._arrays))
+            self._instance.forget(self._unwanted.pop())
+        snapshot = Snapshot(self._instance.save(), save(self._arrays))
         # Not freed at once: the collector may run while the FMU is being asked something else.
         weakref.finalize(snapshot, self._unwanted.append, snapshot.number).atexit = False
         return snapshot
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        self._fmu.restore(snapshot.number)
+        self._instance.restore(snapshot.number)
         put_back(snapshot.arrays, self._arrays)
 
     def close(self) -> None:
         """End the FMU, its process and its folder."""
-        self._fmu.close()
+        self.fmu.close()
 
     @property
     def _arrays(self) -> tuple[Array, ...]:
@@ -129,7 +123,7 @@ class FmuBackend(Backend):
         if self._takes_wrench:
             self._put_external(self.external)
         elif self.external.any():
-            raise PluginError(f"the FMU '{self.name}' has no input for an external wrench, but one acts")
+            raise PluginError(f"the FMU '{self.fmu.name}' has no input for an external wrench, but one acts")
 
     def _get(self) -> None:
         self._read_state()
@@ -154,52 +148,35 @@ class FmuBackend(Backend):
             )
         return ratio
 
-    def _settings(self, state: Array) -> list[Setting]:
-        """Return the start values: those of the initial state, then of the robot, then the scenario's own."""
-        parameters = Parameters(self.archive.description)
-        known: dict[str, tuple[Any, str]] = {
-            f"initial_{name}": (state[span], unit) for name, (span, unit) in START.items()
-        }
+    def _known(self, state: Array) -> dict[str, Known]:
+        """What can be said of the start, of the step and, if wanted, of the robot."""
+        known: dict[str, Known] = {f"initial_{name}": (state[span], unit) for name, (span, unit) in START.items()}
         if self.options.from_robot:
-            known |= self._robot()
-        self.filled = [name for name, (value, unit) in known.items() if parameters.fill(name, value, unit)]
-        parameters.give(self.options.parameters)
-        return parameters.settings()
-
-    def _robot(self) -> dict[str, tuple[Any, str]]:
-        """What parameters may say of the robot, by the names that cdpr exports: value and unit."""
-        platform = self.robot.platform
-        order = self.options.signals.cable_order or range(1, self.robot.m + 1)
-        anchors = self.robot.anchors[np.argsort(order)]  # in the FMU's order of cables
-        return {
-            "mass": (platform.mass, "kg"),
-            "center_of_mass": (platform.center_of_mass, "m"),
-            "inertia": (platform.inertia, "kg.m2"),
-            "gravity": (self.gravity, "m/s2"),
-            "physics_step": (self.physics_step, "s"),
-            "frame_anchors": (anchors[:, :3], "m"),
-            "platform_anchors": (anchors[:, 3:], "m"),
-        }
+            known["physics_step"] = (self.physics_step, "s")
+            known |= robot_parameters(self.robot, self.gravity, self.options.signals.cable_order)
+        return known
 
     def _check(self, start: Array) -> None:
         """Raise FmuError unless the FMU is where the scenario is."""
         norm = float(np.linalg.norm(self.state[3:7]))
         if not abs(norm - 1.0) <= NORM_TOLERANCE:
-            self._refuse(f"starts with a quaternion {_brief(self.state[3:7])} of norm {norm:.4g}, not 1: check its order")
+            self._refuse(
+                f"starts with a quaternion {_brief(self.state[3:7])} of norm {norm:.4g}, not 1: check its order"
+            )
         if self.state[3:7] @ start[3:7] < 0.0:
             start[3:7] *= -1.0
         for name, (span, unit) in START.items():
             said, wanted = self.state[span], start[span]
             if not np.abs(said - wanted).max() <= START_TOLERANCE * max(1.0, float(np.abs(wanted).max())):
-                can = f"initial_{name}" in self.filled
+                can = f"initial_{name}" in self.fmu.filled
                 self._refuse(
                     f"starts with the {name} {_brief(said)}, the scenario with {_brief(wanted)} ({unit}); "
                     + ("check the mapping of its signals and their units" if can else ELSEWHERE)
                 )
-        port = self.mapping.outputs.ports.get("cable_length")
+        port = self.fmu.mapping.outputs.ports.get("cable_length")
         if port is not None:
             said, wanted = np.empty(self.robot.m), kinematics.lengths(self.robot, start)
-            port.read(self._fmu.outputs, said)
+            port.read(self._instance.outputs, said)
             if not (np.abs(said - wanted) <= LENGTH_TOLERANCE * wanted).all():
                 self._refuse(
                     f"says that its cables are {_brief(said)} m long at the start, the robot's are {_brief(wanted)} m: "
@@ -207,7 +184,7 @@ class FmuBackend(Backend):
                 )
 
     def _refuse(self, text: str) -> None:
-        raise FmuError(f"the FMU '{self.name}' {text}")
+        raise FmuError(f"the FMU '{self.fmu.name}' {text}")
 
 
 def _brief(values: Array) -> str:

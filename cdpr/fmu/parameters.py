@@ -12,8 +12,28 @@ from cdpr.errors import FmuError
 from cdpr.fmu.instance import Setting, Value
 from cdpr.fmu.model import REALS, Element, ModelDescription, Variable
 from cdpr.fmu.units import alike, known_unit, si
+from cdpr.model import Robot
+from cdpr.model.robot import Array
 
 FLOATS = (*REALS, "Float32")
+Known = tuple[ArrayLike, str]  # a value in SI units, and its unit
+
+
+def robot_parameters(robot: Robot, gravity: Array, order: Sequence[int] | None) -> dict[str, Known]:
+    """Return what parameters may say of the robot, by the names that cdpr exports.
+
+    `order` holds the FMU's number, from 1, of each cable.
+    """
+    platform = robot.platform
+    anchors = robot.anchors if order is None else robot.anchors[np.argsort(order)]
+    return {
+        "mass": (platform.mass, "kg"),
+        "center_of_mass": (platform.center_of_mass, "m"),
+        "inertia": (platform.inertia, "kg.m2"),
+        "gravity": (gravity, "m/s2"),
+        "frame_anchors": (anchors[:, :3], "m"),
+        "platform_anchors": (anchors[:, 3:], "m"),
+    }
 
 
 class Parameters:
@@ -37,7 +57,9 @@ class Parameters:
             found = self.description.find(name)
             variable = found.variable if isinstance(found, Element) else found
             if variable.causality != "parameter":
-                raise FmuError(f"parameters.{name}: it is of causality {variable.causality}; only parameters can be set")
+                raise FmuError(
+                    f"parameters.{name}: it is of causality {variable.causality}; only parameters can be set"
+                )
             wanted = 1 if isinstance(found, Element) else variable.size
             items = [value] if isinstance(value, (bool, int, float, str)) else list(value)
             if len(items) != wanted:

@@ -6,14 +6,19 @@ import math
 import shutil
 import tempfile
 import warnings
+from collections.abc import Mapping as MappingType
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from cdpr.errors import FmuError
 from cdpr.fmu.archive import Archive, extract
 from cdpr.fmu.instance import Instance, Plan
-from cdpr.fmu.mapping import Mapping
+from cdpr.fmu.mapping import map_signals
+from cdpr.fmu.options import FmuFile
+from cdpr.fmu.parameters import Known, Parameters
 from cdpr.fmu.ports import Side
+from cdpr.fmu.signals import Role
+from cdpr.model import Robot
 
 Isolation = Literal["process", "inproc"]
 
@@ -21,54 +26,90 @@ Isolation = Literal["process", "inproc"]
 RATIO_TOLERANCE = 1e-9
 
 
-def run_fmu(
-    archive: Archive, name: str, mapping: Mapping, step: float, isolation: Isolation, timeout: float
-) -> Instance:
-    """Extract an FMU that is trusted and make an instance, still to be started.
+class RunningFmu:
+    """One FMU in one role for one robot: mapped, with an instance, still to be started.
 
     Args:
         archive: the FMU; whether its code may run was decided before.
         name: what to call it in messages.
-        mapping: which of its variables are exchanged.
+        role: what it is to be.
+        robot: whose signals it exchanges.
         step: communication step, s.
-        isolation: a process of its own, or this one.
-        timeout: longest wall time of a call, s; without effect in this process.
+        options: what the scenario says of it.
+        isolation: where it runs unless the options say so.
+
+    Attributes:
+        mapping: which of its variables are which signals.
+        instance: where it runs.
+        filled: names of the parameters that `start` filled in.
 
     Raises FmuError where the FMU cannot be used so, BackendDied where it fails.
     """
-    about = archive.description
-    check_step(archive, step)
-    folder = tempfile.mkdtemp(prefix="cdpr-fmu-")
-    try:
-        library = extract(archive, folder)
-        plan = Plan(
-            name=name,
-            fmi=about.fmi,
-            token=about.token,
-            library=str(library),
-            resources=str(Path(folder).resolve() / "resources"),
-            inputs=_exchanged(mapping.inputs),
-            outputs=_exchanged(mapping.outputs),
-            step=step,
-            saves=about.capabilities.get_set_state,
-            alone=about.capabilities.once_per_process,
-        )
-        instance = _make(plan, folder, isolation, timeout)
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    instance.inputs[:] = mapping.inputs.start()
-    return instance
 
+    def __init__(
+        self, archive: Archive, name: str, role: Role, robot: Robot, step: float, options: FmuFile, isolation: Isolation
+    ) -> None:
+        self.archive, self.name, self.options = archive, name, options
+        self.filled: list[str] = []
+        self.isolation = options.isolation or isolation
+        self.mapping = map_signals(archive.description, robot, options.signals, role)
+        self.instance = self._instance(step)
+        self.instance.inputs[:] = self.mapping.inputs.start()
 
-def _make(plan: Plan, folder: str, isolation: Isolation, timeout: float) -> Instance:
-    if isolation == "inproc":
-        from cdpr.fmu import slave  # loads FMPy
+    def start(self, known: MappingType[str, Known]) -> None:
+        """Start it anew with the parameters of the scenario, and those among `known` that it has."""
+        parameters = Parameters(self.archive.description)
+        self.filled = [name for name, (value, unit) in known.items() if parameters.fill(name, value, unit)]
+        parameters.give(self.options.parameters)
+        self.instance.start(parameters.settings())
 
-        return slave.make(plan, folder)
-    from cdpr.fmu.process import Process
+    def describe(self) -> dict[str, Any]:
+        """Return plain data for the record of a run."""
+        about = self.archive.description
+        return {
+            "file": str(self.archive.path),
+            "sha256": self.archive.sha256,
+            "model": about.name,
+            "fmi": about.fmi,
+            "tool": about.tool,
+            "isolation": self.isolation,
+            "step": self.instance.plan.step,
+            "filled": self.filled,
+            "mapping": self.mapping.describe(),
+        }
 
-    return Process(plan, folder, timeout)
+    def close(self) -> None:
+        """End it, its process and its folder; may be called again."""
+        self.instance.close()
+
+    def _instance(self, step: float) -> Instance:
+        archive, about = self.archive, self.archive.description
+        check_step(archive, step)
+        folder = tempfile.mkdtemp(prefix="cdpr-fmu-")
+        try:
+            library = extract(archive, folder)
+            plan = Plan(
+                name=self.name,
+                fmi=about.fmi,
+                token=about.token,
+                library=str(library),
+                resources=str(Path(folder).resolve() / "resources"),
+                inputs=_exchanged(self.mapping.inputs),
+                outputs=_exchanged(self.mapping.outputs),
+                step=step,
+                saves=about.capabilities.get_set_state,
+                alone=about.capabilities.once_per_process,
+            )
+            if self.isolation == "inproc":
+                from cdpr.fmu import slave  # loads FMPy
+
+                return slave.make(plan, folder)
+            from cdpr.fmu.process import Process
+
+            return Process(plan, folder, self.options.step_timeout)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
 
 
 def check_step(archive: Archive, step: float) -> None:

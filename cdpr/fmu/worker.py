@@ -17,7 +17,7 @@ import socket
 import struct
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import sleep
 from typing import Any
 
@@ -34,7 +34,7 @@ MOST = 200_000  # bytes of a packet: what Linux sends at once
 ORPHAN_SECONDS = 0.5  # how long this process may outlive its parent
 
 
-def encode(settings: list[Setting]) -> bytes:
+def encode(settings: Sequence[Setting]) -> bytes:
     """Settings as JSON."""
     return json.dumps([dataclasses.astuple(setting) for setting in settings]).encode()
 

@@ -28,9 +28,13 @@ def configuration(variables: Sequence[Variable], cables: int, token: str) -> str
     return "\n".join(lines) + "\n"
 
 
-def model_description(plant: Plant, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]) -> bytes:
+def model_description(
+    plant: Plant, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]
+) -> bytes:
     """Return modelDescription.xml. In FMI 2 each number is a variable of its own, in FMI 3 arrays are."""
-    public = [(reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"]
+    public = [
+        (reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"
+    ]
     robot = plant.robot
     root = Element(
         "fmiModelDescription",

@@ -90,10 +90,16 @@ class Plant:
             _parameter("physics_step", (), "s", [self.physics_step], "step of the integrator"),
             _parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
             _parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
-            _parameter("initial_position", (3,), "m", state[:3], "position of the platform's origin at the start, world"),
-            _parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, platform to world, w, x, y, z"),
+            _parameter(
+                "initial_position", (3,), "m", state[:3], "position of the platform's origin at the start, world"
+            ),
+            _parameter(
+                "initial_quaternion", (4,), "", state[3:7], "attitude at the start, platform to world, w, x, y, z"
+            ),
             _parameter("initial_velocity", (3,), "m/s", state[7:10], "velocity of the origin at the start, world axes"),
-            _parameter("initial_angular_velocity", (3,), "rad/s", state[10:], "angular velocity at the start, world axes"),
+            _parameter(
+                "initial_angular_velocity", (3,), "rad/s", state[10:], "angular velocity at the start, world axes"
+            ),
         ]
 
     def _inputs(self) -> list[Variable]:
