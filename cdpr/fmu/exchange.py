@@ -13,6 +13,7 @@ from cdpr.fmu.ports import Port, Side
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 
+EXACT = 1e-12  # of the square: what is nearer to 1 was normalised by the FMU
 NEARLY = 2e-3  # of the square: quaternions within 1e-3 of unit length are accepted, as everywhere
 
 Index = NDArray[np.int64]
@@ -87,7 +88,7 @@ def scatter(places: Index, index: Index, scale: Array, offset: Array, signals: A
 def normalise(state: Array) -> None:
     """Make the quaternion of a state (13,) exactly as long as it should be, where it nearly is."""
     square = state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2
-    if abs(square - 1.0) < NEARLY:
+    if EXACT < abs(square - 1.0) < NEARLY:
         norm = math.sqrt(square)
         for i in range(3, 7):
             state[i] /= norm
