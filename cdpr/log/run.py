@@ -79,6 +79,7 @@ class Run:
     events: tuple[Event, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
+    plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
 
     def __repr__(self) -> str:

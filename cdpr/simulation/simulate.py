@@ -129,11 +129,13 @@ class _Attempt:
                 self.recorder.close(self.loop.count)
             except OutputError as unwritable:
                 error = unwritable
-        events = []
+        events, plugins = [], {}
         if self.parts is not None:
+            roles = {"backend": self.parts.backend, "controller": self.parts.controller}
+            plugins = {role: about for role, part in roles.items() if (about := part.describe())}
             status = rows[:, self.header.layout.columns["status"]][:, 0]
             events = tension_events(status, self.header.control_step, self.parts)
-            for role, part in (("backend", self.parts.backend), ("controller", self.parts.controller)):
+            for role, part in roles.items():
                 try:
                     part.close()
                 except (Exception, SystemExit) as foreign:
@@ -153,6 +155,7 @@ class _Attempt:
             events=tuple(events),
             timings={"setup_s": self.started - self.begun, "loop_s": looped - self.started},
             unused=self.scenario.unused,
+            plugins=plugins,
             folder=None if self.folder is None else str(self.folder.path),
         )
         if self.folder is not None:
