@@ -90,11 +90,12 @@ def live(m: int, command: Array, external: Array, body: Array, applied: Array) -
 def settle(fixed: Fixed, live: Live) -> None:
     """Write geometry, tensions and applied wrench at `body`; add what the last tensions did on the way there."""
     m = fixed.cables.shape[0]
+    before = live.light
     for i in range(m):
-        live.work[0] += live.tension[i] * live.length[i]
+        before[i] = live.length[i]
     cable_geometry(fixed.anchors, live.body, live.W, live.length, live.rate)
     for i in range(m):
-        live.work[0] -= live.tension[i] * live.length[i]
+        live.work[0] += live.tension[i] * (before[i] - live.length[i])
     pull(fixed, live)
 
 
