@@ -37,8 +37,12 @@ _COLUMNS = {
     "residual": "residual_N",
     "margin": "margin_N",
     "at_limit": "at_limit",
+    "kinetic": "kinetic_J",
+    "potential": "potential_J",
+    "cable_work": "cable_work_J",
+    "external_work": "external_work_J",
 }
-_WRENCH = [f"wrench_force_{axis}_N" for axis in "xyz"] + [f"wrench_moment_{axis}_Nm" for axis in "xyz"]
+_WRENCH = [f"{{}}_force_{axis}_N" for axis in "xyz"] + [f"{{}}_moment_{axis}_Nm" for axis in "xyz"]
 
 
 def export(run: Run, to: str, out: Path, force: bool = False) -> None:
@@ -73,7 +77,10 @@ def column_names(header: Header) -> list[str]:
     names: list[str] = []
     for field, width in FIELDS:
         parts = header.cables if width == 0 else tuple("wxyz" if width == 4 else "xyz"[:width])
-        names += _WRENCH if field == "wrench" else [_COLUMNS[field].format(part) for part in parts]
+        if width == 6:
+            names += [name.format(field) for name in _WRENCH]
+        else:
+            names += [_COLUMNS[field].format(part) for part in parts]
     return names
 
 

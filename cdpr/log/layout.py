@@ -27,6 +27,11 @@ FIELDS: tuple[tuple[str, int], ...] = (
     ("residual", 1),
     ("margin", 1),
     ("at_limit", 1),
+    ("external", 6),
+    ("kinetic", 1),
+    ("potential", 1),
+    ("cable_work", 1),
+    ("external_work", 1),
 )
 
 

@@ -18,6 +18,7 @@ from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.loop import Parts
+from cdpr.simulation.schedule import stopped
 
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")
@@ -49,7 +50,7 @@ def build(scenario: Scenario) -> Parts:
     backend.reset(scenario.initial.state())
     return Parts(
         robot=robot,
-        trajectory=make_trajectory(scenario.trajectory),
+        trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
         controller=controller,
         solver=solver,
         solver_name=scenario.solver.type,
@@ -59,6 +60,7 @@ def build(scenario: Scenario) -> Parts:
         control_step=simulation.control_step,
         substeps=simulation.substeps,
         output=_output(chosen["controller"]),
+        events=scenario.events,
     )
 
 

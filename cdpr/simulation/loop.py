@@ -17,7 +17,9 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
+from cdpr.scenario.event_schema import ScenarioEvent
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
+from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
 from cdpr.tension.policy import Policy
 from cdpr.tension.stage import TensionStage
@@ -45,6 +47,7 @@ class Parts:
     control_step: float  # s
     substeps: int  # physics steps in a control step
     output: Output = "wrench"  # what the controller puts out
+    events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
 
 
 class Loop:
@@ -94,11 +97,23 @@ class Loop:
                 report,
             )
             self.out = self.wrench
+        self.schedule = Schedule(
+            parts.events,
+            parts.control_step,
+            robot,
+            self.stage,
+            self.tension,
+            self.wrench,
+            view("status"),
+            view("external"),
+            backend.external,
+        )
         bounds = acceleration_bounds(robot, backend.gravity)
         plant = (bounds, backend.command, backend.external, backend.state)
-        geometry = (self.state, self.W, view("length"), view("rate"))
-        self.observe = partial(observe, robot.anchors, parts.control_step, *plant, *geometry)
-        self.observe_start = partial(observe, robot.anchors, 0.0, *plant, *geometry)  # no time has passed
+        results = (self.state, self.W, view("length"), view("rate"), view("kinetic", "external_work"))
+        body = (robot.anchors, robot.inertial, backend.gravity)
+        self.observe = partial(observe, *body, parts.control_step, *plant, *results)
+        self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -123,6 +138,7 @@ class Loop:
                 )
             if real_time:
                 self.stage.warm_up_policy()
+            self.schedule.warm_up()
             parts.backend.command[...] = self.tension
             parts.backend.step(parts.substeps)
             self.observe()
@@ -152,7 +168,8 @@ class Loop:
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
         state, desired, out = self.given_state, self.given_desired, self.out
         tension, command, advance = self.tension, backend.command, backend.step
-        sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
+        sample, control, look = self.sample, parts.controller.control, self.observe
+        act, distribute = self.schedule.act, self.schedule.distribute
         clock = backend.engine_time
         last = len(rows) - 1
         self.count = 0
@@ -161,8 +178,11 @@ class Loop:
         time = 0.0
         try:
             self._first()
+            due = self.schedule.begin()
             while True:
                 row[0] = time
+                if k == due:
+                    due = act(k)
                 sample(time)
                 control(time, state, desired, out)
                 try:
