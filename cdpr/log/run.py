@@ -37,11 +37,12 @@ class Header:
     shape: dict[str, Any] | None  # {"box": [x, y, z]} or {"sphere": radius}, m
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
+    cable_model: str = "ideal"
 
     @property
     def layout(self) -> Layout:
         """Columns of the rows."""
-        return Layout(len(self.cables))
+        return Layout(len(self.cables), self.cable_model == "ideal")
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
@@ -178,8 +179,13 @@ class Run:
 
     @property
     def tension(self) -> Array:
-        """Tension of each cable, held until the next sample, (K, m), N."""
+        """Tension that is commanded of each cable, held until the next sample, (K, m), N."""
         return self["tension"]
+
+    @property
+    def cable_tension(self) -> Array:
+        """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
+        return self["tension" if self.header.cable_model == "ideal" else "cable_tension"]
 
     @property
     def length(self) -> Array:

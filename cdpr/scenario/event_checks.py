@@ -43,6 +43,7 @@ class EventChecks(Checks):
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, named(event, names)) for i, event in events if self._cable_exists(i, event, names)]
         known.sort(key=lambda place: place[1].time)
+        self._need_ideal_cables(known)
         self._order(known)
         common = self.section(TensionSection, ("robot", "tension"))
         given = () if common is None else (common.min, common.max)
@@ -80,6 +81,13 @@ class EventChecks(Checks):
             self.say(("events", i, "cable"), text)
             return False
         return True
+
+    def _need_ideal_cables(self, events: Places) -> None:
+        model = self.document.get(("robot", "cable", "model"))
+        for i, event in events if model in ("rigid", "elastic") else ():
+            if isinstance(event, CableFault):
+                text = f"happens to ideal cables only, and robot.cable.model is {model}: remove it or set that to ideal"
+                self.say(("events", i, "type"), text)
 
     def _order(self, events: Places) -> None:
         """Report what cannot happen after what has happened; `events` stand in the order of time."""

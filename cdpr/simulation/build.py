@@ -11,7 +11,7 @@ import numpy as np
 from cdpr import __version__
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
-from cdpr.model import kernel_cache
+from cdpr.model import Robot, kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, registry
@@ -40,6 +40,7 @@ def build(scenario: Scenario) -> Parts:
     }
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
+    _check_cable_model(chosen["backend"], robot)
     solver: TensionSolver = chosen["solver"].make(robot, scenario.solver_options)
     controller: Controller = chosen["controller"].make(
         robot, gravity, simulation.control_step, scenario.controller_options
@@ -62,6 +63,16 @@ def build(scenario: Scenario) -> Parts:
         output=_output(chosen["controller"]),
         events=scenario.events,
     )
+
+
+def _check_cable_model(entry: Registered, robot: Robot) -> None:
+    """Refuse a backend that would move a robot on winches as if its cables were ideal."""
+    known = entry.info.properties.get("cable_models", ("ideal",))
+    if not isinstance(known, tuple | list) or robot.cable_model not in known:
+        raise PluginError(
+            f"backend '{entry.info.name}' does not know robot.cable.model {robot.cable_model}: choose another backend, "
+            "or set robot.cable.model to ideal"
+        )
 
 
 def _output(entry: Registered) -> Output:
@@ -97,6 +108,7 @@ def make_header(scenario: Scenario) -> Header:
         shape=robot.platform.outline,
         versions=_versions(scenario),
         scenario_yaml=scenario.resolved_yaml(),
+        cable_model=robot.cable_model,
     )
 
 

@@ -63,7 +63,8 @@ class Loop:
         self.parts = parts
         self.count = 0
         robot, backend = parts.robot, parts.backend
-        layout = Layout(robot.m)
+        ideal = robot.cable_model == "ideal"
+        layout = Layout(robot.m, ideal)
         self.row = row = np.zeros(layout.width)
 
         def view(first: str, last: str | None = None) -> Array:
@@ -109,11 +110,15 @@ class Loop:
             backend.external,
         )
         bounds = acceleration_bounds(robot, backend.gravity)
-        plant = (bounds, backend.command, backend.external, backend.state)
-        results = (self.state, self.W, view("length"), view("rate"), view("kinetic", "external_work"))
+        plant = (bounds, backend.highest, backend.external, backend.state)
+        energies = view("kinetic", "external_work")
+        results = (self.state, self.W, view("length"), view("rate"), energies)
         body = (robot.anchors, robot.inertial, backend.gravity)
         self.observe = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
+        self.distribute = self.schedule.distribute
+        if not ideal:
+            self._add_winches(view("cable_tension"), energies[2:3])
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -140,6 +145,7 @@ class Loop:
                 self.stage.warm_up_policy()
             self.schedule.warm_up()
             parts.backend.command[...] = self.tension
+            parts.backend.read_tension(self.tension)
             parts.backend.step(parts.substeps)
             self.observe()
         except SimulationStopped:
@@ -169,7 +175,7 @@ class Loop:
         state, desired, out = self.given_state, self.given_desired, self.out
         tension, command, advance = self.tension, backend.command, backend.step
         sample, control, look = self.sample, parts.controller.control, self.observe
-        act, distribute = self.schedule.act, self.schedule.distribute
+        act, distribute = self.schedule.act, self.distribute
         clock = backend.engine_time
         last = len(rows) - 1
         self.count = 0
@@ -218,6 +224,23 @@ class Loop:
             raise type(stop)(f"t = {time:.6g} s: {stop}") from stop
         finally:
             self.count = k
+
+    def _add_winches(self, cable_tension: Array, cable_work: Array) -> None:
+        """Read what only the plant knows where cables are not ideal: their tensions (m,) and their work (1,)."""
+        backend, tension = self.parts.backend, self.tension
+        distribute, look = self.distribute, self.observe
+
+        def distribute_and_read() -> None:
+            distribute()
+            backend.command[...] = tension
+            backend.read_tension(cable_tension)
+
+        def look_and_read() -> int:
+            fault = look()
+            cable_work[0] = backend.cable_work()
+            return fault
+
+        self.distribute, self.observe = distribute_and_read, look_and_read
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state
