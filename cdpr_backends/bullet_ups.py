@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.model.robot import Array
 from cdpr_backends.bullet import UPRIGHT, Client, Free, SavedState, chain, pybullet
 from cdpr_backends.snapshots import put_back, save
 from cdpr_backends.ups import MASS, Leg, UpsBackend

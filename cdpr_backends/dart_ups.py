@@ -7,7 +7,6 @@ from typing import Any
 import dartpy
 import numpy as np
 
-from cdpr.model.robot import Array
 from cdpr_backends.dart import (
     add_platform,
     chain,

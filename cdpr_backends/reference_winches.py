@@ -32,9 +32,7 @@ class WinchReference(Backend):
         )
         self.highest = self.winches.live.highest
         work = np.zeros((4, 14 + (2 * robot.m if self.winches.fixed.elastic else 0)))
-        self._advance = partial(
-            runge_kutta, self.winches.fixed, self.winches.live, self.state, work, self.physics_step
-        )
+        self._advance = partial(runge_kutta, self.winches.fixed, self.winches.live, self.state, work, self.physics_step)
 
     def reset(self, state: Array) -> None:
         """Put the platform into `state` (13,), which must lie in the guide, if there is one."""

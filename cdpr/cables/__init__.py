@@ -16,6 +16,6 @@ it (N m), viscous and Coulomb's, the latter smoothed about rest. With I the iner
   starts with the tension that is commanded first, winding as fast as the length changes.
 
 Rigid legs (`unilateral: false`) may also push: nothing is cut off at 0. All of it is evaluated wherever the integrator
-evaluates the acceleration: once a step in semi-implicit engines, which then advance w and after it l0, and at every stage
-of `reference`.
+evaluates the acceleration: once a step in semi-implicit engines, which then advance w and after it l0, and at every
+stage of `reference`.
 """

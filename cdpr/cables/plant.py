@@ -204,9 +204,7 @@ def accelerate(fixed: Fixed, live: Live) -> None:
     """
     still = (0.0, 0.0, 0.0)
     acceleration, rest = live.vectors[0], live.vectors[1]
-    inverse_dynamics(
-        fixed.inertial, fixed.gravity, quaternion(live.body, 3), vector(live.body, 10), still, still, rest
-    )
+    inverse_dynamics(fixed.inertial, fixed.gravity, quaternion(live.body, 3), vector(live.body, 10), still, still, rest)
     for j in range(6):
         rest[j] = (live.applied[j] - rest[j]) * fixed.free[j]
     if factorise(live.system, 0.0):

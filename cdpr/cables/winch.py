@@ -40,13 +40,15 @@ def pack(robot: Robot) -> Array:
 @kernel
 def friction(cables: Array, i: int, speed: float) -> float:
     """Torque, N m, that friction takes from winch i at a drum speed, rad/s."""
-    return cables[i, VISCOUS] * speed + cables[i, COULOMB] * math.tanh(speed / cables[i, COULOMB_SPEED])
+    torque: float = cables[i, VISCOUS] * speed + cables[i, COULOMB] * math.tanh(speed / cables[i, COULOMB_SPEED])
+    return torque
 
 
 @kernel
 def drum_acceleration(cables: Array, i: int, command: float, tension: float, speed: float) -> float:
     """Return w' = (r (u - T) - f(w)) / I of winch i, rad/s^2."""
-    return (cables[i, RADIUS] * (command - tension) - friction(cables, i, speed)) / cables[i, INERTIA]
+    acceleration: float = (cables[i, RADIUS] * (command - tension) - friction(cables, i, speed)) / cables[i, INERTIA]
+    return acceleration
 
 
 @kernel
@@ -55,8 +57,9 @@ def elastic_tension(cables: Array, i: int, length: float, rate: float, unstretch
     stretch = length - unstretched
     if stretch <= 0.0 and cables[i, LOWEST] == 0.0:
         return 0.0
-    pull = cables[i, STIFFNESS] * stretch / unstretched + cables[i, DAMPING] * (rate + cables[i, RADIUS] * speed)
-    return cables[i, LOWEST] if pull < cables[i, LOWEST] else pull
+    pull: float = cables[i, STIFFNESS] * stretch / unstretched + cables[i, DAMPING] * (rate + cables[i, RADIUS] * speed)
+    lowest: float = cables[i, LOWEST]
+    return lowest if pull < lowest else pull
 
 
 @kernel

@@ -20,9 +20,10 @@ class RigidBodyBackend(Backend):
     """A backend on an engine that integrates a rigid body under an applied wrench.
 
     The engine's file implements `build`, `write`, `read` and `advance`; here the cable geometry and the tensions are
-    evaluated once a physics step, for all cable models. The body to build is described by `frame`: for a free platform its frame lies at the
-    centre of mass along the principal axes; a platform with a guide (`frame.guide`) has its frame at the origin and
-    moves by slides along world axes and then a hinge, joints of the engine.
+    evaluated once a physics step, for all cable models (declare them as the property `cable_models`). The body to build
+    is described by `frame`: for a free platform its frame lies at the centre of mass along the principal axes; a
+    platform with a guide (`frame.guide`) has its frame at the origin and moves by slides along world axes and then a
+    hinge, joints of the engine.
 
     Attributes:
         frame: mass, centre, principal moments and axes, anchors and guide of the body.

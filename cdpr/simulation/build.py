@@ -9,7 +9,7 @@ from typing import cast, get_args
 import numpy as np
 
 from cdpr import __version__
-from cdpr.errors import PluginError
+from cdpr.errors import CdprError, PluginError
 from cdpr.log.run import Header
 from cdpr.model import Robot, kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -48,6 +48,8 @@ def build(scenario: Scenario) -> Parts:
     backend: Backend = chosen["backend"].make(
         robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
     )
+    if robot.cable_model != "ideal":
+        _check_step(scenario, chosen["backend"])
     backend.reset(scenario.initial.state())
     return Parts(
         robot=robot,
@@ -72,6 +74,21 @@ def _check_cable_model(entry: Registered, robot: Robot) -> None:
         raise PluginError(
             f"backend '{entry.info.name}' does not know robot.cable.model {robot.cable_model}: choose another backend, "
             "or set robot.cable.model to ideal"
+        )
+
+
+def _check_step(scenario: Scenario, backend: Registered) -> None:
+    """Refuse a physics step with which cables and drums would swing themselves up."""
+    from cdpr.cables.stability import longest, oscillator, stable
+
+    about, step = oscillator(scenario.robot, scenario.initial.state()), scenario.simulation.physics_step
+    scheme = about.runge_kutta if backend.info.properties.get("order") == 4 else about.semi_implicit
+    if not stable(scheme(step)):
+        raise CdprError(
+            f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
+            f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
+            f"(step * omega = {step * about.fastest:.3g}), and damping and friction ask for short steps too; it is "
+            f"stable up to {longest(scheme, step):g} s"
         )
 
 

@@ -114,7 +114,7 @@ class Loop:
         energies = view("kinetic", "external_work")
         results = (self.state, self.W, view("length"), view("rate"), energies)
         body = (robot.anchors, robot.inertial, backend.gravity)
-        self.observe = partial(observe, *body, parts.control_step, *plant, *results)
+        self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
         self.distribute = self.schedule.distribute
         if not ideal:
