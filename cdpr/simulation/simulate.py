@@ -17,7 +17,7 @@ from cdpr.log.run_folder import RunFolder
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
-from cdpr.simulation.events import tension_events
+from cdpr.simulation.events import scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
 
 STATUS: dict[type[BaseException], str] = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
@@ -127,7 +127,8 @@ class _Attempt:
         events = []
         if self.parts is not None:
             status = rows[:, self.header.layout.columns["status"]][:, 0]
-            events = tension_events(status, self.header.control_step, self.parts)
+            events = scheduled_events(self.parts.events, rows, self.header)
+            events += tension_events(status, self.header.control_step, self.parts)
             try:
                 self.parts.backend.close()
             except (Exception, SystemExit) as foreign:
