@@ -30,7 +30,8 @@ from cdpr.model.robot import Array, Robot
 # axes stay where they are.
 DIAGONAL = 1e-14
 
-# Principal axes point to this side, so that they do not depend on who computes them; no plane of symmetry is square to it.
+# Principal axes point to this side, so that they do not depend on who computes them. It is no direction that a platform
+# is likely to have an axis square to.
 SIDE = np.array([1.0, 0.59, 0.37])
 
 

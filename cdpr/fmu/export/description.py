@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import struct
 from collections.abc import Sequence
+from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from cdpr import __version__
 from cdpr.fmu.export.variables import UNITS, Plant, Variable
 
 # Names the library, thus the same for all robots: the binary is generic.
@@ -28,9 +28,13 @@ def configuration(variables: Sequence[Variable], cables: int, token: str) -> str
     return "\n".join(lines) + "\n"
 
 
-def model_description(plant: Plant, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]) -> bytes:
+def model_description(
+    plant: Plant, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]
+) -> bytes:
     """Return modelDescription.xml. In FMI 2 each number is a variable of its own, in FMI 3 arrays are."""
-    public = [(reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"]
+    public = [
+        (reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"
+    ]
     robot = plant.robot
     root = Element(
         "fmiModelDescription",
@@ -40,7 +44,7 @@ def model_description(plant: Plant, variables: Sequence[Variable], token: str, f
             "guid" if fmi == 2 else "instantiationToken": token,
             "description": f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along "
             + ", ".join(robot.dof),
-            "generationTool": f"cdpr {__version__}",
+            "generationTool": f"cdpr {version('cdpr')}",
             "variableNamingConvention": "structured",
         },
     )
@@ -138,7 +142,7 @@ def _common(variable: Variable) -> dict[str, str]:
 
 
 def _dependencies(variable: Variable) -> dict[str, str]:
-    """Say that an output depends on no input at the same instant, so that hosts see no algebraic loop, or say nothing."""
+    """Say that an output depends on no input at the same instant, so that hosts see no algebraic loop."""
     return {} if variable.direct else {"dependencies": ""}
 
 
@@ -153,4 +157,5 @@ def _start(variable: Variable, values: Sequence[float]) -> dict[str, str]:
 
 def _text(root: Element) -> bytes:
     ElementTree.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+    text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return text.encode()

@@ -104,5 +104,7 @@ def _compile(command: Sequence[str], files: Sequence[Path], folder: Path) -> Pat
         raise PluginError(f"the C compiler does not run: {error}; set CC to another, or {REMEDY}") from error
     if done.returncode != 0 or not (folder / result).is_file():
         said = done.stderr.strip()[-2000:] or f"exit code {done.returncode}"
-        raise PluginError(f"the C compiler '{shlex.join(command)}' fails; set CC to another, or {REMEDY}. It says:\n{said}")
+        raise PluginError(
+            f"the C compiler '{shlex.join(command)}' fails; set CC to another, or {REMEDY}. It says:\n{said}"
+        )
     return folder / result

@@ -136,13 +136,17 @@ class Plant:
 
     def _inputs(self) -> list[Variable]:
         m = self.robot.m
-        force, wrench = "further force (3) and moment (3) on the platform at its origin, world axes", ["N"] * 3 + ["N.m"] * 3
+        wrench = _input(
+            "external_wrench",
+            ["N"] * 3 + ["N.m"] * 3,
+            "further force (3) and moment (3) on the platform at its origin, world axes",
+        )
         pull = (
             _input("command", ["N"] * m, "tension that the motor of each winch would hold at rest")
             if self.winches
             else _input("cable_tension", ["N"] * m, "tension of each cable")
         )
-        return [pull, _input("external_wrench", wrench, force)]
+        return [pull, wrench]
 
     def _outputs(self) -> list[Variable]:
         m = self.robot.m
