@@ -19,16 +19,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cdpr.errors import FmuError
-from cdpr.fmu.description import read_description
+from cdpr.fmu.description import read_description, read_terminals
 from cdpr.fmu.model import ModelDescription
 
 DESCRIPTION = "modelDescription.xml"
+TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 # Far beyond what FMUs of robots need, and within what a machine can take.
 MAX_FILE = 256 * 2**20
 MAX_TOTAL = 2**30
 MAX_ENTRIES = 20_000
 MAX_DIRECTORY = 8 * 2**20  # bytes of the zip's table of contents, read at once
-MAX_DESCRIPTION = 32 * 2**20
+MAX_XML = 32 * 2**20
 MAX_RATIO = 200  # of sizes; text shrinks to a tenth, a bomb to a thousandth
 SMALL = 2**20  # below this size the ratio does not matter
 CHUNK = 2**16
@@ -63,7 +64,8 @@ def open_archive(path: str | Path) -> Archive:
     try:
         with _opened(content) as archive:
             entries = _checked(archive)
-            description = read_description(_description(archive, entries))
+            description = read_description(_xml(archive, entries, DESCRIPTION))
+            terminals = read_terminals(_xml(archive, entries, TERMINALS)) if TERMINALS in entries else ()
     except FmuError as error:
         raise FmuError(f"{path}: {error}") from None
     names = list(entries)
@@ -71,6 +73,7 @@ def open_archive(path: str | Path) -> Archive:
     found = (libraries.fullmatch(name) for name in names)
     description = replace(
         description,
+        terminals=terminals,
         platforms=tuple(sorted({match[1] for match in found if match})),
         sources=any(name.startswith("sources/") and name.endswith((".c", ".cpp", ".cc")) for name in names),
     )
@@ -109,27 +112,27 @@ def library(archive: Archive) -> str:
 def extract(archive: Archive, folder: str | Path) -> Path:
     """Write all files below `folder`, which must exist, and return the path of the library for this machine.
 
-    What was promised of sizes is counted again while writing. Raises FmuError; what was written by then is left to
-    the owner of the folder.
+    No entry may grow beyond what it declares, so that together they stay within what was checked. Raises FmuError;
+    what was written by then is left to the owner of the folder.
     """
     folder = Path(folder).resolve(strict=True)
     name = library(archive)
-    total = 0
-    with _opened(archive.content) as opened:
-        for entry, info in _checked(opened).items():
-            target = folder.joinpath(*entry.split("/"))
-            if not target.resolve().is_relative_to(folder):
-                raise FmuError(f"{archive.path}: {entry!r} would be written outside its folder")
-            try:
+    try:
+        with _opened(archive.content) as opened:
+            for entry, info in _checked(opened).items():
+                target = folder.joinpath(*entry.split("/"))
+                if not target.resolve().is_relative_to(folder):
+                    raise FmuError(f"the entry {entry!r} would be written outside its folder")
                 target.parent.mkdir(parents=True, exist_ok=True)
                 with open(target, "xb") as file:
                     for chunk in _chunks(opened, info):
-                        total += len(chunk)
-                        if total > MAX_TOTAL:
-                            raise FmuError(f"{archive.path}: unpacks to more than {MAX_TOTAL} bytes")
                         file.write(chunk)
-            except OSError as error:
-                raise FmuError(f"{archive.path}: {entry!r} cannot be extracted: {error.strerror or error}") from None
+    except FmuError as error:
+        raise FmuError(f"{archive.path}: {error}") from None
+    except OSError as error:
+        raise FmuError(
+            f"{archive.path}: cannot be extracted: {error.filename or folder}: {error.strerror or error}"
+        ) from None
     return folder.joinpath(*name.split("/"))
 
 
@@ -206,12 +209,12 @@ def _check_entry(info: zipfile.ZipInfo) -> None:
         )
 
 
-def _description(archive: zipfile.ZipFile, entries: dict[str, zipfile.ZipInfo]) -> bytes:
-    info = entries.get(DESCRIPTION)
+def _xml(archive: zipfile.ZipFile, entries: dict[str, zipfile.ZipInfo], name: str) -> bytes:
+    info = entries.get(name)
     if info is None:
-        raise FmuError(f"holds no {DESCRIPTION}; is it an FMU?")
-    if info.file_size > MAX_DESCRIPTION:
-        raise FmuError(f"{DESCRIPTION} has {info.file_size} bytes, more than {MAX_DESCRIPTION}")
+        raise FmuError(f"holds no {name}; is it an FMU?")
+    if info.file_size > MAX_XML:
+        raise FmuError(f"{name} has {info.file_size} bytes, more than {MAX_XML}")
     return b"".join(_chunks(archive, info))
 
 

@@ -74,6 +74,18 @@ def read_description(content: bytes) -> ModelDescription:
     )
 
 
+def read_terminals(content: bytes) -> tuple[dict[str, str], ...]:
+    """Return the terminals that terminalsAndIcons.xml groups variables in. Raises FmuError."""
+    root = parse(content, "terminalsAndIcons.xml")
+    return tuple(
+        {
+            node.get("memberName", ""): node.get("variableName", "")
+            for node in terminal.iterfind("TerminalMemberVariable")
+        }
+        for terminal in root.iterfind("Terminals//Terminal")
+    )
+
+
 def parse(content: bytes, name: str) -> Node:
     """Parse XML without DOCTYPE, and so without entities; FmuError otherwise."""
     try:

@@ -45,6 +45,11 @@ class Variable:
         return math.prod(self.shape)
 
     @property
+    def elements(self) -> tuple[Element, ...]:
+        """All its numbers, row by row."""
+        return tuple(Element(self, index) for index in range(self.size))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Its name and its aliases."""
         return (self.name, *self.aliases)
@@ -68,7 +73,16 @@ class Element:
 
     variable: Variable
     index: int
-    name: str
+
+    @property
+    def name(self) -> str:
+        """Its name, with places from 1 where the variable is an array: x, F[2], A[1,3]."""
+        places: list[str] = []
+        rest = self.index
+        for size in reversed(self.variable.shape):
+            rest, place = divmod(rest, size)
+            places.insert(0, str(place + 1))
+        return self.variable.name + (f"[{','.join(places)}]" if places else "")
 
 
 @dataclass(frozen=True)
@@ -85,6 +99,7 @@ class ModelDescription:
     platforms: tuple[str, ...] = ()  # folders of binaries/ that hold a library
     sources: bool = False
     default_step: float | None = None  # s
+    terminals: tuple[dict[str, str], ...] = ()  # of each terminal: variable by member name
     description: str = ""
     tool: str = ""
 
@@ -115,4 +130,4 @@ class ModelDescription:
         index = 0
         for part, size in zip(place, variable.shape, strict=True):
             index = index * size + part - 1
-        return Element(variable, index, name)
+        return Element(variable, index)

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.fmu.conversion import Conversion
 from cdpr.fmu.model import Element, Variable
+from cdpr.fmu.options import Source
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
@@ -22,26 +24,28 @@ class Port:
         index: (k,) where they stand among all values of their side, see `Side`.
         scale, offset: (k,) the signal in SI = value * scale + offset.
         euler: the order of axes where the values are angles (k = 3) for a quaternion (4 numbers), otherwise empty.
+        rule: by which it was found.
+        source: what the scenario says of it.
     """
 
     def __init__(
         self,
         signal: str,
         elements: Sequence[Element],
-        scale: Sequence[float],
-        offset: Sequence[float],
+        conversion: Conversion,
         *,
-        euler: str = "",
-        rule: str = "",
-        units: Sequence[str] = (),
+        euler: str,
+        rule: str,
+        source: Source | None,
     ) -> None:
         self.signal = signal
         self.elements = tuple(elements)
-        self.scale = np.array(scale, dtype=np.float64)
-        self.offset = np.array(offset, dtype=np.float64)
+        self.scale = np.array(conversion.scale)
+        self.offset = np.array(conversion.offset)
+        self.units = conversion.units
         self.euler = euler
         self.rule = rule
-        self.units = tuple(units)
+        self.source = source
         self.index: NDArray[np.intp] = np.zeros(len(elements), dtype=np.intp)
         self._angles = np.zeros(len(elements))
 
