@@ -66,7 +66,9 @@ def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
     k = first_sample(event.time, step)
     time = k * step
     if isinstance(event, Load):
-        end = None if event.duration is None else first_sample(event.time + event.duration, step) * step
+        end = None
+        if event.duration is not None:
+            end = min(first_sample(event.time + event.duration, step), len(rows) - 1) * step
         swing = f" times a sine of {event.frequency:g} Hz" if isinstance(event, Sine) else ""
         yield Event(
             time, event.type, f"external force {_list(event.force)} N, moment {_list(event.moment)} N m{swing}", end
