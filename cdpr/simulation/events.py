@@ -54,10 +54,9 @@ def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
 
 
 def scheduled_events(scheduled: Sequence[ScenarioEvent], rows: Array, header: Header) -> list[Event]:
-    """Return the scenario's events that came to pass within the rows (K, width), in the order of time."""
+    """Return the scenario's events that came to pass within the rows (K, width)."""
     step = header.control_step
-    told = [event for one in scheduled for event in _tell(one, rows, header) if round(event.time / step) < len(rows)]
-    return sorted(told, key=lambda event: event.time)
+    return [event for one in scheduled for event in _tell(one, rows, header) if round(event.time / step) < len(rows)]
 
 
 def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
