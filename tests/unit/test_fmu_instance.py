@@ -238,5 +238,3 @@ def test_fmpy_declares_what_is_bound():
             assert all(re.match("c_|LP_|CFunctionType", kind.__name__) for kind in arguments), name
             assert arguments[0].__name__ == ("c_char_p" if name.startswith("Instantiate") else "c_void_p")
             assert result is None or result.__name__ in ("c_int", "c_void_p"), name
-
-
