@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from cdpr.fmu.options import FmuFile
-from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; tendons and legs are ideal only
 
@@ -89,8 +89,8 @@ class ExportOptions(PluginOptions):
 class FmuOptions(PluginOptions, FmuFile):
     """Options of the backend `fmu`."""
 
-    file: str | None = Field(
-        None, min_length=1, description="the FMU, relative to this file; the scenario's robot is exported unless given"
+    file: FileName | None = Field(
+        None, description="the FMU, relative to this file; the scenario's robot is exported unless given"
     )
     export: ExportOptions | None = Field(
         None, description="the scenario's robot, exported by cdpr and kept in the user's cache"

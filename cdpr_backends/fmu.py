@@ -60,7 +60,7 @@ class FmuBackend(Backend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         own = options.file is None
-        archive = self._exported() if own else open_archive(options.path(options.file))
+        archive = self._exported() if own else open_archive(options.file.path)
         if not own:
             require_trust(archive, options.sha256)
         self._ratio = self._steps_in(physics_step)

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from cdpr.fmu.options import FmuFile
-from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
@@ -89,7 +89,7 @@ class CableLengthOptions(PluginOptions):
 class FmuOptions(PluginOptions, FmuFile):
     """Options of the controller `fmu`."""
 
-    file: str = Field(min_length=1, description="the FMU, relative to this file")
+    file: FileName = Field(description="the FMU, relative to this file")
 
 
 @hookimpl

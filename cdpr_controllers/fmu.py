@@ -31,7 +31,7 @@ class FmuController(Controller):
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
-        archive = open_archive(options.path(options.file))
+        archive = open_archive(options.file.path)
         require_trust(archive, options.sha256)
         self.fmu = RunningFmu(archive, options.file, "controller", robot, control_step, options, "process")
         self._instance = self.fmu.instance

@@ -6,10 +6,12 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
+from typing import Any
 
 import pluggy
-from pydantic import BaseModel, ConfigDict, PrivateAttr
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema
+from pydantic_core.core_schema import with_info_after_validator_function
 
 INTERFACE_VERSION = 1
 
@@ -17,22 +19,31 @@ hookspec = pluggy.HookspecMarker("cdpr")
 hookimpl = pluggy.HookimplMarker("cdpr")
 
 
+class FileName(str):
+    """Type of an option that names a file: a relative name starts at the folder of the scenario.
+
+    Attributes:
+        path: the file.
+    """
+
+    path: Path
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Take a text; the loader gives the folder as context."""
+        return with_info_after_validator_function(cls._located, handler(str))
+
+    @classmethod
+    def _located(cls, name: str, info: ValidationInfo) -> FileName:
+        made = cls(name)
+        made.path = Path(os.path.abspath((info.context or {}).get("folder", "")), name)
+        return made
+
+
 class PluginOptions(BaseModel):
     """Base of the options that a plugin takes in a scenario: frozen, no unknown key, no NaN."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-    _folder: str = PrivateAttr("")
-
-    def starting_at(self, folder: str) -> Self:
-        """Return a copy whose file names start at `folder`, that of the scenario; the loader calls this."""
-        copy = self.model_copy()
-        copy._folder = os.path.abspath(folder)
-        return copy
-
-    def path(self, name: str) -> Path:
-        """Return the file that an option names: relative names start where the scenario lies."""
-        return Path(self._folder, name)
 
     def declares(self) -> Mapping[str, object]:
         """Return the declared properties that are others with these options."""
