@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from time import monotonic
 
@@ -37,6 +38,12 @@ SAYS = {
 }
 
 
+@pytest.fixture(autouse=True)
+def own_temporary_folder(monkeypatch, tmp_path):
+    """Other processes of this machine may run FMUs, too."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+
 @pytest.fixture(scope="module")
 def options(tmp_path_factory):
     """Return the options for a fault, in FMI 2 or 3."""
@@ -59,7 +66,7 @@ def options(tmp_path_factory):
 
 def left():
     """Temporary folders and workers of this process."""
-    folders = {path.name for path in Path("/tmp").glob("cdpr-fmu-*")}
+    folders = {path.name for path in Path(tempfile.gettempdir()).glob("cdpr-fmu-*")}
     children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text().split()
     return folders, children
 

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -26,6 +27,12 @@ pytest.importorskip("fmpy")
 
 POINT_MASS = load_robot(ROOT / "scenarios/robots/point_mass.yaml")
 BOTH = pytest.mark.parametrize("isolation", ["inproc", "process"])
+
+
+@pytest.fixture(autouse=True)
+def own_temporary_folder(monkeypatch, tmp_path):
+    """Other processes of this machine may run FMUs, too."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +57,7 @@ def running(path, isolation="inproc", mode=0.0, **options):
 
 
 def temporary_folders():
-    return {path.name for path in Path("/tmp").glob("cdpr-fmu-*")}
+    return {path.name for path in Path(tempfile.gettempdir()).glob("cdpr-fmu-*")}
 
 
 def alive(pid):
