@@ -6,6 +6,7 @@ says of its pose and of its cables is held against the scenario, so that a wrong
 
 from __future__ import annotations
 
+import warnings
 import weakref
 from dataclasses import dataclass
 from typing import Any
@@ -22,24 +23,10 @@ from cdpr.fmu.trust import require_trust
 from cdpr.model import Robot, kinematics
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, pull_fault, start_fault
 from cdpr_backends.snapshots import Saved, put_back, save
 
-# m, rad, m/s, rad/s: far below what any robot's start is known to, far above what single precision and angles lose.
-START_TOLERANCE = 1e-5
-# Share of a cable's length: above the deflection by small pulleys, below what exchanged cables or a wrong frame make.
-LENGTH_TOLERANCE = 1e-2
-NORM_TOLERANCE = 1e-3  # of a quaternion, as everywhere
-
-ELSEWHERE = "it has no parameter for that: set those that it has under `parameters`, or the scenario's `initial`"
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
-
-INITIAL = "initial_"  # so the parameters begin that hold the initial state
-START = {
-    "position": (slice(0, 3), "m"),
-    "quaternion": (slice(3, 7), "1"),
-    "velocity": (slice(7, 10), "m/s"),
-    "angular_velocity": (slice(10, 13), "rad/s"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +61,7 @@ class FmuBackend(Backend):
         self._put_external = writer(inputs, {"external_wrench": 0}, instance.inputs)
         self._read_state = reader(outputs, STATE, instance.outputs, self.state)
         self._takes_wrench = "external_wrench" in inputs.ports
+        self._unknown = not own  # whether it is still to be asked how its cables pull
         self._unwanted: list[int] = []  # states that the FMU keeps for snapshots that are gone
 
     def reset(self, state: Array) -> None:
@@ -83,7 +71,11 @@ class FmuBackend(Backend):
         self._put()
         self.fmu.start(self._known(start))
         self._get()
-        self._check(start)
+        self._check_start(start)
+        if self._unknown:
+            self._unknown = False
+            self._check_pull(start)
+            self.reset(start)
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
@@ -159,36 +151,36 @@ class FmuBackend(Backend):
         known = robot_parameters(self.robot, self.gravity, self.physics_step, state, order)
         return {name: value for name, value in known.items() if self.options.from_robot or name.startswith(INITIAL)}
 
-    def _check(self, start: Array) -> None:
-        """Raise FmuError unless the FMU is where the scenario is."""
-        norm = float(np.linalg.norm(self.state[3:7]))
-        if not abs(norm - 1.0) <= NORM_TOLERANCE:
-            self._refuse(
-                f"starts with a quaternion {_brief(self.state[3:7])} of norm {norm:.4g}, not 1: check its order"
-            )
-        if self.state[3:7] @ start[3:7] < 0.0:
-            start[3:7] *= -1.0
-        for name, (span, unit) in START.items():
-            said, wanted = self.state[span], start[span]
-            if not np.abs(said - wanted).max() <= START_TOLERANCE * max(1.0, float(np.abs(wanted).max())):
-                can = INITIAL + name in self.fmu.filled
-                self._refuse(
-                    f"starts with the {name} {_brief(said)}, the scenario with {_brief(wanted)} ({unit}); "
-                    + ("check the mapping of its signals and their units" if can else ELSEWHERE)
-                )
-        port = self.fmu.mapping.outputs.ports.get("cable_length")
+    def _check_start(self, start: Array) -> None:
+        """Refuse an FMU that is not where the scenario is."""
+        port, length = self.fmu.mapping.outputs.ports.get("cable_length"), None
         if port is not None:
-            said, wanted = np.empty(self.robot.m), kinematics.lengths(self.robot, start)
-            port.read(self._instance.outputs, said)
-            if not (np.abs(said - wanted) <= LENGTH_TOLERANCE * wanted).all():
-                self._refuse(
-                    f"says that its cables are {_brief(said)} m long at the start, the robot's are {_brief(wanted)} m: "
-                    "check signals.cable_order, the units, and that it is an FMU of this robot"
-                )
+            length = np.empty(self.robot.m)
+            port.read(self._instance.outputs, length)
+        self._refuse(start_fault(self.robot, start, self.state, length, self.fmu.filled))
 
-    def _refuse(self, text: str) -> None:
-        raise FmuError(f"the FMU '{self.fmu.name}' {text}")
+    def _check_pull(self, start: Array) -> None:
+        """Refuse an FMU whose cables do not pull like the robot's: one step of it for each cable, from the start."""
+        kept = save((self.command, self.external))
+        least, pull = self.robot.tension_min, np.maximum(1.0, self.robot.tension_max - self.robot.tension_min)
+        twists = []
+        for more in (np.zeros(self.robot.m), *np.diag(pull)):
+            self.command[:], self.external[:] = least + more, 0.0
+            self._put()
+            self.fmu.start(self._known(start))
+            self.step(1)
+            twists.append(self.state[7:].copy())
+        put_back(kept, (self.command, self.external))
+        accelerations = (np.array(twists[1:]) - twists[0]) / self.physics_step
+        fault, share = pull_fault(self.robot, start, pull, accelerations)
+        self._refuse(fault)
+        if share * MOST_FACTOR < 1.0:
+            warnings.warn(
+                f"the FMU '{self.fmu.name}' pulls {share:.2g} times as much as its cables are tensioned, in the first "
+                "step: unless drives stand between, check the unit of its input, and the mass that it has",
+                stacklevel=2,
+            )
 
-
-def _brief(values: Array) -> str:
-    return "[" + ", ".join(f"{value:.4g}" for value in values) + "]"
+    def _refuse(self, fault: str) -> None:
+        if fault:
+            raise FmuError(f"the FMU '{self.fmu.name}' {fault}")

@@ -119,6 +119,18 @@ WRONG = [
     ),
     ({"signals": {"outputs": {"position": {"variable": "position", "unit": "mm"}}}}, "starts with the position"),
     ({"signals": {"cable_order": ORDER}, "from_robot": False}, "cables are .* check signals.cable_order"),
+    (
+        {"signals": {"cable_order": ORDER, "outputs": {"cable_length": "none"}}, "from_robot": False},
+        "does not pull along cable .*, but as .* would .*check signals.cable_order",
+    ),
+    (
+        {"signals": {"inputs": {"cable_tension": {"variable": "cable_tension", "factor": -1.0}}}},
+        r"does not pull along cable '.*' when that is tensioned \(cosine -1\.00\)",
+    ),
+    (
+        {"signals": {"inputs": {"cable_tension": {"variable": "cable_tension", "factor": 0.001}}}},
+        "pulls 1e\\+03 times as much as its cables are tensioned",
+    ),
     ({"parameters": {"initial_position": [0.0, 0.0, 2.0]}}, r"starts with the position \[0, 0, 2\]"),
     ({"parameters": {"masss": 3.0}}, "no variable 'masss'"),
     ({"parameters": {"mass": "heavy"}}, "a value of the kind Float64 is expected, got 'heavy'"),
@@ -131,6 +143,12 @@ def test_what_is_wrong_is_found_at_the_start(exported, options, text):
     with pytest.raises((FmuError, BackendDied), match=text) as caught:
         built(file_of(exported, **options))
     assert "\n" not in str(caught.value)
+
+
+def test_a_weak_pull_is_told(exported):
+    signals = {"inputs": {"cable_tension": {"variable": "cable_tension", "unit": "kN"}}}
+    with pytest.warns(UserWarning, match=r"pulls 0\.001 times as much as its cables are tensioned, in the first step"):
+        built(file_of(exported, signals=signals)).close()
 
 
 def test_a_stranger_needs_trust(exported):
