@@ -87,7 +87,13 @@ def cdpr_backends() -> list[PluginInfo]:
             name="reference",
             factory="cdpr_backends.reference:make",
             summary="own Runge-Kutta integrator, fourth order, the judge of the others",
-            properties={"order": 4, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": "rk4", "schemes": ["rk4", EULER]},
+            properties={
+                "order": 4,
+                "snapshot": True,
+                "cable_models": CABLE_MODELS,
+                "scheme": "rk4",
+                "schemes": ["rk4", EULER],
+            },
             options=ReferenceOptions,
         ),
         PluginInfo(
