@@ -43,7 +43,9 @@ def model_description(
             "modelName": robot.name,
             "guid" if fmi == 2 else "instantiationToken": token,
             "description": f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along "
-            + ", ".join(robot.dof),
+            + ", ".join(robot.dof)
+            if plant.platform
+            else f"winches and elastic cables of the robot '{robot.name}', {robot.m} of them",
             "generationTool": f"cdpr {version('cdpr')}",
             "variableNamingConvention": "structured",
         },

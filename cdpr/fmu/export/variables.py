@@ -72,6 +72,8 @@ class Plant:
         physics_step: step of the integrator, s.
         state: (13,) initial state, laid out as `cdpr.model` says.
         winches: with the robot's winches, which take commands; without them the plant takes tensions.
+        platform: False for winches and elastic cables alone, which take the lengths and rates of the cables as inputs:
+            an actuator for some other plant.
     """
 
     robot: Robot
@@ -79,6 +81,7 @@ class Plant:
     physics_step: float
     state: Array
     winches: bool = False
+    platform: bool = True
 
     def variables(self) -> list[Variable]:
         """All variables in the order of their value references: the number of the numbers before them.
@@ -90,16 +93,20 @@ class Plant:
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
                 "or elastic and give the winch, or export without winches"
             )
+        step = _parameter("physics_step", (), "s", [self.physics_step], "step of the integrator")
+        time = Variable("time", "independent", (), "s", (0.0,), "time")
+        if not self.platform:
+            return [time, step, *self._winches(), *self._lengths(), *self._tensions(), *self._constants()]
         return [
-            Variable("time", "independent", (), "s", (0.0,), "time"),
-            *self._platform(),
+            time,
+            *self._platform(step),
             *(self._winches() if self.winches else []),
             *self._inputs(),
             *self._outputs(),
             *self._constants(),
         ]
 
-    def _platform(self) -> list[Variable]:
+    def _platform(self, step: Variable) -> list[Variable]:
         robot, state = self.robot, self.state
         platform, m = robot.platform, robot.m
         return [
@@ -109,7 +116,7 @@ class Plant:
             ),
             _parameter("inertia", (3, 3), "kg.m2", platform.inertia, "inertia about the centre of mass, platform axes"),
             _parameter("gravity", (3,), "m/s2", self.gravity, "acceleration of gravity, world axes"),
-            _parameter("physics_step", (), "s", [self.physics_step], "step of the integrator"),
+            step,
             _parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
             _parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
             _parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world"),
@@ -142,11 +149,14 @@ class Plant:
             "further force (3) and moment (3) on the platform at its origin, world axes",
         )
         pull = (
-            _input("command", ["N"] * m, "tension that the motor of each winch would hold at rest")
+            self._command()
             if self.winches
             else _input("cable_tension", ["N"] * m, "tension of each cable")
         )
         return [pull, wrench]
+
+    def _command(self) -> Variable:
+        return _input("command", ["N"] * self.robot.m, "tension that the motor of each winch would hold at rest")
 
     def _outputs(self) -> list[Variable]:
         m = self.robot.m
@@ -158,11 +168,22 @@ class Plant:
             _output("cable_length", m, "m", "distance between the anchors of each cable"),
             _output("cable_rate", m, "m/s", "rate of change of cable_length"),
         ]
-        if not self.winches:
-            return outputs
+        return [*outputs, *self._tensions()] if self.winches else outputs
+
+    def _lengths(self) -> list[Variable]:
+        """The inputs of winches without a platform."""
+        m = self.robot.m
+        return [
+            self._command(),
+            _input("cable_length", ["m"] * m, "distance between the anchors of each cable"),
+            _input("cable_rate", ["m/s"] * m, "rate of change of cable_length"),
+        ]
+
+    def _tensions(self) -> list[Variable]:
         # The inertia of drums on rigid cables reacts to command and wrench at once.
-        rigid = self.robot.cable_model == "rigid"
-        outputs.append(_output("cable_tension", m, "N", "tension of each cable", direct=rigid))
+        m, rigid = self.robot.m, self.robot.cable_model == "rigid"
+        direct = rigid or not self.platform
+        outputs = [_output("cable_tension", m, "N", "tension of each cable", direct=direct)]
         outputs.append(_output("drum_speed", m, "rad/s", "speed of each drum, positive where it winds in"))
         if not rigid:
             outputs.append(_output("unstretched_length", m, "m", "unstretched length between drum and platform"))
@@ -173,7 +194,7 @@ class Plant:
         if self.winches:
             pushes = (float(self.robot.unilateral),)
             constants.append(Variable("unilateral", "constant", (), "", pushes, "1 if cables only pull"))
-        if self.robot.n < 6:
+        if self.robot.n < 6 and self.platform:
             guide = tuple(Guide(self.robot).packed.tolist())
             constants.append(Variable("guide", "constant", (6,), "", guide, "free axes (3), axis of the hinge (3)"))
         return constants

@@ -111,12 +111,19 @@ static bool allocate(Plant *plant) {
     return true;
 }
 
-/* Whether there is all that the model with or without winches takes. */
+/* What winches without a platform have in common with a plant. */
+static bool shared(int field) {
+    return field == TIME || field == PHYSICS_STEP || field == CABLE_TENSION || field == CABLE_LENGTH || field == CABLE_RATE;
+}
+
+/* Whether there is all that the model takes, with or without winches, or these alone. */
 static bool complete(const Plant *plant, char *message) {
     const bool winches = plant->field[COMMAND] != NULL, elastic = plant->field[AXIAL_STIFFNESS] != NULL;
     const int end = !winches ? COMMAND : elastic ? GUIDE : AXIAL_STIFFNESS;
+    const bool alone = elastic && plant->field[MASS] == NULL;
     for (int i = 0; i < GUIDE; i++)
-        if ((plant->field[i] != NULL) != (i < end)) return fails(message, "missing or useless", KNOWN[i].name);
+        if ((plant->field[i] != NULL) != (i < end && (!alone || shared(i) || i >= COMMAND)))
+            return fails(message, "missing or useless", KNOWN[i].name);
     return true;
 }
 

@@ -8,6 +8,9 @@
    about the centre of mass, world axes, in the first case and the angular velocity in the second. */
 enum { P = 0, Q = 3, V = 7, L = 10, W = 10, WINCHES = 13 };
 
+/* Whether there are elastic cables and winches without a platform: lengths and rates of the cables are inputs. */
+static inline bool alone(const Plant *plant) { return plant->field[MASS] == NULL; }
+
 Motion winch_motion(const double *y);
 void winch_slope(Plant *plant, const double *y, double *dy);
 

@@ -94,10 +94,14 @@ static void step(Plant *plant, double h) {
         }
     }
     for (size_t i = 0; i < n; i++) y0[i] += h / 6.0 * sum[i];
-    if (plant->field[COMMAND] || !plant->field[GUIDE]) normalise(y0 + Q);
+    if (!alone(plant) && (plant->field[COMMAND] || !plant->field[GUIDE])) normalise(y0 + Q);
 }
 
 void plant_publish(Plant *plant) {
+    if (alone(plant)) {
+        winch_publish(plant);
+        return;
+    }
     const Motion at = motion(plant, plant->state), platform = body_to_platform(plant->body, at);
     store(platform.position, plant->field[POSITION]);
     store_quaternion(platform.attitude, plant->field[QUATERNION]);
@@ -196,6 +200,11 @@ static void start_free(Plant *plant, Motion at) {
 bool plant_start(Plant *plant, char *message) {
     const double *q = plant->field[INITIAL_QUATERNION], *guide = plant->field[GUIDE];
     if (!check(plant, message)) return false;
+    if (alone(plant)) {
+        memset(plant->state, 0, plant->states * sizeof *plant->state);
+        plant_publish(plant);
+        return true;
+    }
     if (!body_build(plant)) return fails(message, "inertia must be symmetric and positive definite (kg m2)");
     if (!(fabs(sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0) <= UNIT))
         return fails(message, "initial_quaternion (w, x, y, z) must have length 1 within 0.001");

@@ -28,12 +28,18 @@ static double elastic_tension(const Plant *plant, size_t i, const Line *line, do
     return pull < 0.0 && unilateral(plant) ? 0.0 : pull;
 }
 
+/* Cable i: where the platform is, or as the inputs say. */
+static Line line_of(const Plant *plant, const Motion *at, size_t i) {
+    if (!alone(plant)) return body_cable(plant, at, i);
+    return (Line){.length = plant->field[CABLE_LENGTH][i], .rate = plant->field[CABLE_RATE][i]};
+}
+
 void winch_begin(Plant *plant) {
     double *unstretched = plant->state + WINCHES, *speed = unstretched + plant->cables;
     const Motion at = winch_motion(plant->state);
     if (unstretched[0] != 0.0) return;
     for (size_t i = 0; i < plant->cables; i++) {
-        const Line line = body_cable(plant, &at, i);
+        const Line line = line_of(plant, &at, i);
         unstretched[i] = line.length / (1.0 + plant->field[COMMAND][i] / plant->field[AXIAL_STIFFNESS][i]);
         speed[i] = -line.rate / plant->field[DRUM_RADIUS][i];
     }
@@ -149,7 +155,7 @@ static void tensions(Plant *plant, const Motion *at, const double *free, const d
         return;
     }
     for (size_t i = 0; i < plant->cables; i++) {
-        const Line line = body_cable(plant, at, i);
+        const Line line = line_of(plant, at, i);
         plant->field[CABLE_TENSION][i] = elastic_tension(plant, i, &line, winches[i], winches[plant->cables + i]);
     }
 }
@@ -159,11 +165,13 @@ void winch_slope(Plant *plant, const double *y, double *dy) {
     double free[6], M[6][6], acceleration[6];
     free_directions(plant, free);
     tensions(plant, &at, free, y + WINCHES);
-    mass_matrix(plant, at.attitude, free, M);
-    accelerate(plant, &at, free, M, acceleration);
-    store(at.velocity, dy + P);
-    store_quaternion(spin(at.omega, at.attitude), dy + Q);
-    memcpy(dy + V, acceleration, sizeof acceleration);
+    if (!alone(plant)) {
+        mass_matrix(plant, at.attitude, free, M);
+        accelerate(plant, &at, free, M, acceleration);
+        store(at.velocity, dy + P);
+        store_quaternion(spin(at.omega, at.attitude), dy + Q);
+        memcpy(dy + V, acceleration, sizeof acceleration);
+    }
     if (!plant->field[AXIAL_STIFFNESS]) return;
     double *unstretched = dy + WINCHES, *drum = unstretched + plant->cables;
     for (size_t i = 0; i < plant->cables; i++) {
@@ -179,16 +187,13 @@ void winch_publish(Plant *plant) {
     const double *winches = plant->state + WINCHES;
     double free[6];
     free_directions(plant, free);
-    if (plant->field[AXIAL_STIFFNESS] && winches[0] == 0.0) { /* before the first step they would begin as commanded */
-        winch_begin(plant);
-        winch_publish(plant);
-        memset(plant->state + WINCHES, 0, 2 * plant->cables * sizeof(double));
-        return;
-    }
+    const bool early = plant->field[AXIAL_STIFFNESS] && winches[0] == 0.0; /* they would begin as commanded now */
+    if (early) winch_begin(plant);
     tensions(plant, &at, free, winches);
     for (size_t i = 0; i < plant->cables; i++) {
         const double speed = -plant->field[CABLE_RATE][i] / plant->field[DRUM_RADIUS][i];
         plant->field[DRUM_SPEED][i] = plant->field[AXIAL_STIFFNESS] ? winches[plant->cables + i] : speed;
         if (plant->field[AXIAL_STIFFNESS]) plant->field[UNSTRETCHED_LENGTH][i] = winches[i];
     }
+    if (early) memset(plant->state + WINCHES, 0, 2 * plant->cables * sizeof(double));
 }
