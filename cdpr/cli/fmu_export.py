@@ -46,7 +46,7 @@ def command(
     loaded = load_any(file, overrides=changes)
     import numpy as np
 
-    from cdpr.fmu.export import Plant, Winches, write_fmu
+    from cdpr.fmu.export import Actuator, Plant, write_fmu
     from cdpr.model.kinematics import make_state
     from cdpr.model.properties import home_pose
 
@@ -61,7 +61,7 @@ def command(
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP
-    model = Winches(robot, step) if only_winch else Plant(robot, gravity, step, state, winches=with_winch)
+    model = Actuator(robot, step) if only_winch else Plant(robot, gravity, step, state, winches=with_winch)
     sha256 = write_fmu(model, int(fmi), out, source_only, force)
     if as_json:
         facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}

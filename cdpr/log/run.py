@@ -71,8 +71,8 @@ class Event:
 class Run:
     """One run, K samples of a robot with m cables; sample k was taken at time k * control_step.
 
-    Frames and signs as `cdpr.model` says. `status` is "finished", "diverged", "infeasible", "interrupted", "failed" or
-    "running" (killed while it ran).
+    Frames and signs as `cdpr.model` says. `status` is "finished", "ended" (as the plant asked), "diverged",
+    "infeasible", "interrupted", "failed" or "running" (killed while it ran).
     """
 
     header: Header
@@ -82,6 +82,7 @@ class Run:
     events: tuple[Event, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
+    plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
 
     def __repr__(self) -> str:

@@ -73,5 +73,9 @@ class Backend(ABC):
         """Go back to a snapshot of this backend: what follows is the same to the bit."""
         raise PluginError(f"{type(self).__name__} cannot restore snapshots")
 
+    def describe(self) -> dict[str, Any]:
+        """Return what the record of a run should say of it beyond its options: plain data, as JSON holds it."""
+        return {}
+
     def close(self) -> None:  # noqa: B027 - an optional hook
         """Free what the engine holds; the backend is not used afterwards."""

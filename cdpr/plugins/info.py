@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
 
 import pluggy
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, PrivateAttr
 
 INTERFACE_VERSION = 1
 
@@ -19,9 +22,21 @@ class PluginOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
+    _folder: str = PrivateAttr("")
+
     def declares(self) -> Mapping[str, object]:
         """Return the declared properties that are others with these options."""
         return {}
+
+    def starting_at(self, folder: str) -> Self:
+        """Return a copy whose file names start at `folder`, that of the scenario; the loader calls this."""
+        copy = self.model_copy()
+        copy._folder = os.path.abspath(folder)
+        return copy
+
+    def path(self, name: str) -> Path:
+        """Return the file that an option names: relative names start where the scenario lies."""
+        return Path(self._folder, name)
 
 
 @dataclass(frozen=True)

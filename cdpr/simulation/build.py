@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import platform
+from contextlib import ExitStack
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
 import numpy as np
 
 from cdpr import __version__
-from cdpr.errors import CdprError, PluginError
+from cdpr.errors import PluginError
 from cdpr.log.run import Header
-from cdpr.model import Robot, kernel_cache
+from cdpr.model import kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
+from cdpr.simulation.cables import check_cables
 from cdpr.simulation.loop import Parts
 from cdpr.simulation.schedule import stopped
 
@@ -40,63 +42,39 @@ def build(scenario: Scenario) -> Parts:
     }
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
-    _check_cable_model(chosen["backend"], robot)
+    check_cables(scenario, chosen["backend"])
     solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
-    controller: Controller = chosen["controller"].make(
-        robot, gravity, simulation.control_step, scenario.controller_options
-    )
-    backend: Backend = chosen["backend"].make(
-        robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
-    )
-    if robot.cable_model != "ideal":
-        _check_step(scenario, chosen["backend"])
-    backend.reset(scenario.initial.state())
-    return Parts(
-        robot=robot,
-        controlled=scenario.controlled,
-        trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
-        controller=controller,
-        solver=solver,
-        solver_name=scenario.solver.type,
-        respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
-        policy=scenario.solver.infeasible,
-        backend=backend,
-        control_step=simulation.control_step,
-        substeps=simulation.substeps,
-        output=_output(chosen["controller"]),
-        events=scenario.events,
-    )
-
-
-def _check_cable_model(entry: Registered, robot: Robot) -> None:
-    """Refuse a backend that would move a robot on winches as if its cables were ideal."""
-    known = entry.info.properties.get("cable_models", ("ideal",))
-    if not isinstance(known, tuple | list) or robot.cable_model not in known:
-        raise PluginError(
-            f"backend '{entry.info.name}' does not know robot.cable.model {robot.cable_model}: choose another backend, "
-            "or set robot.cable.model to ideal"
+    with ExitStack() as made:  # what was made is closed where the next fails
+        controller: Controller = chosen["controller"].make(
+            robot, gravity, simulation.control_step, scenario.controller_options
         )
-
-
-def _check_step(scenario: Scenario, backend: Registered) -> None:
-    """Refuse a physics step with which cables and drums would swing themselves up."""
-    from cdpr.cables.stability import longest, oscillator, stable
-
-    about, step = oscillator(scenario.robot, scenario.initial.state()), scenario.simulation.physics_step
-    options = scenario.backend_options(backend.info.name)
-    chosen = getattr(options, "scheme", backend.info.properties.get("scheme"))
-    scheme = about.runge_kutta if chosen == "rk4" else about.semi_implicit
-    if not stable(scheme(step)):
-        raise CdprError(
-            f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
-            f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
-            f"(step * omega = {step * about.fastest:.3g}), and damping and friction ask for short steps too; it is "
-            f"stable up to {longest(scheme, step):g} s"
+        made.callback(controller.close)
+        backend: Backend = chosen["backend"].make(
+            robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
+        made.callback(backend.close)
+        backend.reset(scenario.initial.state())
+        parts = Parts(
+            robot=robot,
+            controlled=scenario.controlled,
+            trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
+            controller=controller,
+            solver=solver,
+            solver_name=scenario.solver.type,
+            respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
+            policy=scenario.solver.infeasible,
+            backend=backend,
+            control_step=simulation.control_step,
+            substeps=simulation.substeps,
+            output=_output(chosen["controller"], controller),
+            events=scenario.events,
+        )
+        made.pop_all()
+    return parts
 
 
-def _output(entry: Registered) -> Output:
-    declared = entry.info.properties.get("output", "wrench")
+def _output(entry: Registered, controller: Controller) -> Output:
+    declared = controller.output or entry.info.properties.get("output", "wrench")
     for known in get_args(Output):
         if declared == known:
             return cast("Output", known)

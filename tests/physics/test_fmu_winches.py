@@ -11,7 +11,7 @@ from fmu.driver import Driver
 from scipy.integrate import solve_ivp
 
 from cdpr.fmu.archive import open_archive
-from cdpr.fmu.export import Winches
+from cdpr.fmu.export import Actuator
 from cdpr.fmu.mapping import map_signals
 from cdpr.scenario import load_scenario
 
@@ -48,19 +48,19 @@ def expected():
 
         def slope(t, y, command=command, length=length, rate=rate):
             unstretched, speed = y[:8], y[8:]
-            tension = tension_of(length + rate * t, rate, unstretched, speed)
+            tension = tension_of(length, rate, unstretched, speed)
             friction = VISCOUS * speed + COULOMB * np.tanh(speed / COULOMB_SPEED)
             return np.concatenate([-RADIUS * speed, (RADIUS * (command - tension) - friction) / INERTIA])
 
         y = solve_ivp(slope, (0.0, STEP), y, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-        rows.append(tension_of(length + rate * STEP, rate, y[:8], y[8:]))
+        rows.append(tension_of(length, rate, y[:8], y[8:]))
     return np.array(rows)
 
 
 def test_it_follows_its_equations_and_alike_in_both_versions(robot, tmp_path):
     found = []
     for fmi in (2, 3):
-        path = write(Winches(robot, STEP / 10), fmi, tmp_path)
+        path = write(Actuator(robot, STEP / 10), fmi, tmp_path)
         assert validate_fmu(str(path)) == []
         rows = []
         with Driver(path) as driver:
@@ -80,7 +80,7 @@ def test_it_follows_its_equations_and_alike_in_both_versions(robot, tmp_path):
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_tensions_follow_the_lengths_at_once(fmi, robot, tmp_path):
     """What a host that couples it with a platform relies on, and reads in its description."""
-    path = write(Winches(robot, STEP), fmi, tmp_path)
+    path = write(Actuator(robot, STEP), fmi, tmp_path)
     with Driver(path) as driver:
         _, length, rate = given(0.0)
         for name, values in zip(("command", "cable_length", "cable_rate"), given(0.0), strict=True):
@@ -95,13 +95,13 @@ def test_tensions_follow_the_lengths_at_once(fmi, robot, tmp_path):
 
 
 def test_its_signals_map_by_themselves(robot, tmp_path):
-    mapping = map_signals(open_archive(write(Winches(robot, STEP), 3, tmp_path)).description, robot, role="winch")
+    mapping = map_signals(open_archive(write(Actuator(robot, STEP), 3, tmp_path)).description, robot, role="winch")
     assert list(mapping.inputs.ports) == ["command", "cable_length", "cable_rate"]
     assert "cable_tension" in mapping.outputs.ports
 
 
 def test_saved_states_go_on_to_the_bit(robot, tmp_path):
-    with Driver(write(Winches(robot, STEP), 3, tmp_path)) as driver:
+    with Driver(write(Actuator(robot, STEP), 3, tmp_path)) as driver:
         driver.set("command", given(0.0)[0])
         driver.step(0.0, STEP)
         saved = driver.save()
@@ -111,6 +111,6 @@ def test_saved_states_go_on_to_the_bit(robot, tmp_path):
             driver.set("cable_rate", given(0.0)[2])
             for k in range(1, 20):
                 driver.step(k * STEP, STEP)
-            ends.append(np.concatenate([driver.get("cable_tension"), driver.get("cable_length")]))
+            ends.append(np.concatenate([driver.get("cable_tension"), driver.get("drum_speed")]))
         driver.free(saved)
     assert (ends[0] == ends[1]).all()

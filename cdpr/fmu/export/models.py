@@ -124,10 +124,10 @@ class Plant(Model):
 
 
 @dataclass(frozen=True, eq=False)
-class Winches(Model):
+class Actuator(Model):
     """The winches of a robot and its elastic cables, without the platform: commands and lengths in, tensions out.
 
-    During a step the lengths go on at the given rates.
+    Lengths and rates are held during a step. Whatever the robot's cable model is, they are elastic.
     """
 
     robot: Robot
@@ -136,7 +136,7 @@ class Winches(Model):
     @property
     def name(self) -> str:
         """After the robot's."""
-        return f"{self.robot.name}_winches"
+        return f"{self.robot.name} winches"
 
     @property
     def description(self) -> str:

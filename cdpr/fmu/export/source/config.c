@@ -104,7 +104,7 @@ static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, 
 
 static bool allocate(Plant *plant) {
     const size_t body = sizeof *plant->body / sizeof(double) + 3 * plant->cables;
-    plant->states = 13 + 3 * plant->cables; /* at most */
+    plant->states = 13 + 2 * plant->cables; /* at most */
     plant->count = plant->scalars + body + plant->states;
     plant->variable = calloc(plant->variables, sizeof *plant->variable);
     plant->owner = calloc(plant->scalars, sizeof *plant->owner);
@@ -143,8 +143,7 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
         if (!read_variable(plant, file, i, &next, message)) return false;
     if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
     if (!complete(plant, message)) return false;
-    const size_t per_cable = !plant->field[AXIAL_STIFFNESS] ? 0 : plant->field[MASS] ? 2 : 3;
-    plant->states = (plant->field[MASS] ? 13 : 0) + per_cable * plant->cables;
+    plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[AXIAL_STIFFNESS] ? 2 * plant->cables : 0);
     return true;
 }
 

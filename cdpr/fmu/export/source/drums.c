@@ -2,7 +2,7 @@
 
    A drum of radius r turns at w, positive where it winds in; the command u is the tension that the motor would hold at
    rest: I w' = r u - f(w) - r T. An elastic cable has two states: unstretched length l0, then, after those of all cables,
-   the speed of its drum. l0 = 0 means: not begun. Winches alone have the lengths of their cables as third states. */
+   the speed of its drum. l0 = 0 means: not begun. */
 #include <math.h>
 #include <string.h>
 
@@ -60,10 +60,7 @@ void elastic_publish(Plant *plant, const Motion *at, double *y) {
     if (!begun) memset(y, 0, 2 * bytes);
 }
 
-void winches_alone_slope(Plant *plant, const double *y, double *dy) {
-    const size_t bytes = plant->cables * sizeof *y;
-    memcpy(plant->field[CABLE_LENGTH], y + 2 * plant->cables, bytes);
+void actuator_slope(Plant *plant, const double *y, double *dy) {
     elastic_tensions(plant, NULL, y);
     drum_slopes(plant, y, dy);
-    memcpy(dy + 2 * plant->cables, plant->field[CABLE_RATE], bytes);
 }

@@ -13,12 +13,13 @@ Motion winch_motion(const double *y);
 void winch_slope(Plant *plant, const double *y, double *dy);
 void winch_publish(Plant *plant); /* tensions, unstretched lengths, drum speeds */
 
-/* Winches: drums.c. `y` holds the states of elastic cables; `at` is where the platform is, NULL for winches alone. */
+/* Winches: drums.c. `y` holds the states of elastic cables; `at` is where the platform is, NULL for winches
+   alone, to which lengths and rates are given. */
 double drum_friction(const Plant *plant, size_t i, double speed);
 void elastic_tensions(Plant *plant, const Motion *at, const double *y);
 void drum_slopes(const Plant *plant, const double *y, double *dy);
 void elastic_begin(const Plant *plant, const Motion *at, double *y); /* if not begun: with each tension as commanded */
 void elastic_publish(Plant *plant, const Motion *at, double *y);
-void winches_alone_slope(Plant *plant, const double *y, double *dy);
+void actuator_slope(Plant *plant, const double *y, double *dy);
 
 #endif

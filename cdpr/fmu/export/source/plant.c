@@ -64,7 +64,7 @@ static void guided_slope(const Plant *plant, const double *y, double *dy) {
 }
 
 static void slope(Plant *plant, const double *y, double *dy) {
-    if (!plant->field[MASS]) winches_alone_slope(plant, y, dy);
+    if (!plant->field[MASS]) actuator_slope(plant, y, dy);
     else if (plant->field[COMMAND]) winch_slope(plant, y, dy);
     else if (plant->field[GUIDE]) guided_slope(plant, y, dy);
     else free_slope(plant, y, dy);
@@ -117,22 +117,15 @@ void plant_publish(Plant *plant) {
     else elastic_publish(plant, NULL, plant->state);
 }
 
-/* Before a step: winches begin as they are commanded; those alone take the lengths that they are given. */
+/* Before a step: elastic cables begin as they are commanded. */
 static void begin(Plant *plant) {
+    if (!plant->field[AXIAL_STIFFNESS]) return;
     if (!plant->field[MASS]) {
         elastic_begin(plant, NULL, plant->state);
-        memcpy(plant->state + 2 * plant->cables, plant->field[CABLE_LENGTH], plant->cables * sizeof *plant->state);
-    } else if (plant->field[AXIAL_STIFFNESS]) {
-        const Motion at = winch_motion(plant->state);
-        elastic_begin(plant, &at, plant->state + WINCHES);
+        return;
     }
-}
-
-/* After it: the lengths of winches alone have gone on at the given rates, until they are given anew. */
-static void end(Plant *plant) {
-    if (!plant->field[MASS])
-        memcpy(plant->field[CABLE_LENGTH], plant->state + 2 * plant->cables, plant->cables * sizeof *plant->state);
-    plant_publish(plant);
+    const Motion at = winch_motion(plant->state);
+    elastic_begin(plant, &at, plant->state + WINCHES);
 }
 
 void plant_advance(Plant *plant, double duration) {
@@ -142,7 +135,7 @@ void plant_advance(Plant *plant, double duration) {
     if (!whole) n = ceil(duration / h);
     begin(plant);
     for (double i = 0.0; i < n; i += 1.0) step(plant, whole ? h : duration / n);
-    end(plant);
+    plant_publish(plant);
 }
 
 bool plant_sound(const Plant *plant) {
