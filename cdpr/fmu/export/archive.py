@@ -14,11 +14,14 @@ from pathlib import Path
 from cdpr.errors import OutputError
 from cdpr.fmu import trust
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
-from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, library, platform_folder, sources
+from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, keep_newest, library, platform_folder, sources
 from cdpr.fmu.export.variables import Model
 
 # The earliest time that a zip archive can hold.
 EPOCH = (1980, 1, 1, 0, 0, 0)
+
+# FMUs in the user's cache, some 80 kB each: enough for a study, which makes one for each variant of its robot.
+KEPT = 1000
 
 
 def fmu_bytes(model: Model, fmi: int, source_only: bool = False) -> bytes:
@@ -57,6 +60,7 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
     path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()}.fmu"
     if not path.is_file() or path.read_bytes() != content:
         _write(path, content)
+        keep_newest(path.parent, ".fmu", KEPT)
     return path
 
 
@@ -84,7 +88,7 @@ def assemble(model: Model, fmi: int, files: Sequence[Path], flags: Sequence[str]
         "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
         "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
         "sources/buildDescription.xml": build_description(compiled),
-        "documentation/licenses/FMI-headers.txt": (FOLDER / "LICENSE-FMI.txt").read_bytes(),
+        "documentation/licenses/license.txt": (FOLDER / "LICENSE.txt").read_bytes(),
         **{f"sources/{path.name}": path.read_bytes() for path in files},
     }
     if flags:

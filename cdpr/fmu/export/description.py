@@ -58,6 +58,7 @@ def model_description(
         },
     )
     if fmi == 2:
+        simulation.set("canNotUseMemoryManagementFunctions", "true")  # those of the host
         files = SubElement(simulation, "SourceFiles")
         for name in sources:
             SubElement(files, "File", name=name)

@@ -57,6 +57,8 @@ static const struct {
     [FAULT_TIME] = {"fault_time", 1, false, OPTIONAL},
 };
 
+const char *plant_name(Field field) { return KNOWN[field].name; }
+
 static bool fails(char *message, const char *what, const char *name) {
     snprintf(message, MESSAGE, "resources/plant.cfg: %s '%s'; it belongs to another version of this library", what, name);
     return false;

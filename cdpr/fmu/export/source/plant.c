@@ -158,11 +158,13 @@ static bool positive(const Plant *plant, Field field) {
 }
 
 static bool check(const Plant *plant, char *message) {
-    for (size_t i = 0; i < plant->scalars; i++)
-        if (plant->variable[plant->owner[i]].role == PARAMETER && !isfinite(plant->number[i])) {
-            snprintf(message, MESSAGE, "the parameter with value reference %zu is not finite", i);
+    for (size_t i = 0; i < plant->scalars; i++) {
+        const Variable *variable = plant->variable + plant->owner[i];
+        if (variable->role == PARAMETER && !isfinite(plant->number[i])) {
+            snprintf(message, MESSAGE, "%s is not finite", plant_name(variable->field));
             return false;
         }
+    }
     if (!positive(plant, MASS)) return fails(message, "mass must be greater than 0 (kg)");
     if (!positive(plant, PHYSICS_STEP)) return fails(message, "physics_step must be greater than 0 (s)");
     if (!positive(plant, DRUM_RADIUS)) return fails(message, "winch.drum_radius must be greater than 0 (m)");

@@ -63,6 +63,9 @@ typedef struct {
     char token[TOKEN];
 } Plant;
 
+/* How a host knows it. */
+const char *plant_name(Field field);
+
 /* Read the configuration; false with a message where it cannot be used. Free the plant in either case. */
 bool plant_load(Plant *plant, FILE *file, char *message);
 void plant_free(Plant *plant);
