@@ -148,11 +148,7 @@ class Plant:
             ["N"] * 3 + ["N.m"] * 3,
             "further force (3) and moment (3) on the platform at its origin, world axes",
         )
-        pull = (
-            self._command()
-            if self.winches
-            else _input("cable_tension", ["N"] * m, "tension of each cable")
-        )
+        pull = self._command() if self.winches else _input("cable_tension", ["N"] * m, "tension of each cable")
         return [pull, wrench]
 
     def _command(self) -> Variable:
