@@ -10,13 +10,12 @@ import numpy as np
 from cdpr.errors import CdprError, FmuError
 from cdpr.fmu.archive import Archive, open_archive
 from cdpr.fmu.exchange import reader, writer
-from cdpr.fmu.export import Plant, cached_fmu
+from cdpr.fmu.export import Actuator, cached_fmu
 from cdpr.fmu.parameters import Known
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
 from cdpr.model import Robot
 from cdpr.model.kernels import cable_geometry
-from cdpr.model.kinematics import make_state
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.registry import Registered
@@ -144,17 +143,9 @@ class ActuatedPlant(Backend):
         self._get_tension()
 
 
-def _winches(robot: Robot, step: float) -> Plant:
-    """The robot's winches and elastic cables, to be exported."""
-    return Plant(
-        replace(robot, cable_model="elastic"), np.zeros(3), step, make_state(np.zeros(3)), winches=True, platform=False
-    )
-
-
 def _exported(robot: Robot, step: float) -> Archive:
     try:
-        plant = _winches(robot, float(step))
-        path = cached_fmu(plant)
+        path = cached_fmu(Actuator(robot, float(step)))
     except CdprError as error:
         raise type(error)(
             f"actuators: without a file they are exported with the values of the robot: {error}"
@@ -176,7 +167,7 @@ def _known(robot: Robot, step: float) -> dict[str, Known]:
         return {}
     return {
         variable.name: (np.reshape(variable.values, variable.shape), variable.unit_of(0))
-        for variable in _winches(robot, step).variables()
+        for variable in Actuator(robot, step).variables()
         if variable.causality == "parameter"
     }
 
