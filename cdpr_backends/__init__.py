@@ -110,6 +110,10 @@ class FmuOptions(PluginOptions, FmuFile):
             raise ValueError("sha256 is that of a file; give file, too")
         return self
 
+    def declares(self) -> dict[str, Any]:
+        """Of a stranger's FMU nothing is known before it runs."""
+        return {"order": 0, "scheme": ""} if self.file is not None else {}
+
 
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
@@ -161,7 +165,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"order": 4, "snapshot": True},
+            properties={"order": 4, "snapshot": True, "scheme": "rk4"},
             options=FmuOptions,
         ),
     ]

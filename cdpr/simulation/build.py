@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from contextlib import ExitStack
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
@@ -18,6 +19,7 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
+from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.loop import Parts
 from cdpr.simulation.schedule import stopped
@@ -49,10 +51,14 @@ def build(scenario: Scenario) -> Parts:
             robot, gravity, simulation.control_step, scenario.controller_options
         )
         made.callback(controller.close)
+        plant = robot if scenario.actuators is None else replace(robot, cable_model="ideal")
         backend: Backend = chosen["backend"].make(
-            robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
+            plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
         made.callback(backend.close)
+        if scenario.actuators is not None:
+            backend = actuated(scenario, backend, chosen["backend"])
+            made.callback(backend.close)
         backend.reset(scenario.initial.state())
         parts = Parts(
             robot=robot,
@@ -68,6 +74,7 @@ def build(scenario: Scenario) -> Parts:
             substeps=simulation.substeps,
             output=_output(chosen["controller"], controller),
             events=scenario.events,
+            ideal_cables=scenario.cable_model == "ideal",
         )
         made.pop_all()
     return parts
@@ -107,7 +114,7 @@ def make_header(scenario: Scenario) -> Header:
         controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
         versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
-        cable_model=robot.cable_model,
+        cable_model=scenario.cable_model,
     )
 
 

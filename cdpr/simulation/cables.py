@@ -13,14 +13,14 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     Raises PluginError and CdprError.
     """
     robot, step = scenario.robot, scenario.simulation.physics_step
-    if robot.cable_model == "ideal":
+    if scenario.cable_model in ("ideal", "fmu"):
         return
-    declared = backend.properties(scenario.backend_options(backend.info.name))
+    declared = backend.properties(scenario.backend_options(backend.info.name))  # type: ignore[arg-type]
     known = declared.get("cable_models", ("ideal",))
     if not isinstance(known, tuple | list) or robot.cable_model not in known:
         raise PluginError(
-            f"backend '{backend.info.name}' does not know robot.cable.model {robot.cable_model}: choose another backend, "
-            "or set robot.cable.model to ideal"
+            f"backend '{backend.info.name}' does not know robot.cable.model {robot.cable_model}: choose another "
+            "backend, or set robot.cable.model to ideal"
         )
     from cdpr.cables.stability import longest, oscillator, stable
 
