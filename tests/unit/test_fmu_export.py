@@ -232,7 +232,8 @@ def test_other_platforms_can_compile_it(fmi, tmp_path):
     path = tmp_path / "source.fmu"
     path.write_bytes(fmu_bytes(plant, fmi, source_only=True))
     fmpy.extract(str(path), unzipdir=str(tmp_path / "there"))
-    build_platform_binary(tmp_path / "there")
+    (tmp_path / "build").mkdir()
+    build_platform_binary(tmp_path / "there", tmp_path / "build")
     again = tmp_path / "again.fmu"
     with zipfile.ZipFile(again, "w") as packed:
         for file in (tmp_path / "there").rglob("*"):
