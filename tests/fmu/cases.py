@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
+import pytest
 from conftest import ROOT
 
 from cdpr.fmu.export import Plant, fmu_bytes
 from cdpr.scenario import Scenario, load_scenario
+
+if shutil.which(os.environ.get("CC") or "cc") is None and not os.environ.get("CI"):
+    pytest.skip("no C compiler", allow_module_level=True)
 
 WINCH = [
     "robot.winch.drum_radius=0.05",

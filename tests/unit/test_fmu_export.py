@@ -19,7 +19,7 @@ from fmu.driver import Driver
 
 from cdpr.cli import main
 from cdpr.fmu.archive import open_archive
-from cdpr.fmu.export import cached_fmu, fmu_bytes
+from cdpr.fmu.export import archive, cached_fmu, fmu_bytes
 from cdpr.fmu.mapping import map_signals
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
@@ -56,8 +56,8 @@ def cdpr(tmp_path, monkeypatch, capfd):
 
 
 def entries(path):
-    with zipfile.ZipFile(path) as archive:
-        return {info.filename: archive.read(info) for info in archive.infolist()}
+    with zipfile.ZipFile(path) as opened:
+        return {info.filename: opened.read(info) for info in opened.infolist()}
 
 
 @FMI
@@ -79,8 +79,8 @@ def test_the_standard_has_nothing_to_say(case, fmi, tmp_path):
 @pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid"])
 def test_its_signals_map_by_themselves(case, fmi, tmp_path):
     loaded = scenario(case)
-    archive = open_archive(write(plant_of(loaded), fmi, tmp_path))
-    mapping = map_signals(archive.description, loaded.robot)
+    opened = open_archive(write(plant_of(loaded), fmi, tmp_path))
+    mapping = map_signals(opened.description, loaded.robot)
     pull = "cable_tension" if loaded.robot.cable_model == "ideal" else "command"
     assert list(mapping.inputs.ports) == [pull, "external_wrench"]
     expected = ["position", "quaternion", "velocity", "angular_velocity", "cable_length", "cable_rate"]
@@ -93,14 +93,12 @@ def test_only_rigid_winches_pass_inputs_through(tmp_path):
         assert {unknown.variable.name for unknown in about.outputs if unknown.dependencies is None} == direct
 
 
-@FMI
-def test_the_same_robot_makes_the_same_bytes(fmi, tmp_path, monkeypatch):
+def test_the_same_robot_makes_the_same_bytes(tmp_path, monkeypatch):
     """Compiled twice, in different folders."""
-    plant = plant_of(scenario("caroca"))
     made = []
     for name in ("one", "another place"):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))
-        made.append(fmu_bytes(plant, fmi))
+        made.append([fmu_bytes(plant_of(scenario("caroca")), fmi) for fmi in (2, 3)])
     assert made[0] == made[1]
 
 
@@ -146,11 +144,11 @@ def test_the_command_takes_state_gravity_and_step_of_a_scenario(fmi, tmp_path, c
     changes = ["world.gravity=[0,0,-1.6]", "simulation.physics_step=0.0005", "initial.velocity=[0.1,0,0]"]
     options = [word for change in changes for word in ("--set", change)]
     told = json.loads(cdpr("export", CAROCA, "-o", "out/a.fmu", "--fmi", str(fmi), "--json", *options).stdout)
-    archive = open_archive(tmp_path / "out" / "a.fmu")
-    assert told["sha256"] == archive.sha256
+    opened = open_archive(tmp_path / "out" / "a.fmu")
+    assert told["sha256"] == opened.sha256
     assert told["fmi"] == fmi
-    assert archive.sha256 in cdpr("trust").stdout  # what one made oneself
-    with Driver(archive.path) as driver:
+    assert opened.sha256 in cdpr("trust").stdout  # what one made oneself
+    with Driver(opened.path) as driver:
         assert driver.state().tolist() == [0, 0, 1.2, 1, 0, 0, 0, 0.1, 0, 0, 0, 0, 0]
         assert driver.get("gravity").tolist() == [0, 0, -1.6]
         assert driver.get("physics_step") == 0.0005
@@ -173,10 +171,25 @@ def test_winches_come_along_when_asked_for(tmp_path, cdpr):
     cdpr("export", WINCHES, "-o", "b.fmu")
     with Driver(tmp_path / "b.fmu") as driver:
         driver.set("cable_tension", np.full(8, 300.0))
+    cdpr("export", WINCHES, "-o", "w.fmu", "--only-winch", "--set", "cable.model=ideal")
+    with Driver(tmp_path / "w.fmu") as driver:
+        assert (driver.get("cable_length") > 1.0).all()  # those at home
+        driver.set("command", np.full(8, 300.0))
+        assert np.allclose(driver.get("cable_tension"), 300.0)
+    assert "exclude each other" in cdpr("export", WINCHES, "-o", "c.fmu", "--only-winch", "--with-winch", code=2).stderr
+    assert "has no winch" in cdpr("export", ROBOT, "-o", "c.fmu", "--only-winch", code=2).stderr
     said = cdpr("export", ROBOT, "-o", "c.fmu", "--with-winch", code=2).stderr
     assert "ideal cables" in said
     assert "cable.model rigid or elastic" in said
     assert not (tmp_path / "c.fmu").exists()
+
+
+def test_the_cache_does_not_grow_without_end(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(archive, "KEPT", 3)
+    paths = [cached_fmu(plant_of(scenario("caroca"), 0.001 * (i + 1))) for i in range(5)]
+    assert paths[-1].exists()
+    assert len(list(paths[-1].parent.glob("*.fmu"))) == 3
 
 
 def test_no_compiler_is_one_clear_error(tmp_path, cdpr):
@@ -219,10 +232,11 @@ def test_other_platforms_can_compile_it(fmi, tmp_path):
     path = tmp_path / "source.fmu"
     path.write_bytes(fmu_bytes(plant, fmi, source_only=True))
     fmpy.extract(str(path), unzipdir=str(tmp_path / "there"))
-    build_platform_binary(tmp_path / "there")
+    (tmp_path / "build").mkdir()
+    build_platform_binary(tmp_path / "there", tmp_path / "build")
     again = tmp_path / "again.fmu"
-    with zipfile.ZipFile(again, "w") as archive:
+    with zipfile.ZipFile(again, "w") as packed:
         for file in (tmp_path / "there").rglob("*"):
-            archive.write(file, file.relative_to(tmp_path / "there"))
+            packed.write(file, file.relative_to(tmp_path / "there"))
     with Driver(again) as driver:
         assert (driver.state() == plant.state).all()

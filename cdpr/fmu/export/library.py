@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import platform
@@ -23,6 +24,7 @@ FOLDER = Path(__file__).parent / "source"
 # but the functions of FMI can be seen from outside, so that several such libraries live in one process.
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
 
+KEPT = 20  # libraries of other states of the source, or by other compilers
 TIMEOUT = 120.0  # s; it takes about one
 
 # How FMI 2 calls a platform; FMI 3 says MACHINE-linux.
@@ -67,6 +69,7 @@ def library(files: Sequence[Path], flags: Sequence[str] = FLAGS) -> bytes:
     if not cached.is_file():
         with tempfile.TemporaryDirectory(dir=folder) as name:
             os.replace(_compile(command, files, Path(name)), cached)
+        keep_newest(folder, ".so", KEPT)
     return cached.read_bytes()
 
 
@@ -82,6 +85,14 @@ def fmu_cache() -> Path:
             f"{folder}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to a folder that can"
         ) from error
     return folder
+
+
+def keep_newest(folder: Path, ending: str, number: int) -> None:
+    """Remove all but the newest files with that ending."""
+    with contextlib.suppress(OSError):  # another process may do the same
+        found = sorted(folder.glob(f"*{ending}"), key=lambda path: path.stat().st_mtime, reverse=True)
+        for path in found[number:]:
+            path.unlink()
 
 
 def _compile(command: Sequence[str], files: Sequence[Path], folder: Path) -> Path:

@@ -176,7 +176,7 @@ Status instance_get(Instance *instance, const unsigned *reference, size_t n, boo
         memcpy(value + done, instance->plant.number + reference[i], size * sizeof *value);
         done += size;
     }
-    return done == count ? OK : report(instance, ERROR, "%zu values were asked for, the variables have others", count);
+    return done == count ? OK : report(instance, ERROR, "%zu values were asked for, which is not what the variables have", count);
 }
 
 Status instance_set(Instance *instance, const unsigned *reference, size_t n, bool whole, const double *value,
@@ -186,15 +186,15 @@ Status instance_set(Instance *instance, const unsigned *reference, size_t n, boo
         const Variable *variable = find(instance, reference[i], whole);
         if (!variable) return ERROR;
         if (variable->role != INPUT && (variable->role != PARAMETER || instance->mode == STEPPING))
-            return report(instance, ERROR, "the variable with value reference %u cannot be set now: only inputs can, and "
-                          "before the end of initialization parameters", reference[i]);
+            return report(instance, ERROR, "%s cannot be set now: only inputs can, and before the end of initialization "
+                          "parameters", plant_name(variable->field));
         const size_t size = whole ? variable->size : 1;
         if (size > count - done) break;
         memcpy(instance->plant.number + reference[i], value + done, size * sizeof *value);
         instance->stale = true;
         done += size;
     }
-    return done == count ? OK : report(instance, ERROR, "%zu values were given, the variables have others", count);
+    return done == count ? OK : report(instance, ERROR, "%zu values were given, which is not what the variables have", count);
 }
 
 static size_t snapshot_size(const Instance *instance) {
