@@ -108,8 +108,13 @@ def _standard(archive: Archive) -> Iterator[Check]:
 
 
 def guess_role(archive: Archive, robot: Robot, signals: Signals) -> Role:
-    """Return the role in which least is wrong, the first of ROLES among equals."""
-    return min(ROLES, key=lambda role: len(resolve(archive.description, robot, signals, role)[1]))
+    """Return the role in which most is found and least is wrong, the first of ROLES among equals."""
+
+    def merit(role: Role) -> int:
+        mapping, problems = resolve(archive.description, robot, signals, role)
+        return len(mapping.inputs.ports) + len(mapping.outputs.ports) - len(problems)
+
+    return max(ROLES, key=merit)
 
 
 def summary(mapping: Mapping) -> str:
