@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
+
+import numpy as np
 import pytest
+from conftest import crossed_box, make_robot
 from fmu_cases import description, make_fmu, signals, variable
 
 from cdpr.errors import FmuError
 from cdpr.fmu.archive import open_archive
 from cdpr.fmu.description import read_description
+from cdpr.fmu.mapping import resolve
 from cdpr.fmu.model import Element
+from cdpr.fmu.options import Signals
+
+ROBOT = make_robot(crossed_box(np.random.default_rng(1), 2))
 
 
 def read(xml):
@@ -145,3 +154,27 @@ def test_other_mistakes():
     refused(description(3, units={"N": {"kg": 0.5}}), "needs a whole number as kg")
     refused(description(3, units={"N": {"factor": "inf"}}), "needs a number as factor")
     refused(description(3).replace('stepSize="0.001"', 'stepSize="soon"'), "needs a number as stepSize")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize(
+    "junk", ["", "-1", "0", "abc", "1e999", "9" * 5000, "²", "1 2", "\t", "[1]", "position", "{i}"]
+)
+def test_whatever_stands_in_an_attribute_there_is_an_fmu_or_an_error(fmi, junk):
+    rows = signals(fmi, {"cable_tension": ("input", 2, "N"), "position": ("output", 3, "m")})
+    xml = description(
+        fmi, rows, more="<TypeDefinitions><SimpleType name='a'/></TypeDefinitions>", fixedInternalStepSize=1
+    )
+    places = [match.span(1) for match in re.finditer('="([^"]*)"', xml)][2:]  # not those of the XML declaration
+    for start, stop in places:
+        with contextlib.suppress(FmuError):
+            about = read(f"{xml[:start]}{junk}{xml[stop:]}")
+            resolve(about, ROBOT, Signals(cable_order=(2, 1)), "plant")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_whatever_is_left_out_there_is_an_fmu_or_an_error(fmi):
+    xml = description(fmi)
+    for match in re.finditer(r'<[^?][^>]*/>| \w+="[^"]*"', xml):
+        with contextlib.suppress(FmuError):
+            resolve(read(xml[: match.start()] + xml[match.end() :]), ROBOT, Signals(), "controller")
