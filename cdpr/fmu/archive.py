@@ -105,7 +105,7 @@ def library(archive: Archive) -> str:
         try:
             with opened.open(name) as file:
                 head = file.read(20)
-        except DAMAGE as error:
+        except (KeyError, *DAMAGE) as error:  # KeyError: a file of that folder, but not with the ending of this system
             raise FmuError(f"{archive.path}: {name} cannot be read: {error}; {_remedy(archive)}") from None
     if system == "linux" and not _elf(head, machine):
         raise FmuError(
