@@ -274,6 +274,12 @@ def test_only_other_platforms(tmp_path, fmi, other):
     opened = open_archive(make_fmu(tmp_path / "a.fmu", fmi=fmi, platform=other, files={"sources/a.c": b""}))
     with pytest.raises(FmuError, match=r"'fmpy compile .*a.fmu'"):
         library(opened)
+    here = "linux64" if fmi == 2 else "x86_64-linux"
+    opened = open_archive(
+        make_fmu(tmp_path / "a.fmu", fmi=fmi, library=None, files={f"binaries/{here}/plant.dll": b""})
+    )
+    with pytest.raises(FmuError, match=r"plant\.so' in the archive|plant\.so cannot be read"):
+        library(opened)
     opened = open_archive(make_fmu(tmp_path / "a.fmu", fmi=fmi, library=None))
     with pytest.raises(FmuError, match="only for none"):
         library(opened)

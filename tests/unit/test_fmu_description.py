@@ -119,6 +119,11 @@ def test_units_come_from_the_definitions_or_the_declared_type():
     assert by_name["none"].unit is None
 
 
+def test_letters_that_a_terminal_would_obey_are_blanks():
+    about = read(description(3, [variable(3, "x&#x9b;2J&#10;y", 1, "output")]).replace("&amp;", "&"))
+    assert about.variables[0].name == "x 2J y"
+
+
 def test_terminals(tmp_path):
     xml = b"""<fmiTerminalsAndIcons><Terminals><Terminal name="platform">
       <TerminalMemberVariable variableName="body.r" memberName="position"/></Terminal>
