@@ -73,6 +73,18 @@ class Diverged(SimulationStopped):
     exit_code = ExitCode.DIVERGED
 
 
+class BackendDied(SimulationStopped):
+    """What a plant or a controller runs in failed, crashed, ended or hangs."""
+
+    exit_code = ExitCode.BACKEND_DIED
+
+
+class PlantEnded(SimulationStopped):
+    """A plant or a controller asked for the end of the simulation, which is no fault."""
+
+    exit_code = ExitCode.OK
+
+
 class Interrupted(SimulationStopped):
     """The user or the system ended the run."""
 

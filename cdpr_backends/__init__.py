@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from cdpr.fmu.options import FmuFile
 from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
 CABLES = "cdpr's own cable kernel (ideal), or rigid legs of 1 g on universal and ball joints (ups)"
@@ -41,6 +42,37 @@ class DartOptions(PluginOptions):
     """Options of the backend `dart`."""
 
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
+
+
+class ExportOptions(PluginOptions):
+    """How cdpr is to export the robot."""
+
+    fmi: Literal[2, 3] = Field(3, description="version of the standard")
+
+
+class FmuOptions(PluginOptions, FmuFile):
+    """Options of the backend `fmu`."""
+
+    file: str | None = Field(
+        None, min_length=1, description="the FMU, relative to this file; the scenario's robot is exported unless given"
+    )
+    export: ExportOptions | None = Field(
+        None, description="the scenario's robot, exported by cdpr and kept in the user's cache"
+    )
+    step: float | None = Field(
+        None,
+        gt=0.0,
+        description="communication step, physics_step divided by an integer; physics_step unless given",
+        json_schema_extra={"unit": "s"},
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> FmuOptions:
+        if self.file is not None and self.export is not None:
+            raise ValueError("file and export exclude each other")
+        if self.file is None and self.sha256 is not None:
+            raise ValueError("sha256 is that of a file; give file, too")
+        return self
 
 
 @hookimpl
@@ -79,5 +111,14 @@ def cdpr_backends() -> list[PluginInfo]:
             extra="cdpr[dart]",
             properties={"order": 1, "snapshot": True},
             options=DartOptions,
+        ),
+        PluginInfo(
+            name="fmu",
+            factory="cdpr_backends.fmu:FmuBackend",
+            summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
+            requires=("fmpy",),
+            extra="cdpr[fmu]",
+            properties={"order": 4, "snapshot": True},
+            options=FmuOptions,
         ),
     ]

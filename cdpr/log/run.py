@@ -68,8 +68,8 @@ class Event:
 class Run:
     """One run, K samples of a robot with m cables; sample k was taken at time k * control_step.
 
-    Frames and signs as `cdpr.model` says. `status` is "finished", "diverged", "infeasible", "interrupted", "failed" or
-    "running" (killed while it ran).
+    Frames and signs as `cdpr.model` says. `status` is "finished", "ended" (as the plant asked), "diverged",
+    "infeasible", "interrupted", "failed" or "running" (killed while it ran).
     """
 
     header: Header

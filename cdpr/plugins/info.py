@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
 
 import pluggy
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, PrivateAttr
 
 INTERFACE_VERSION = 1
 
@@ -18,6 +21,18 @@ class PluginOptions(BaseModel):
     """Base of the options that a plugin takes in a scenario: frozen, no unknown key, no NaN."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    _folder: str = PrivateAttr("")
+
+    def starting_at(self, folder: str) -> Self:
+        """Return a copy whose file names start at `folder`, that of the scenario; the loader calls this."""
+        copy = self.model_copy()
+        copy._folder = os.path.abspath(folder)
+        return copy
+
+    def path(self, name: str) -> Path:
+        """Return the file that an option names: relative names start where the scenario lies."""
+        return Path(self._folder, name)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from contextlib import ExitStack
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
@@ -40,30 +41,35 @@ def build(scenario: Scenario) -> Parts:
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
     solver: TensionSolver = chosen["solver"].make(robot, scenario.solver_options)
-    controller: Controller = chosen["controller"].make(
-        robot, gravity, simulation.control_step, scenario.controller_options
-    )
-    backend: Backend = chosen["backend"].make(
-        robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
-    )
-    backend.reset(scenario.initial.state())
-    return Parts(
-        robot=robot,
-        trajectory=make_trajectory(scenario.trajectory),
-        controller=controller,
-        solver=solver,
-        solver_name=scenario.solver.type,
-        respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
-        policy=scenario.solver.infeasible,
-        backend=backend,
-        control_step=simulation.control_step,
-        substeps=simulation.substeps,
-        output=_output(chosen["controller"]),
-    )
+    with ExitStack() as made:  # what was made is closed where the next fails
+        controller: Controller = chosen["controller"].make(
+            robot, gravity, simulation.control_step, scenario.controller_options
+        )
+        made.callback(controller.close)
+        backend: Backend = chosen["backend"].make(
+            robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
+        )
+        made.callback(backend.close)
+        backend.reset(scenario.initial.state())
+        parts = Parts(
+            robot=robot,
+            trajectory=make_trajectory(scenario.trajectory),
+            controller=controller,
+            solver=solver,
+            solver_name=scenario.solver.type,
+            respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
+            policy=scenario.solver.infeasible,
+            backend=backend,
+            control_step=simulation.control_step,
+            substeps=simulation.substeps,
+            output=_output(chosen["controller"], controller),
+        )
+        made.pop_all()
+    return parts
 
 
-def _output(entry: Registered) -> Output:
-    declared = entry.info.properties.get("output", "wrench")
+def _output(entry: Registered, controller: Controller) -> Output:
+    declared = controller.output or entry.info.properties.get("output", "wrench")
     for known in get_args(Output):
         if declared == known:
             return cast("Output", known)

@@ -10,7 +10,7 @@ from time import monotonic, sleep
 
 import numpy as np
 
-from cdpr.errors import Diverged, Infeasible, PluginError, SimulationStopped
+from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.log.mcap_file import BLOCK
 from cdpr.model import Robot
@@ -126,6 +126,8 @@ class Loop:
             parts.backend.command[...] = self.tension
             parts.backend.step(parts.substeps)
             self.observe()
+        except BackendDied:
+            raise  # it would only die again, or hang as long again
         except SimulationStopped:
             pass  # the run itself will say so, at its proper time
         self.row[:] = 0.0

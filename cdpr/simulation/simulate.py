@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputError, PluginError
+from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputError, PlantEnded, PluginError
 from cdpr.log.recorder import Recorder
 from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
@@ -20,7 +20,12 @@ from cdpr.simulation.build import build, make_header
 from cdpr.simulation.events import tension_events
 from cdpr.simulation.loop import Loop, Parts
 
-STATUS: dict[type[BaseException], str] = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
+STATUS: dict[type[BaseException], str] = {
+    Diverged: "diverged",
+    Infeasible: "infeasible",
+    Interrupted: "interrupted",
+    PlantEnded: "ended",
+}
 
 
 def simulate(
@@ -128,10 +133,12 @@ class _Attempt:
         if self.parts is not None:
             status = rows[:, self.header.layout.columns["status"]][:, 0]
             events = tension_events(status, self.header.control_step, self.parts)
-            try:
-                self.parts.backend.close()
-            except (Exception, SystemExit) as foreign:
-                events.append(Event(self.time, "warning", f"the backend raised {describe(foreign)} while closing"))
+            for role, part in (("backend", self.parts.backend), ("controller", self.parts.controller)):
+                try:
+                    part.close()
+                except (Exception, SystemExit) as foreign:
+                    text = f"the {role} raised {describe(foreign)} while closing"
+                    events.append(Event(self.time, "warning", text))
         outcome, message = "finished", ""
         if error is not None:
             outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")

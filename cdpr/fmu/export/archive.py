@@ -1,0 +1,89 @@
+"""Puts an exported FMU together: the same bytes for the same plant, source and compiler."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import os
+import uuid
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from cdpr.errors import OutputError
+from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
+from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, library, platform_folder, sources
+from cdpr.fmu.export.variables import Plant
+
+# The earliest time that a zip archive can hold.
+EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def fmu_bytes(plant: Plant, fmi: int, source_only: bool = False) -> bytes:
+    """Return the plant as an FMU for co-simulation, FMI 2 or 3.
+
+    Raises:
+        PluginError: there is no C compiler, it fails, or there are no binaries for this platform.
+        OutputError: the user's cache cannot be written.
+    """
+    return assemble(plant, fmi, sources(), () if source_only else FLAGS)
+
+
+def write_fmu(plant: Plant, fmi: int, out: Path, source_only: bool = False, force: bool = False) -> str:
+    """Write the FMU into the file `out` and return its sha256; errors as for `fmu_bytes`, and OutputError."""
+    if out.exists() and not out.is_file():
+        raise OutputError(f"{out}: is no regular file; choose another --out")
+    if out.exists() and not force:
+        raise OutputError(f"{out}: exists; choose another --out or give --force")
+    content = fmu_bytes(plant, fmi, source_only)
+    temporary = out.with_name(f"{out.name}.tmp")  # so that no half-written file ever bears the name
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(content)
+        os.replace(temporary, out)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
+    return hashlib.sha256(content).hexdigest()
+
+
+def cached_fmu(plant: Plant, fmi: int = 3) -> Path:
+    """Return the FMU of a plant in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
+
+    Its name is made from its content.
+    """
+    content = fmu_bytes(plant, fmi)
+    path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()[:32]}.fmu"
+    if not path.is_file() or path.read_bytes() != content:
+        write_fmu(plant, fmi, path, force=True)
+    return path
+
+
+def assemble(plant: Plant, fmi: int, files: Sequence[Path], flags: Sequence[str]) -> bytes:
+    """Zip everything; with a binary made with the compiler's `flags`, without one if there are none."""
+    variables = plant.variables()
+    digest = hashlib.sha256(configuration(variables, plant.robot.m, "").encode())
+    for path in files:
+        digest.update(path.read_bytes())
+    token = f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
+    compiled = [path.name for path in files if path.suffix == ".c"]
+    entries = {
+        "modelDescription.xml": model_description(plant, variables, token, fmi, compiled),
+        "resources/plant.cfg": configuration(variables, plant.robot.m, token).encode(),
+        "sources/buildDescription.xml": build_description(compiled),
+        "documentation/licenses/FMI-headers.txt": (FOLDER / "LICENSE-FMI.txt").read_bytes(),
+        **{f"sources/{path.name}": path.read_bytes() for path in files},
+    }
+    if flags:
+        entries[f"binaries/{platform_folder(fmi)}/{IDENTIFIER}.so"] = library(files, flags)
+    result = io.BytesIO()
+    with zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in entries.items():
+            info = zipfile.ZipInfo(name, EPOCH)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.create_system = 3  # Unix, wherever it is made
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, content)
+    return result.getvalue()

@@ -1,0 +1,122 @@
+/* Reads resources/plant.cfg, which the exporter writes from the same data as the start values of the model description.
+   SPDX-License-Identifier: Apache-2.0
+
+   One line a variable: role, name, value reference, number of values, values. A value stands as the 16 hexadecimal
+   digits of its IEEE 754 bits: exact, and read alike whatever the locale of the host. */
+#include "plant.h"
+
+#include <inttypes.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const ROLES[] = {"independent", "parameter", "input", "output", "constant"};
+
+static const struct {
+    const char *name;
+    size_t width;
+    bool per_cable;
+} KNOWN[FIELDS] = {
+    [TIME] = {"time", 1, false},
+    [MASS] = {"mass", 1, false},
+    [CENTER_OF_MASS] = {"center_of_mass", 3, false},
+    [INERTIA] = {"inertia", 9, false},
+    [GRAVITY] = {"gravity", 3, false},
+    [PHYSICS_STEP] = {"physics_step", 1, false},
+    [FRAME_ANCHORS] = {"frame_anchors", 3, true},
+    [PLATFORM_ANCHORS] = {"platform_anchors", 3, true},
+    [INITIAL_POSITION] = {"initial_position", 3, false},
+    [INITIAL_QUATERNION] = {"initial_quaternion", 4, false},
+    [INITIAL_VELOCITY] = {"initial_velocity", 3, false},
+    [INITIAL_ANGULAR_VELOCITY] = {"initial_angular_velocity", 3, false},
+    [CABLE_TENSION] = {"cable_tension", 1, true},
+    [EXTERNAL_WRENCH] = {"external_wrench", 6, false},
+    [POSITION] = {"position", 3, false},
+    [QUATERNION] = {"quaternion", 4, false},
+    [VELOCITY] = {"velocity", 3, false},
+    [ANGULAR_VELOCITY] = {"angular_velocity", 3, false},
+    [CABLE_LENGTH] = {"cable_length", 1, true},
+    [CABLE_RATE] = {"cable_rate", 1, true},
+    [GUIDE] = {"guide", 6, false},
+    [FAULT] = {"fault", 1, false},
+    [FAULT_TIME] = {"fault_time", 1, false},
+};
+
+static bool fails(char *message, const char *what, const char *name) {
+    snprintf(message, MESSAGE, "resources/plant.cfg: %s '%s'; it belongs to another version of this library", what, name);
+    return false;
+}
+
+static int find_role(const char *name) {
+    for (int i = 0; i <= CONSTANT; i++)
+        if (strcmp(name, ROLES[i]) == 0) return i;
+    return -1;
+}
+
+static int find_field(const char *name) {
+    for (int i = 0; i < FIELDS; i++)
+        if (strcmp(name, KNOWN[i].name) == 0) return i;
+    return -1;
+}
+
+static bool read_value(FILE *file, double *value) {
+    uint64_t bits;
+    if (fscanf(file, "%" SCNx64, &bits) != 1) return false;
+    memcpy(value, &bits, sizeof bits);
+    return true;
+}
+
+static bool read_variable(Plant *plant, FILE *file, size_t index, char *message) {
+    char role[16] = "", name[32] = "";
+    size_t offset, size;
+    if (fscanf(file, "%15s %31s %zu %zu", role, name, &offset, &size) != 4) return fails(message, "broken after", name);
+    const int found_role = find_role(role), found = find_field(name);
+    if (found_role < 0) return fails(message, "unknown role", role);
+    if (found < 0 || plant->field[found]) return fails(message, "unknown or repeated variable", name);
+    if (offset > plant->scalars || size > plant->scalars - offset) return fails(message, "wrong place of", name);
+    if (size != KNOWN[found].width * (KNOWN[found].per_cable ? plant->cables : 1))
+        return fails(message, "wrong number of values of", name);
+    plant->variable[index] = (Variable){(Field)found, (Role)found_role, offset, size};
+    plant->field[found] = plant->number + offset;
+    for (size_t i = 0; i < size; i++) {
+        plant->owner[offset + i] = index;
+        if (!read_value(file, plant->number + offset + i)) return fails(message, "no value of", name);
+    }
+    return true;
+}
+
+static bool allocate(Plant *plant) {
+    plant->states = 13;
+    plant->count = plant->scalars + plant->states + 6;
+    plant->variable = calloc(plant->variables, sizeof *plant->variable);
+    plant->owner = calloc(plant->scalars, sizeof *plant->owner);
+    plant->number = calloc(plant->count, sizeof *plant->number);
+    plant->scratch = calloc(3 * plant->states, sizeof *plant->scratch);
+    if (!plant->variable || !plant->owner || !plant->number || !plant->scratch) return false;
+    plant->state = plant->number + plant->scalars;
+    plant->factors = plant->state + plant->states;
+    return true;
+}
+
+bool plant_load(Plant *plant, FILE *file, char *message) {
+    const size_t most = 1000000; /* numbers: far above 256 cables */
+    memset(plant, 0, sizeof *plant);
+    if (fscanf(file, "cdpr-plant 1 token %63s cables %zu variables %zu numbers %zu", plant->token, &plant->cables,
+               &plant->variables, &plant->scalars) != 4
+        || plant->scalars == 0 || plant->variables == 0 || plant->scalars > most || plant->variables > plant->scalars)
+        return fails(message, "wrong head, token", plant->token);
+    if (!allocate(plant)) return fails(message, "no memory for", "numbers");
+    for (size_t i = 0; i < plant->variables; i++)
+        if (!read_variable(plant, file, i, message)) return false;
+    for (int i = 0; i < GUIDE; i++)
+        if (!plant->field[i]) return fails(message, "missing", KNOWN[i].name);
+    return true;
+}
+
+void plant_free(Plant *plant) {
+    free(plant->variable);
+    free(plant->owner);
+    free(plant->number);
+    free(plant->scratch);
+    memset(plant, 0, sizeof *plant);
+}

@@ -1,0 +1,66 @@
+/* The plant of cdpr in C: a rigid platform on cables, integrated as the backend `reference` of cdpr does.
+   SPDX-License-Identifier: Apache-2.0
+
+   Conventions (cdpr/model/__init__.py): SI units, world axes, z up; quaternions are w, x, y, z; the wrench acts at the
+   platform's origin; cable i runs from frame_anchors[i] (world) to platform_anchors[i] (platform axes). */
+#ifndef CDPR_PLANT_H
+#define CDPR_PLANT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+/* What the model knows by name. The configuration says which of them there are, where, and in which role. */
+typedef enum {
+    TIME, MASS, CENTER_OF_MASS, INERTIA, GRAVITY, PHYSICS_STEP, FRAME_ANCHORS, PLATFORM_ANCHORS,
+    INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
+    CABLE_TENSION, EXTERNAL_WRENCH,
+    POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY, CABLE_LENGTH, CABLE_RATE,
+    GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
+    FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
+    FIELDS
+} Field;
+
+typedef enum { INDEPENDENT, PARAMETER, INPUT, OUTPUT, CONSTANT } Role;
+
+typedef struct {
+    Field field;
+    Role role;
+    size_t offset, size;
+} Variable;
+
+#define MESSAGE 256 /* bytes of a message at most */
+#define TOKEN 64    /* bytes of the instantiation token at most */
+
+/* All numbers lie in one array: variables first, in the order of their value references, then the state, then what is
+   derived from the parameters. A copy of it is a snapshot. */
+typedef struct {
+    size_t cables;
+    size_t variables; /* how many there are, constants included */
+    Variable *variable;
+    size_t scalars;   /* numbers in them */
+    size_t *owner;    /* (scalars) index of the variable that a number belongs to */
+    size_t states;
+    size_t count;     /* numbers in all */
+    double *number;   /* (count) */
+    double *field[FIELDS]; /* into `number`; NULL where the robot has no such variable */
+    double *state;    /* (states) see plant.c */
+    double *factors;  /* (6) inertia = L D L^T: D, then l10, l20, l21 */
+    double *scratch;  /* (3 states) */
+    char token[TOKEN];
+} Plant;
+
+/* Read the configuration; false with a message where it cannot be used. Free the plant in either case. */
+bool plant_load(Plant *plant, FILE *file, char *message);
+void plant_free(Plant *plant);
+
+/* Check the parameters and put the platform into its initial state; false with a message where they are unsound. */
+bool plant_start(Plant *plant, char *message);
+
+/* Advance by `duration` in steps of physics_step, or slightly shorter ones where that does not divide it. */
+void plant_advance(Plant *plant, double duration);
+
+/* Whether the state is finite. */
+bool plant_sound(const Plant *plant);
+
+#endif
