@@ -9,6 +9,8 @@ from pydantic import Field, model_validator
 from cdpr.fmu.options import FmuFile
 from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
+CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; tendons and legs are ideal only
+
 CABLES = "cdpr's own cable kernel (ideal), or rigid legs of 1 g on universal and ball joints (ups)"
 
 
@@ -83,7 +85,7 @@ def cdpr_backends() -> list[PluginInfo]:
             name="reference",
             factory="cdpr_backends.reference:make",
             summary="own Runge-Kutta integrator, fourth order, the judge of the others",
-            properties={"order": 4, "snapshot": True},
+            properties={"order": 4, "snapshot": True, "cable_models": CABLE_MODELS},
         ),
         PluginInfo(
             name="mujoco",
@@ -91,7 +93,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="MuJoCo, semi-implicit Euler (rk4 with its own tendons)",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
-            properties={"order": 1, "snapshot": True},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS},
             options=MujocoOptions,
         ),
         PluginInfo(
@@ -100,7 +102,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="PyBullet, semi-implicit Euler",
             requires=("pybullet",),
             extra="cdpr[bullet]",
-            properties={"order": 1, "snapshot": True},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS},
             options=BulletOptions,
         ),
         PluginInfo(
@@ -109,7 +111,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="DART, semi-implicit Euler",
             requires=("dartpy",),
             extra="cdpr[dart]",
-            properties={"order": 1, "snapshot": True},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS},
             options=DartOptions,
         ),
         PluginInfo(

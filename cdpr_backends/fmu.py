@@ -110,6 +110,10 @@ class FmuBackend(Backend):
         self._instance.restore(snapshot.number)
         put_back(snapshot.arrays, self._arrays)
 
+    def describe(self) -> dict[str, Any]:
+        """Return file, checksum, mapping and parameters."""
+        return self.fmu.describe()
+
     def close(self) -> None:
         """End the FMU, its process and its folder."""
         self.fmu.close()

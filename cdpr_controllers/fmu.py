@@ -69,6 +69,10 @@ class FmuController(Controller):
         self._instance.inputs[:] = self.fmu.mapping.inputs.start()
         self.fmu.start(known)
 
+    def describe(self) -> dict[str, Any]:
+        """Return file, checksum, mapping and parameters."""
+        return self.fmu.describe()
+
     def close(self) -> None:
         """End the FMU, its process and its folder."""
         self.fmu.close()

@@ -194,6 +194,16 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"{'tension':<20}min {tension['min']:.5g} N   max {tension['max']:.5g} N   "
             f"largest step {tension['largest_step']:.4g} N"
         )
+    if "energy_J" in figures:
+        energy = figures["energy_J"]
+        work = f"work of the cables {energy['cable_work']:.4g} J"
+        if energy["external_work"]:
+            work += f", of external wrenches {energy['external_work']:.4g} J"
+        but = "" if energy["balanced"] else ", TOO MUCH: smaller physics steps, or a backend that makes or loses energy"
+        yield (
+            f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "
+            f"of {energy['turned_over']:.4g} J turned over{but}"
+        )
     yield f"{'infeasible steps':<20}{figures['infeasible_steps']} of {figures['samples']}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"

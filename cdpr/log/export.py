@@ -13,7 +13,6 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from cdpr.errors import OutputError, PluginError
-from cdpr.log.layout import FIELDS
 from cdpr.log.run import Header, Run
 from cdpr.log.writer import unwritable
 
@@ -37,8 +36,13 @@ _COLUMNS = {
     "residual": "residual_N",
     "margin": "margin_N",
     "at_limit": "at_limit",
+    "kinetic": "kinetic_J",
+    "potential": "potential_J",
+    "cable_work": "cable_work_J",
+    "external_work": "external_work_J",
+    "cable_tension": "cable_tension_{}_N",
 }
-_WRENCH = [f"wrench_force_{axis}_N" for axis in "xyz"] + [f"wrench_moment_{axis}_Nm" for axis in "xyz"]
+_WRENCH = [f"{{}}_force_{axis}_N" for axis in "xyz"] + [f"{{}}_moment_{axis}_Nm" for axis in "xyz"]
 
 
 def export(run: Run, to: str, out: Path, force: bool = False) -> None:
@@ -71,9 +75,12 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
 def column_names(header: Header) -> list[str]:
     """Return the names of a row's columns, with their units; the time is `t`."""
     names: list[str] = []
-    for field, width in FIELDS:
+    for field, width in header.layout.fields:
         parts = header.cables if width == 0 else tuple("wxyz" if width == 4 else "xyz"[:width])
-        names += _WRENCH if field == "wrench" else [_COLUMNS[field].format(part) for part in parts]
+        if width == 6:
+            names += [name.format(field) for name in _WRENCH]
+        else:
+            names += [_COLUMNS[field].format(part) for part in parts]
     return names
 
 
@@ -115,7 +122,7 @@ EXPORTS: dict[str, Callable[[Run, BinaryIO], None]] = {
 
 
 def _fields(run: Run) -> dict[str, Any]:
-    fields: dict[str, Any] = {name: run[name] for name, _ in FIELDS}
+    fields: dict[str, Any] = {name: run[name] for name, _ in run.header.layout.fields}
     fields["solver_status"] = fields.pop("status")
     known = {"header": json.dumps(run.header.to_dict()), "cables": list(run.header.cables)}
     return fields | known | {"status": run.status, "message": run.message}

@@ -27,7 +27,7 @@ from cdpr.log.topics import run_topics
 from cdpr.log.visuals import visual_topics
 from cdpr.model.robot import Array
 
-FORMAT = "1"
+FORMAT = "2"
 MAGIC = b"\x89MCAP0\r\n"
 BLOCK = 256  # rows in a full block
 PICTURE_ROWS = 16 * BLOCK  # rows of the run whose pictures share chunks: few, for they are not needed at once

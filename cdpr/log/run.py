@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.log.layout import Layout
+from cdpr.log.layout import FIELDS, Layout
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
@@ -37,11 +37,12 @@ class Header:
     shape: dict[str, Any] | None  # {"box": [x, y, z]} or {"sphere": radius}, m
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
+    cable_model: str = "ideal"
 
     @property
     def layout(self) -> Layout:
         """Columns of the rows."""
-        return Layout(len(self.cables))
+        return Layout(len(self.cables), self.cable_model == "ideal")
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
@@ -79,6 +80,7 @@ class Run:
     events: tuple[Event, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
+    plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
 
     def __repr__(self) -> str:
@@ -178,8 +180,13 @@ class Run:
 
     @property
     def tension(self) -> Array:
-        """Tension of each cable, held until the next sample, (K, m), N."""
+        """Tension that is commanded of each cable, held until the next sample, (K, m), N."""
         return self["tension"]
+
+    @property
+    def cable_tension(self) -> Array:
+        """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
+        return self["tension" if self.header.cable_model == "ideal" else "cable_tension"]
 
     @property
     def length(self) -> Array:
@@ -211,6 +218,50 @@ class Run:
         """Number of cables at a limit, (K,)."""
         return self["at_limit"]
 
+    @property
+    def external(self) -> Array:
+        """External wrench on the platform at its origin, held until the next sample, (K, 6), N and N m, world."""
+        return self["external"]
+
+    @property
+    def kinetic(self) -> Array:
+        """Kinetic energy of the platform, (K,), J."""
+        return self["kinetic"]
+
+    @property
+    def potential(self) -> Array:
+        """Potential energy of the platform, 0 with its centre of mass at the world's origin, (K,), J."""
+        return self["potential"]
+
+    @property
+    def cable_work(self) -> Array:
+        """Work of the cables on the platform since the first sample, (K,), J."""
+        return self["cable_work"]
+
+    @property
+    def external_work(self) -> Array:
+        """Work of the external wrench on the platform since the first sample, (K,), J."""
+        return self["external_work"]
+
+    @property
+    def cable_power(self) -> Array:
+        """Mean power of the cables over the period after each sample, (K,), W; last one NaN."""
+        return _difference_quotient(self.cable_work, self.header.control_step)
+
+    @property
+    def external_power(self) -> Array:
+        """Mean power of the external wrench over the period after each sample, (K,), W; last one NaN."""
+        return _difference_quotient(self.external_work, self.header.control_step)
+
+    @property
+    def energy_residual(self) -> Array:
+        """Energy gained since the first sample that no work explains, (K,), J.
+
+        0 but for round-off under exact integration with massless cables; of the order of the backend in its step.
+        """
+        stored = self.kinetic + self.potential
+        return stored - stored[:1] - self.cable_work - self.external_work
+
     def summary(self) -> dict[str, Any]:
         """Return the figures that `cdpr run` prints, as plain numbers."""
         from cdpr.log.summary import summarise
@@ -224,7 +275,7 @@ class Run:
         return overview(self)
 
 
-SCALARS = ("time", "status", "residual", "margin", "at_limit")
+SCALARS = tuple(name for name, width in FIELDS if width == 1)
 
 
 def _difference_quotient(values: Array, step: float) -> Array:

@@ -40,22 +40,18 @@ def run_topics(header: Header) -> Group:
 
     The time column is not among them: it is k * control_step, k the sequence number of the messages.
     """
-    layout = Layout(len(header.cables))
+    layout = header.layout
     m, c = len(header.cables), layout.columns
     joints = {**STAMPED, "name": header.cables}
-    solver = {
-        "layout": {"dim": [{"label": "status, residual, margin, at_limit", "size": 4, "stride": 4}]},
-        "data": [0.0] * 4,
-    }
     topics = (
         Topic("/clock", "rosgraph_msgs/Clock", {}, stamps=("clock",)),
         Topic(
             "/cdpr/cable_states",
             "sensor_msgs/JointState",
             {**joints, "position": [0.0] * m, "velocity": [0.0] * m, "effort": [0.0] * m},
-            {"position": (c["length"],), "velocity": (c["rate"],), "effort": (c["tension"],)},
+            {"position": (c["length"],), "velocity": (c["rate"],), "effort": (c.get("cable_tension", c["tension"]),)},
         ),
-        # Cables are ideal so far: what is commanded is the tension.
+        # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
         Topic(
             "/cdpr/cable_commands",
             "sensor_msgs/JointState",
@@ -72,13 +68,9 @@ def run_topics(header: Header) -> Group:
             layout.span("desired_acceleration", "desired_angular_acceleration"),
         ),
         _pair("wrench", "Wrench", c["wrench"]),
-        Topic(
-            "/cdpr/solver",
-            "std_msgs/Float64MultiArray",
-            solver,
-            {"data": (layout.span("status", "at_limit"),)},
-            stamps=(),
-        ),
+        _scalars("solver", layout, ("status", "residual", "margin", "at_limit")),
+        _pair("external_wrench", "Wrench", c["external"]),
+        _scalars("energy", layout, ("kinetic", "potential", "cable_work", "external_work")),
     )
     return Group(topics, channel=1, width=layout.width, every=1, source=lambda rows: rows)
 
@@ -97,3 +89,11 @@ def _pose(name: str, layout: Layout, prefix: str) -> Topic:
 def _pair(name: str, kind: str, columns: slice) -> Topic:
     """A message of two vectors that stand side by side in the rows too."""
     return Topic(f"/cdpr/platform/{name}", f"geometry_msgs/{kind}Stamped", STAMPED, {kind.lower(): (columns,)})
+
+
+def _scalars(name: str, layout: Layout, fields: tuple[str, ...]) -> Topic:
+    """Fields of one column each that stand side by side in the rows."""
+    size = len(fields)
+    value = {"layout": {"dim": [{"label": ", ".join(fields), "size": size, "stride": size}]}, "data": [0.0] * size}
+    columns = layout.span(fields[0], fields[-1])
+    return Topic(f"/cdpr/{name}", "std_msgs/Float64MultiArray", value, {"data": (columns,)}, stamps=())

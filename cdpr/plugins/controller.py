@@ -50,5 +50,9 @@ class Controller(ABC):
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""
 
+    def describe(self) -> dict[str, Any]:
+        """Return what the record of a run should say of it beyond its options: plain data, as JSON holds it."""
+        return {}
+
     def close(self) -> None:  # noqa: B027 - an optional hook
         """Free what the controller holds; it is not used afterwards."""

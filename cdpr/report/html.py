@@ -142,4 +142,15 @@ def drawings() -> list[Drawing]:
             "with zero drawn at 10<sup>−16</sup>. Near round-off the cables deliver what was asked; where "
             "the residual rises, the platform gets another wrench.",
         ),
+        Drawing(
+            "Energy",
+            "Energy and power",
+            plots.energy,
+            "Kinetic energy of the platform, change of its potential energy, work of the cables and of external "
+            "wrenches since the start, and their powers: what the drives must deliver, or take up where it is "
+            "negative. Unexplained is the energy gained that no work accounts for: round-off under exact "
+            "integration, proportional to the physics step in engines of first order. Where it grows without "
+            "bound, the backend makes or loses energy. (Legs with mass of their own, an option of some backends, "
+            "are not counted.)",
+        ),
     ]

@@ -82,6 +82,27 @@ def distribution(run: Run) -> Chart:
     return stack(run, panels)
 
 
+@styled
+def energy(run: Run) -> Chart:
+    """Draw energies and works, powers, and the energy that no work explains."""
+    pushed = bool(np.any(run.external))
+    change = run.potential - run.potential[:1]
+    works, powers = [run.cable_work], [run.cable_power]
+    if pushed:
+        works.append(run.external_work)
+        powers.append(run.external_power)
+    names = ("kinetic", "potential (change)", "work of cables", "work of pushes")
+    looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, CABLES, strict=False)]
+    panels = (
+        Panel(
+            "energy (J)", (Curves(np.stack([run.kinetic, change, *works], axis=1), CABLES),), looks[: 3 + pushed], 1.0
+        ),
+        Panel("power (W)", (Curves(np.stack(powers, axis=1), CABLES[2:]),), least=1.0),
+        Panel("unexplained (J)", (Curves(run.energy_residual[:, None], (INK,)),), least=1e-9),
+    )
+    return stack(run, panels)
+
+
 def roll_pitch_yaw(run: Run) -> Array:
     """Return roll, pitch, yaw, desired and actual, (2, K, 3), rad, without jumps of a turn."""
     desired = np.unwrap(_rpy(run.desired_orientation), axis=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def summary(run: Run) -> str:
         )
     ]
     out += table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
-    tension = figures["tension_N"]
+    tension, energy = figures["tension_N"], figures["energy_J"]
     rows = [
         ("Smallest tension (N)", number(tension["min"])),
         ("Largest tension (N)", number(tension["max"])),
@@ -57,6 +58,11 @@ def summary(run: Run) -> str:
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
         ("Steps without valid tensions", _bad_steps(run)),
+        (
+            "Work of cables; of external wrenches (J)",
+            "; ".join(number(energy[f"{by}_work"]) for by in ("cable", "external")),
+        ),
+        ("Energy that no work explains; turned over (J)", _balance(energy)),
         ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
     ]
     if run.timings:
@@ -70,6 +76,11 @@ def summary(run: Run) -> str:
 def _bad_steps(run: Run) -> str:
     counts = [(int(np.count_nonzero(run.solver_status == status)), name) for status, (name, _) in SHADES.items()]
     return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"
+
+
+def _balance(energy: dict[str, Any]) -> str:
+    text = f"{number(energy['residual_max'])}; {number(energy['turned_over'])}"
+    return text if energy["balanced"] else f"<strong>{text}: out of balance</strong>"
 
 
 def provenance(run: Run) -> str:

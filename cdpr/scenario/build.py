@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.document import Document
+from cdpr.scenario.event_checks import EventChecks, beyond, named
 from cdpr.scenario.messages import explain
 from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS
@@ -41,6 +42,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     _report_nulls(data, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
     table = RunChecks(document, problems).run()
+    EventChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
@@ -53,13 +55,18 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     trajectory = complete(sections.trajectory, sections.initial)
     if isinstance(trajectory, Csv) and table:
         trajectory = trajectory.filled(table)
+    events = [named(event, [cable.name for cable in robot.cables]) for event in sections.events]
     return Scenario(
-        sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory}),
+        sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory, "events": events}),
         robot=robot.to_robot(),
         controller_options=controller_options,
         solver_options=solver_options,
         source=document.source,
-        unused=(*(f"robot.{key}" for key in robot.unused()), *document.dropped),
+        unused=(
+            *(f"robot.{key}" for key in robot.unused()),
+            *document.dropped,
+            *(f"events[{i}]" for i in beyond(events, sections.simulation)),
+        ),
         _backend_options=backend_options,
         _document=document,
         _plugins=plugins,

@@ -13,6 +13,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.document import Document
+from cdpr.scenario.event_schema import ScenarioEvent
 from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
 from cdpr.scenario.trajectory_schema import Motion
 from cdpr.scenario.yaml_text import dump
@@ -83,6 +84,11 @@ class Scenario:
     def solver(self) -> SolverSection:
         """Type of the tension solver, and what to do while a wrench is infeasible."""
         return self.sections.solver
+
+    @property
+    def events(self) -> tuple[ScenarioEvent, ...]:
+        """What happens during the run, each cable by its name."""
+        return tuple(self.sections.events)
 
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""

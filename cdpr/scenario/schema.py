@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from cdpr.model.robot import Array
+from cdpr.scenario.event_schema import MAX_EVENTS, AnyEvent
 from cdpr.scenario.fields import ZERO, Name, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 from cdpr.scenario.robot_schema import RobotSection
@@ -95,6 +96,9 @@ class ScenarioSection(Section):
     trajectory: Trajectory = Field(Hold(), description="the desired motion")
     controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
+    events: list[AnyEvent] = Field(
+        [], max_length=MAX_EVENTS, description="what happens to the robot during the run: pushes, faults, stops"
+    )
     backend_options: dict[str, dict[str, Any]] = Field(
         {}, description="options of backends by name; all are checked, only the chosen backend's are used"
     )

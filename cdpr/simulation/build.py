@@ -10,15 +10,16 @@ from typing import cast, get_args
 import numpy as np
 
 from cdpr import __version__
-from cdpr.errors import PluginError
+from cdpr.errors import CdprError, PluginError
 from cdpr.log.run import Header
-from cdpr.model import kernel_cache
+from cdpr.model import Robot, kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.loop import Parts
+from cdpr.simulation.schedule import stopped
 
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")
@@ -40,6 +41,7 @@ def build(scenario: Scenario) -> Parts:
     }
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
+    _check_cable_model(chosen["backend"], robot)
     solver: TensionSolver = chosen["solver"].make(robot, scenario.solver_options)
     with ExitStack() as made:  # what was made is closed where the next fails
         controller: Controller = chosen["controller"].make(
@@ -50,10 +52,12 @@ def build(scenario: Scenario) -> Parts:
             robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
         made.callback(backend.close)
+        if robot.cable_model != "ideal":
+            _check_step(scenario, chosen["backend"])
         backend.reset(scenario.initial.state())
         parts = Parts(
             robot=robot,
-            trajectory=make_trajectory(scenario.trajectory),
+            trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
             controller=controller,
             solver=solver,
             solver_name=scenario.solver.type,
@@ -63,9 +67,35 @@ def build(scenario: Scenario) -> Parts:
             control_step=simulation.control_step,
             substeps=simulation.substeps,
             output=_output(chosen["controller"], controller),
+            events=scenario.events,
         )
         made.pop_all()
     return parts
+
+
+def _check_cable_model(entry: Registered, robot: Robot) -> None:
+    """Refuse a backend that would move a robot on winches as if its cables were ideal."""
+    known = entry.info.properties.get("cable_models", ("ideal",))
+    if not isinstance(known, tuple | list) or robot.cable_model not in known:
+        raise PluginError(
+            f"backend '{entry.info.name}' does not know robot.cable.model {robot.cable_model}: choose another backend, "
+            "or set robot.cable.model to ideal"
+        )
+
+
+def _check_step(scenario: Scenario, backend: Registered) -> None:
+    """Refuse a physics step with which cables and drums would swing themselves up."""
+    from cdpr.cables.stability import longest, oscillator, stable
+
+    about, step = oscillator(scenario.robot, scenario.initial.state()), scenario.simulation.physics_step
+    scheme = about.runge_kutta if backend.info.properties.get("order") == 4 else about.semi_implicit
+    if not stable(scheme(step)):
+        raise CdprError(
+            f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
+            f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
+            f"(step * omega = {step * about.fastest:.3g}), and damping and friction ask for short steps too; it is "
+            f"stable up to {longest(scheme, step):g} s"
+        )
 
 
 def _output(entry: Registered, controller: Controller) -> Output:
@@ -101,6 +131,7 @@ def make_header(scenario: Scenario) -> Header:
         shape=robot.platform.outline,
         versions=_versions(scenario),
         scenario_yaml=scenario.resolved_yaml(),
+        cable_model=robot.cable_model,
     )
 
 

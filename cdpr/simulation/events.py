@@ -1,12 +1,16 @@
-"""What happened in a run, read from its rows."""
+"""What is told of a run: what its scenario let happen, and what its rows show."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
-from cdpr.log.run import Event
+from cdpr.log.run import Event, Header
 from cdpr.model.robot import Array
+from cdpr.scenario.event_schema import CableBreak, CableFault, Load, ScenarioEvent, Sine, TensionLimits, first_sample
 from cdpr.simulation.loop import Parts
+from cdpr.simulation.schedule import power_off
 from cdpr.tension.command import BEYOND
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
@@ -47,3 +51,48 @@ def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
     if len(spans) > MOST:
         events.append(Event(spans[MOST][0] * step, "more", f"{len(spans) - MOST} further spans without distribution"))
     return events
+
+
+def scheduled_events(scheduled: Sequence[ScenarioEvent], rows: Array, header: Header) -> list[Event]:
+    """Return the scenario's events that came to pass within the rows (K, width), in the order of time."""
+    step = header.control_step
+    told = [event for one in scheduled for event in _tell(one, rows, header) if round(event.time / step) < len(rows)]
+    return sorted(told, key=lambda event: event.time)
+
+
+def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
+    """Yield what there is to say of one event, each at the sample at which it acts."""
+    step = header.control_step
+    k = first_sample(event.time, step)
+    time = k * step
+    if isinstance(event, Load):
+        end = None if event.duration is None else first_sample(event.time + event.duration, step) * step
+        swing = f" times a sine of {event.frequency:g} Hz" if isinstance(event, Sine) else ""
+        yield Event(
+            time, event.type, f"external force {_list(event.force)} N, moment {_list(event.moment)} N m{swing}", end
+        )
+    elif isinstance(event, CableFault):
+        known = first_sample(event.time + event.detected_after, step) * step
+        broken = isinstance(event, CableBreak)
+        what = "breaks"
+        if not broken and k < len(rows):
+            tension = rows[k, header.layout.columns["tension"]][header.cables.index(str(event.cable))]
+            what = f"jams at {tension:.5g} N"
+        yield Event(time, event.type, f"cable '{event.cable}' {what}" + ("" if known > time else ", known at once"))
+        if known > time:
+            what = "broken" if broken else "jammed"
+            yield Event(known, "detected", f"the distribution learns that cable '{event.cable}' is {what}")
+    elif isinstance(event, TensionLimits):
+        limits = [f"{key} {value:g} N" for key, value in (("min", event.min), ("max", event.max)) if value is not None]
+        whose = "all cables" if event.cable is None else f"cable '{event.cable}'"
+        yield Event(time, event.type, f"the tension limits of {whose} become {', '.join(limits)}")
+    else:
+        controlled = f", at rest within {event.stopping_time:g} s" if event.category != 0 else ""
+        yield Event(time, event.type, f"emergency stop of category {event.category}{controlled}")
+        if event.category != 2:
+            off = first_sample(power_off(event, step), step) * step
+            yield Event(off, "power_off", "the drives are without power: no tensions but in jammed cables")
+
+
+def _list(values: Sequence[float]) -> str:
+    return "[" + ", ".join(f"{value:g}" for value in values) + "]"

@@ -17,7 +17,9 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
+from cdpr.scenario.event_schema import ScenarioEvent
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
+from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
 from cdpr.tension.policy import Policy
 from cdpr.tension.stage import TensionStage
@@ -45,6 +47,7 @@ class Parts:
     control_step: float  # s
     substeps: int  # physics steps in a control step
     output: Output = "wrench"  # what the controller puts out
+    events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
 
 
 class Loop:
@@ -60,7 +63,8 @@ class Loop:
         self.parts = parts
         self.count = 0
         robot, backend = parts.robot, parts.backend
-        layout = Layout(robot.m)
+        ideal = robot.cable_model == "ideal"
+        layout = Layout(robot.m, ideal)
         self.row = row = np.zeros(layout.width)
 
         def view(first: str, last: str | None = None) -> Array:
@@ -94,11 +98,27 @@ class Loop:
                 report,
             )
             self.out = self.wrench
+        self.schedule = Schedule(
+            parts.events,
+            parts.control_step,
+            robot,
+            self.stage,
+            self.tension,
+            self.wrench,
+            view("status"),
+            view("external"),
+            backend.external,
+        )
         bounds = acceleration_bounds(robot, backend.gravity)
-        plant = (bounds, backend.command, backend.external, backend.state)
-        geometry = (self.state, self.W, view("length"), view("rate"))
-        self.observe = partial(observe, robot.anchors, parts.control_step, *plant, *geometry)
-        self.observe_start = partial(observe, robot.anchors, 0.0, *plant, *geometry)  # no time has passed
+        plant = (bounds, backend.highest, backend.external, backend.state)
+        energies = view("kinetic", "external_work")
+        results = (self.state, self.W, view("length"), view("rate"), energies)
+        body = (robot.anchors, robot.inertial, backend.gravity)
+        self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
+        self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
+        self.distribute = self.schedule.distribute
+        if not ideal:
+            self._add_winches(view("cable_tension"), energies[2:3])
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -123,7 +143,9 @@ class Loop:
                 )
             if real_time:
                 self.stage.warm_up_policy()
+            self.schedule.warm_up()
             parts.backend.command[...] = self.tension
+            parts.backend.read_tension(self.tension)
             parts.backend.step(parts.substeps)
             self.observe()
         except BackendDied:
@@ -154,7 +176,8 @@ class Loop:
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
         state, desired, out = self.given_state, self.given_desired, self.out
         tension, command, advance = self.tension, backend.command, backend.step
-        sample, control, distribute, look = self.sample, parts.controller.control, self.stage.distribute, self.observe
+        sample, control, look = self.sample, parts.controller.control, self.observe
+        act, distribute = self.schedule.act, self.distribute
         clock = backend.engine_time
         last = len(rows) - 1
         self.count = 0
@@ -163,8 +186,11 @@ class Loop:
         time = 0.0
         try:
             self._first()
+            due = self.schedule.begin()
             while True:
                 row[0] = time
+                if k == due:
+                    due = act(k)
                 sample(time)
                 control(time, state, desired, out)
                 try:
@@ -200,6 +226,23 @@ class Loop:
             raise type(stop)(f"t = {time:.6g} s: {stop}") from stop
         finally:
             self.count = k
+
+    def _add_winches(self, cable_tension: Array, cable_work: Array) -> None:
+        """Read what only the plant knows where cables are not ideal: their tensions (m,) and their work (1,)."""
+        backend, tension = self.parts.backend, self.tension
+        distribute, look = self.distribute, self.observe
+
+        def distribute_and_read() -> None:
+            distribute()
+            backend.command[...] = tension
+            backend.read_tension(cable_tension)
+
+        def look_and_read() -> int:
+            fault = look()
+            cable_work[0] = backend.cable_work()
+            return fault
+
+        self.distribute, self.observe = distribute_and_read, look_and_read
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state

@@ -1,4 +1,4 @@
-"""What the loop computes from each new state: the cable geometry, and whether the state can be true."""
+"""What the loop computes from each new state: cable geometry, energies, and whether the state can be true."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from cdpr.model import Robot
+from cdpr.model.energy import energy, external_work
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry, conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
@@ -53,20 +54,26 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
 @kernel
 def observe(
     anchors: Array,
+    inertial: Array,
+    gravity: Array,
     period: float,
     bounds: Array,
-    command: Array,
+    highest: Array,
     external: Array,
     live: Array,
     state: Array,
     W: Array,
     length: Array,
     rate: Array,
+    energies: Array,
 ) -> int:
     """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
 
-    `state` (13,) holds the state of one control `period` (s) ago and becomes a copy of `live`; `bounds` are as
-    `acceleration_bounds` says; `command` (m,) and `external` (6,) acted in between.
+    `state` (13,) and `length` hold those of one control `period` (s) ago, `state` becomes a copy of `live`; `bounds`
+    are as `acceleration_bounds` says; `external` (6,) acted in between, and no tension above `highest` (m,), which with
+    ideal cables is what they had. `energies` (4,) becomes kinetic and potential energy, and the work so far of ideal
+    cables and external wrench, J: a tension that is held does exactly tension times shortening. A period of 0 sets the
+    works to 0.
     """
     fault = 0
     for i in range(13):
@@ -88,7 +95,7 @@ def observe(
             torque += external[3 + i] ** 2
         pull = math.sqrt(push)
         for i in range(anchors.shape[0]):
-            pull += abs(command[i])
+            pull += abs(highest[i])
         arm = bounds[2]
         angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
         linear = pull * bounds[0] + bounds[1] + arm * (angular + spin)
@@ -100,10 +107,20 @@ def observe(
             comparable and math.sqrt(twist) > period * (JUMP_SPEED + JUMP_FACTOR * period * angular)
         ):
             fault = 4
+        work = 0.0
+        for i in range(anchors.shape[0]):
+            work += highest[i] * length[i]
         cable_geometry(anchors, live, W, length, rate)
         for i in range(anchors.shape[0]):
+            work -= highest[i] * length[i]
             if not length[i] > LENGTH_MIN:
                 fault = 5
+        energies[0], energies[1] = energy(inertial, gravity, live)
+        if period > 0.0:
+            energies[2] += work
+            energies[3] += external_work(external, period, turn, state, live)
+        else:
+            energies[2], energies[3] = 0.0, 0.0
     for i in range(13):
         state[i] = live[i]
     return fault

@@ -14,10 +14,11 @@ from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputErro
 from cdpr.log.recorder import Recorder
 from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.plugins import Backend, Controller
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
-from cdpr.simulation.events import tension_events
+from cdpr.simulation.events import scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
 
 STATUS: dict[type[BaseException], str] = {
@@ -129,12 +130,20 @@ class _Attempt:
                 self.recorder.close(self.loop.count)
             except OutputError as unwritable:
                 error = unwritable
-        events = []
+        events: list[Event] = []
+        plugins: dict[str, Any] = {}
         if self.parts is not None:
             status = rows[:, self.header.layout.columns["status"]][:, 0]
-            events = tension_events(status, self.header.control_step, self.parts)
-            for role, part in (("backend", self.parts.backend), ("controller", self.parts.controller)):
+            events = scheduled_events(self.parts.events, rows, self.header)
+            events += tension_events(status, self.header.control_step, self.parts)
+            parts: dict[str, Backend | Controller] = {
+                "backend": self.parts.backend,
+                "controller": self.parts.controller,
+            }
+            for role, part in parts.items():
                 try:
+                    if about := part.describe():
+                        plugins[role] = about
                     part.close()
                 except (Exception, SystemExit) as foreign:
                     text = f"the {role} raised {describe(foreign)} while closing"
@@ -153,6 +162,7 @@ class _Attempt:
             events=tuple(events),
             timings={"setup_s": self.started - self.begun, "loop_s": looped - self.started},
             unused=self.scenario.unused,
+            plugins=plugins,
             folder=None if self.folder is None else str(self.folder.path),
         )
         if self.folder is not None:

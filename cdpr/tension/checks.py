@@ -30,10 +30,29 @@ def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free
 
 
 @kernel
+def room(limits: Array, tension: Array, report: Array) -> None:
+    """Write margin (N) and number of cables at a limit of `tension` (m,) into report[2:4]; limits are (2, m).
+
+    A locked cable, whose limits are equal, counts only where it does not have that tension.
+    """
+    margin, at_limit = math.inf, 0
+    for i in range(tension.shape[0]):
+        distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
+        if limits[0, i] == limits[1, i] and distance >= -LIMIT_TOLERANCE:
+            continue
+        margin = min(margin, distance)
+        if distance <= LIMIT_TOLERANCE:
+            at_limit += 1
+    report[2] = margin
+    report[3] = at_limit
+
+
+@kernel
 def judge(W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> float:
     """Write residual (N), margin (N) and number of cables at a limit of `tension` into report[1:4].
 
-    weights (n,): 1 for forces, 1 / characteristic length for moments; limits (2, m). Returns the residual allowed.
+    weights (n,): 1 for forces, 1 / characteristic length for moments; limits (2, m), as `room` says. Returns the
+    residual allowed.
     """
     n, m = W.shape
     square, load = 0.0, 0.0
@@ -43,15 +62,8 @@ def judge(W: Array, wrench: Array, weights: Array, limits: Array, tension: Array
             s += W[j, i] * tension[i]
         square += (weights[j] * s) ** 2
         load += (weights[j] * wrench[j]) ** 2
-    margin, at_limit = math.inf, 0
-    for i in range(m):
-        distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
-        margin = min(margin, distance)
-        if distance <= LIMIT_TOLERANCE:
-            at_limit += 1
+    room(limits, tension, report)
     report[1] = math.sqrt(square)
-    report[2] = margin
-    report[3] = at_limit
     return RESIDUAL_TOLERANCE * max(1.0, math.sqrt(load))
 
 
@@ -79,3 +91,15 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
             tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
     report[0] = status
     return status
+
+
+@kernel
+def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> None:
+    """Set the tensions whose `held` (m,) is not NaN to that, and let `report` say what all tensions (m,) do then.
+
+    The status in it stays that of the distribution.
+    """
+    for i in range(held.shape[0]):
+        if not math.isnan(held[i]):
+            tension[i] = held[i]
+    judge(W, wrench, weights, limits, tension, report)

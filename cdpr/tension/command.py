@@ -11,7 +11,7 @@ from cdpr.errors import Diverged, Infeasible
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.checks import LIMIT_TOLERANCE, room
 from cdpr.tension.policy import Policy
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
@@ -31,14 +31,20 @@ class CommandStage:
         report: (4,) result: status, residual (always 0 N: no wrench was wanted), margin (N), cables at a limit.
 
     Attributes:
-        command: (m,) where the controller writes, N.
+        command: (m,) where the controller writes, N. What it says to a locked cable, whose limits are equal, does not
+            matter.
+        limits: (2, m) lower and upper limits, N, live.
+        held: (m,) tensions, N, that `impose` gives the cables whatever was commanded; NaN for those that are free.
     """
 
     def __init__(self, robot: Robot, policy: Policy, W: Array, wrench: Array, tension: Array, report: Array) -> None:
         self.command = np.zeros(robot.m)
         self._stop = policy == "stop"
-        limits = np.array([robot.tension_min, robot.tension_max])
-        self._take = partial(take, limits, self.command, W, tension, wrench, report)
+        self.limits = np.array([robot.tension_min, robot.tension_max])
+        self.held = np.full(robot.m, np.nan)
+        result = (self.limits, W, tension, wrench, report)
+        self._take = partial(take, self.command, *result)
+        self._impose = partial(impose, self.held, *result)
 
     answered = True  # there is no solver to be asked
 
@@ -47,6 +53,10 @@ class CommandStage:
 
     def warm_up_policy(self) -> None:
         """Do nothing: there is nothing to compile."""
+
+    def impose(self) -> None:
+        """Give the cables the tensions that they are `held` at, and report what all tensions do."""
+        self._impose()
 
     def distribute(self) -> None:
         """Write tensions, wrench and report for the present command.
@@ -61,7 +71,7 @@ class CommandStage:
 
 
 @kernel
-def take(limits: Array, command: Array, W: Array, tension: Array, wrench: Array, report: Array) -> int:
+def take(command: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> int:
     """Clip `command` (m,) to the limits (2, m) and write tension, wrench and report; return the status.
 
     Nothing is written where the command is not finite.
@@ -69,23 +79,32 @@ def take(limits: Array, command: Array, W: Array, tension: Array, wrench: Array,
     for i in range(command.shape[0]):
         if not math.isfinite(command[i]):
             return BAD_INPUT
-    status, margin, at_limit = OK, math.inf, 0
-    for j in range(6):
-        wrench[j] = 0.0
+    status = OK
     for i in range(command.shape[0]):
         low, high = limits[0, i], limits[1, i]
-        if not low - LIMIT_TOLERANCE <= command[i] <= high + LIMIT_TOLERANCE:
+        if low < high and not low - LIMIT_TOLERANCE <= command[i] <= high + LIMIT_TOLERANCE:
             status = NOT_FOUND
-        t = min(max(command[i], low), high)
-        distance = min(t - low, high - t)
-        margin = min(margin, distance)
-        if distance <= LIMIT_TOLERANCE:
-            at_limit += 1
-        tension[i] = t
-        for j in range(6):
-            wrench[j] += W[j, i] * t
+        tension[i] = min(max(command[i], low), high)
     report[0] = status
-    report[1] = 0.0
-    report[2] = margin
-    report[3] = at_limit
+    account(limits, W, tension, wrench, report)
     return status
+
+
+@kernel
+def impose(held: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> None:
+    """Set the tensions whose `held` (m,) is not NaN to that, and write what all tensions do, but not the status."""
+    for i in range(held.shape[0]):
+        if not math.isnan(held[i]):
+            tension[i] = held[i]
+    account(limits, W, tension, wrench, report)
+
+
+@kernel
+def account(limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> None:
+    """Write the wrench (6,) of the tensions (m,) and report[1:4]; locked cables count as `room` says."""
+    for j in range(6):
+        wrench[j] = 0.0
+        for i in range(tension.shape[0]):
+            wrench[j] += W[j, i] * tension[i]
+    report[1] = 0.0
+    room(limits, tension, report)

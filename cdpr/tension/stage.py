@@ -11,7 +11,7 @@ from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
-from cdpr.tension.checks import accept, select
+from cdpr.tension.checks import accept, impose, select
 from cdpr.tension.policy import Policy, action, fall_back
 from cdpr.tension.status import Status
 
@@ -42,6 +42,7 @@ class TensionStage:
 
     Attributes:
         limits: (2, m) lower and upper limits, N, live.
+        held: (m,) tensions, N, that `impose` gives the cables whatever was distributed; NaN for those that are free.
         answered: whether the solver has written anything into its answer where it had to be replaced.
     """
 
@@ -70,10 +71,12 @@ class TensionStage:
             self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
+        self.held = np.full(robot.m, np.nan)
         # The solver cannot change what its answer is checked against.
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
         self._solve = partial(solve, *given, answer)
         self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
+        self._impose = partial(impose, self.held, W, wrench, weights, limits, tension, report)
         spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
         self._actions = action(policy, True), action(policy, respects_bounds)  # without an answer, and with one
         self._arguments = (W, wrench, weights, limits, answer, tension, report, spare)
@@ -95,6 +98,12 @@ class TensionStage:
             status = self._accept()
         if status != 0:
             self._replace(status, answered)
+
+    def impose(self) -> None:
+        """Give the cables the tensions that they are `held` at, and report what all tensions do for the wrench."""
+        if self._select is not None:
+            self._select()
+        self._impose()
 
     def warm_up_policy(self) -> None:
         """Call what only an infeasible wrench needs, so that it does not compile in the loop."""

@@ -7,6 +7,18 @@
 from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
 from cdpr.trajectory.knots import Knot, interpolate, through
 from cdpr.trajectory.paths import arch, circle
-from cdpr.trajectory.trajectory import Trajectory, hold
+from cdpr.trajectory.trajectory import Stopping, Trajectory, hold
 
-__all__ = ["Knot", "Limits", "Stop", "Trajectory", "arch", "circle", "hold", "interpolate", "stop_to_stop", "through"]
+__all__ = [
+    "Knot",
+    "Limits",
+    "Stop",
+    "Stopping",
+    "Trajectory",
+    "arch",
+    "circle",
+    "hold",
+    "interpolate",
+    "stop_to_stop",
+    "through",
+]

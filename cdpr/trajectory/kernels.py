@@ -107,6 +107,23 @@ def sample(segments: Array, desired: Array, time: float) -> None:
 
 
 @kernel
+def sample_stopping(segments: Array, begin: float, duration: float, desired: Array, time: float) -> None:
+    """Write the motion as `sample` does, slowed down to rest from `begin` on within `duration` (s).
+
+    The motion is that of a time whose pace is 1 - 3 s^2 + 2 s^3, s the share of the duration: it and its first
+    derivative, and so velocity and acceleration, are continuous.
+    """
+    s = min(max((time - begin) / duration, 0.0), 1.0)
+    pace = 1.0 - s * s * (3.0 - 2.0 * s)
+    change = -6.0 * s * (1.0 - s) / duration
+    sample(segments, desired, min(time, begin) + duration * s * (1.0 - s * s * (1.0 - 0.5 * s)))
+    for i in range(6):
+        v = desired[7 + i]
+        desired[7 + i] = pace * v
+        desired[13 + i] = pace * pace * desired[13 + i] + change * v
+
+
+@kernel
 def rotation_vector_rates(phi: Array, omega: Array, alpha: Array, rate: Array, second: Array) -> None:
     """Write the derivatives of rotation vectors phi (K, 3), at most pi long, for body rates omega and alpha (K, 3).
 

@@ -46,6 +46,26 @@ class Trajectory:
         return desired
 
 
+class Stopping(Trajectory):
+    """A motion that is slowed down to rest along its path, from `begin` on within `duration` (s)."""
+
+    def __init__(self, motion: Trajectory, begin: float, duration: float) -> None:
+        super().__init__(motion.segments)
+        self.begin = begin
+        self.duration = duration
+
+    @property
+    def end(self) -> float:
+        """When the motion rests, s."""
+        return min(super().end, self.begin + self.duration)
+
+    def sampler(self, desired: Array) -> Callable[[float], None]:
+        """Return the function that writes the sample at a time (s) into `desired` (19,)."""
+        from cdpr.trajectory.kernels import sample_stopping
+
+        return partial(sample_stopping, self.segments, self.begin, self.duration, desired)
+
+
 def hold(position: Array, orientation: Array) -> Trajectory:
     """Stay at a pose."""
     segment = np.zeros(COLUMNS)

@@ -121,7 +121,9 @@ def test_a_cable_without_length_is_found():
     state = np.concatenate([anchors[0, :3] - anchors[0, 3:], [1, 0, 0, 0], np.zeros(6)])
     W, lengths, rates = np.zeros((6, 8)), np.zeros(8), np.zeros(8)
     bounds = acceleration_bounds(robot, np.zeros(3))
-    fault = observe(anchors, 0.0, bounds, np.zeros(8), np.zeros(6), state, state.copy(), W, lengths, rates)
+    plant = (bounds, np.zeros(8), np.zeros(6), state)
+    results = (state.copy(), W, lengths, rates, np.zeros(4))
+    fault = observe(anchors, robot.inertial, np.zeros(3), 0.0, *plant, *results)
     assert FAULT_TEXTS[fault] == "a cable has no length"
 
 

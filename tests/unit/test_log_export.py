@@ -40,7 +40,9 @@ def test_column_names() -> None:
     assert names[columns["tension"]] == ["tension_Seil α_N", "tension_cable_2_N", "tension_cable_3_N"]
     assert names[columns["wrench"]][2:4] == ["wrench_force_z_N", "wrench_moment_x_Nm"]
     assert names[columns["rate"]][2] == "rate_cable_3_m_per_s"
-    assert names[-4:] == ["status", "residual_N", "margin_N", "at_limit"]
+    assert names[columns["status"].start :][:4] == ["status", "residual_N", "margin_N", "at_limit"]
+    assert names[columns["external"]][2:4] == ["external_force_z_N", "external_moment_x_Nm"]
+    assert names[-4:] == ["kinetic_J", "potential_J", "cable_work_J", "external_work_J"]
 
 
 def test_csv(run: Run, tmp_path: Path) -> None:

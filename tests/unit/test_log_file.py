@@ -36,6 +36,8 @@ FULL_RATE = {
     "/cdpr/platform/acceleration_desired": "geometry_msgs/msg/AccelStamped",
     "/cdpr/platform/wrench": "geometry_msgs/msg/WrenchStamped",
     "/cdpr/solver": "std_msgs/msg/Float64MultiArray",
+    "/cdpr/platform/external_wrench": "geometry_msgs/msg/WrenchStamped",
+    "/cdpr/energy": "std_msgs/msg/Float64MultiArray",
 }
 PICTURES = {"/tf": "tf2_msgs/msg/TFMessage", "/cdpr/markers": "visualization_msgs/msg/MarkerArray"}
 
@@ -69,7 +71,9 @@ def values_of(topic: str, message: Any) -> dict[str, list[float]]:
             return {f"{prefix}acceleration": xyz(v), f"{prefix}angular_acceleration": xyz(w)}
         case "/cdpr/platform/wrench":
             return {"wrench": xyz(message.wrench.force) + xyz(message.wrench.torque)}
-        case "/cdpr/solver":
+        case "/cdpr/platform/external_wrench":
+            return {"external": xyz(message.wrench.force) + xyz(message.wrench.torque)}
+        case "/cdpr/solver" | "/cdpr/energy":
             (dim,) = message.layout.dim
             assert (dim.size, dim.stride, message.layout.data_offset) == (4, 4, 0)
             names = dim.label.split(", ")
@@ -122,7 +126,7 @@ def test_rosbags_opens_the_file_itself(tmp_path: Path) -> None:
     path = write_log(tmp_path / "log.mcap", header, make_rows(header, 400))
     with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
         assert {c.topic: c.msgtype for c in reader.connections} == FULL_RATE | PICTURES
-        assert sum(1 for _ in reader.messages()) == reader.message_count == 4000 + 24 + 12
+        assert sum(1 for _ in reader.messages()) == reader.message_count == 400 * len(FULL_RATE) + 24 + 12
 
 
 def test_order_and_count(tmp_path: Path) -> None:
@@ -144,7 +148,7 @@ def test_order_and_count(tmp_path: Path) -> None:
     assert {topic: sum(t == topic for t, *_ in listed) for topic in expected} == expected
     assert statistics.message_count == len(listed) == len(in_file)
     assert (statistics.message_start_time, statistics.message_end_time) == (0, (k - 1) * 1_000_000)
-    assert (statistics.schema_count, statistics.channel_count) == (9, 12)
+    assert (statistics.schema_count, statistics.channel_count) == (9, len(FULL_RATE | PICTURES))
     assert (statistics.attachment_count, statistics.metadata_count) == (1, 1)
     assert statistics.chunk_count == len(summary.chunk_indexes) == 18 + 2 * 2
     assert all(a[2] <= b[2] for a, b in pairwise(listed))
@@ -286,7 +290,7 @@ def test_no_rows(tmp_path: Path) -> None:
         summary = reader.get_summary()
         assert list(reader.iter_messages()) == []
     assert summary is not None
-    assert len(summary.channels) == 12
+    assert len(summary.channels) == len(FULL_RATE | PICTURES)
 
 
 def test_format_is_frozen() -> None:
@@ -295,4 +299,4 @@ def test_format_is_frozen() -> None:
     form = LogFormat(header, text="{}")
     rows = np.arange(3.0 * header.layout.width).reshape(3, -1) / 8.0
     digest = hashlib.sha256(form.description + bytes(form.block(rows, 300))).hexdigest()
-    assert digest[:16] == "cf6506f1d0f92721"
+    assert digest[:16] == "995fcaed47b3c5d5"

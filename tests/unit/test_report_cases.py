@@ -113,6 +113,10 @@ def _fill(run: Run, table: Array, noise: float) -> None:
     margin = np.minimum(tension - run.header.tension_min, run.header.tension_max - tension).min(axis=1)
     put("margin", margin)
     put("at_limit", (margin <= 0.0).astype(float))
+    kinetic, potential = 0.5 * MASS * np.sum((slope * way) ** 2, axis=1), MASS * 9.81 * position[:, 2]
+    put("kinetic", kinetic)
+    put("potential", potential)
+    put("cable_work", kinetic + potential - potential[0])
 
 
 def _attitudes(turn: Array, parts: Array) -> Array:

@@ -81,8 +81,8 @@ def test_the_page_is_sound_and_needs_nothing_else(case: str) -> None:
 def test_every_figure_is_there_with_a_caption_and_in_the_navigation() -> None:
     page = Page(render(make_run()))
     names = [drawing.name for drawing in drawings()]
-    assert len(names) == 8
-    assert page.tags.count("svg") == page.tags.count("figcaption") == 8
+    assert len(names) == 9
+    assert page.tags.count("svg") == page.tags.count("figcaption") == 9
     for name in (*names, "Summary", "Run", "Events", "Cables", "Scenario"):
         assert name.lower() in page.ids
         assert f"#{name.lower()}" in page.links
@@ -100,6 +100,8 @@ def test_figures_of_the_summary_are_in_human_units() -> None:
     assert row(text, "Largest tension (N)") == [f"{figures['tension_N']['max']:.4g}"]
     assert row(text, "Smallest margin to a limit (N)") == ["0"]
     assert row(text, "Steps without valid tensions") == ["none"]
+    assert row(text, "Work of cables; of external wrenches (J)") == ["235.4; 0"]
+    assert row(text, "Energy that no work explains; turned over (J)")[0].endswith("; 235.4")
     assert row(text, "Samples; simulated time") == ["4001; 4 s"]
     assert row(text, "Keys not used") == ["<code>controller.kd</code>"]
     assert row(text, "Control step; physics step") == ["1 ms; 1 ms"]

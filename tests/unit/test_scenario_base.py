@@ -120,6 +120,16 @@ trajectory:
   angular_limits: {velocity: 1.5, acceleration: 2.5, jerk: 25}
 """
 
+EVENTS = """\
+events:
+- {type: wrench, time: 0.5, duration: 0.25, force: [100, 0, 0], moment: [0, 0, 10]}
+- {type: sine, time: 1, duration: 2, force: [0, 20, 0], moment: [0, 1, 0], frequency: 2.5, phase: 0.3}
+- {type: limits, time: 1.5, cable: left, min: 30, max: 5000}
+- {type: cable_jam, time: 2, cable: 2, detected_after: 0.125}
+- {type: cable_break, time: 2.5, cable: cable_2, detected_after: 0.0625}
+- {type: emergency_stop, time: 3, category: 1, stopping_time: 0.75}
+"""
+
 
 def whole(trajectory: str, robot: str = ROBOT) -> str:
     """A scenario text that stands alone."""
@@ -136,6 +146,7 @@ TEXTS = {
     "circle": whole(HELIX.replace("helix", "circle").replace("  pitch: 0.2\n", "")),
     "helix": whole(HELIX),
     "jerk_limited": whole(JERK_LIMITED),
+    "events": whole(HOLD + EVENTS),
 }
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cdpr.errors import OutputError
+from cdpr.fmu import trust
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
 from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, library, platform_folder, sources
 from cdpr.fmu.export.variables import Plant
@@ -31,13 +32,36 @@ def fmu_bytes(plant: Plant, fmi: int, source_only: bool = False) -> bytes:
 
 
 def write_fmu(plant: Plant, fmi: int, out: Path, source_only: bool = False, force: bool = False) -> str:
-    """Write the FMU into the file `out` and return its sha256; errors as for `fmu_bytes`, and OutputError."""
+    """Write the FMU into the file `out`, put it on the user's list of trusted ones and return its sha256.
+
+    Errors as for `fmu_bytes`, and OutputError where something cannot be written.
+    """
     if out.exists() and not out.is_file():
         raise OutputError(f"{out}: is no regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
     content = fmu_bytes(plant, fmi, source_only)
-    temporary = out.with_name(f"{out.name}.tmp")  # so that no half-written file ever bears the name
+    _write(out, content)
+    sha256 = hashlib.sha256(content).hexdigest()
+    if not source_only:
+        trust.add(sha256, out.name)
+    return sha256
+
+
+def cached_fmu(plant: Plant, fmi: int = 3) -> Path:
+    """Return the FMU of a plant in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
+
+    Its name is its sha256, by which a caller may trust it.
+    """
+    content = fmu_bytes(plant, fmi)
+    path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()}.fmu"
+    if not path.is_file() or path.read_bytes() != content:
+        _write(path, content)
+    return path
+
+
+def _write(out: Path, content: bytes) -> None:
+    temporary = out.with_name(f"{out.name}.{os.getpid()}.tmp")  # so that no half-written file ever bears the name
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary.write_bytes(content)
@@ -46,19 +70,6 @@ def write_fmu(plant: Plant, fmi: int, out: Path, source_only: bool = False, forc
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
-    return hashlib.sha256(content).hexdigest()
-
-
-def cached_fmu(plant: Plant, fmi: int = 3) -> Path:
-    """Return the FMU of a plant in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
-
-    Its name is made from its content.
-    """
-    content = fmu_bytes(plant, fmi)
-    path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()[:32]}.fmu"
-    if not path.is_file() or path.read_bytes() != content:
-        write_fmu(plant, fmi, path, force=True)
-    return path
 
 
 def assemble(plant: Plant, fmi: int, files: Sequence[Path], flags: Sequence[str]) -> bytes:

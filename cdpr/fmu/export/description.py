@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import struct
 from collections.abc import Sequence
+from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from cdpr import __version__
 from cdpr.fmu.export.variables import UNITS, Plant, Variable
 
 # Names the library, thus the same for all robots: the binary is generic.
@@ -44,7 +44,7 @@ def model_description(
             "guid" if fmi == 2 else "instantiationToken": token,
             "description": f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along "
             + ", ".join(robot.dof),
-            "generationTool": f"cdpr {__version__}",
+            "generationTool": f"cdpr {version('cdpr')}",
             "variableNamingConvention": "structured",
         },
     )
@@ -98,7 +98,7 @@ def _units(root: Element, public: list[tuple[int, Variable]]) -> None:
 def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:
     """One scalar variable for each number; the structure refers to them by their place, from 1."""
     section = SubElement(root, "ModelVariables")
-    outputs = []
+    outputs: list[tuple[str, Variable]] = []
     for reference, variable in public:
         for i, index in enumerate(itertools.product(*(range(1, n + 1) for n in variable.shape))):
             name = variable.name + (f"[{','.join(map(str, index))}]" if index else "")
@@ -107,29 +107,28 @@ def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:
             )
             SubElement(scalar, "Real", {**_unit(variable.unit_of(i)), **_start(variable, variable.values[i : i + 1])})
             if variable.causality == "output":
-                outputs.append(str(len(section)))
+                outputs.append((str(len(section)), variable))
     structure = SubElement(root, "ModelStructure")
-    # No output changes with an input before a step is done: hosts find no algebraic loops.
     known = SubElement(structure, "Outputs")
     unknown = SubElement(structure, "InitialUnknowns")
-    for place in outputs:
-        SubElement(known, "Unknown", index=place, dependencies="")
+    for place, variable in outputs:
+        SubElement(known, "Unknown", {"index": place, **_dependencies(variable)})
         SubElement(unknown, "Unknown", index=place)
 
 
 def _variables3(root: Element, public: list[tuple[int, Variable]]) -> None:
     section = SubElement(root, "ModelVariables")
     structure = SubElement(root, "ModelStructure")
-    outputs = [str(reference) for reference, variable in public if variable.causality == "output"]
+    outputs = [(str(reference), variable) for reference, variable in public if variable.causality == "output"]
     for reference, variable in public:
         unit = variable.unit if isinstance(variable.unit, str) else ""  # an array has one unit or none
         attributes = {"name": variable.name, "valueReference": str(reference), **_common(variable), **_unit(unit)}
         element = SubElement(section, "Float64", {**attributes, **_start(variable, variable.values)})
         for n in variable.shape:
             SubElement(element, "Dimension", start=str(n))
-    for place in outputs:
-        SubElement(structure, "Output", valueReference=place, dependencies="")
-    for place in outputs:
+    for place, variable in outputs:
+        SubElement(structure, "Output", {"valueReference": place, **_dependencies(variable)})
+    for place, _ in outputs:
         SubElement(structure, "InitialUnknown", valueReference=place)
 
 
@@ -140,6 +139,11 @@ def _common(variable: Variable) -> dict[str, str]:
     if variable.causality == "output":
         return {**attributes, "variability": "continuous", "initial": "calculated"}
     return {**attributes, "variability": "continuous"}
+
+
+def _dependencies(variable: Variable) -> dict[str, str]:
+    """Say that an output depends on no input at the same instant, so that hosts see no algebraic loop."""
+    return {} if variable.direct else {"dependencies": ""}
 
 
 def _unit(unit: str) -> dict[str, str]:
@@ -153,4 +157,5 @@ def _start(variable: Variable, values: Sequence[float]) -> dict[str, str]:
 
 def _text(root: Element) -> bytes:
     ElementTree.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+    text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return text.encode()

@@ -37,6 +37,17 @@ static const struct {
     [ANGULAR_VELOCITY] = {"angular_velocity", 3, false},
     [CABLE_LENGTH] = {"cable_length", 1, true},
     [CABLE_RATE] = {"cable_rate", 1, true},
+    [COMMAND] = {"command", 1, true},
+    [DRUM_RADIUS] = {"winch.drum_radius", 1, true},
+    [DRUM_INERTIA] = {"winch.inertia", 1, true},
+    [VISCOUS_FRICTION] = {"winch.viscous_friction", 1, true},
+    [COULOMB_FRICTION] = {"winch.coulomb_friction", 1, true},
+    [COULOMB_SPEED] = {"winch.coulomb_speed", 1, true},
+    [UNILATERAL] = {"unilateral", 1, false},
+    [DRUM_SPEED] = {"drum_speed", 1, true},
+    [AXIAL_STIFFNESS] = {"cable.axial_stiffness", 1, true},
+    [DAMPING] = {"cable.damping", 1, true},
+    [UNSTRETCHED_LENGTH] = {"unstretched_length", 1, true},
     [GUIDE] = {"guide", 6, false},
     [FAULT] = {"fault", 1, false},
     [FAULT_TIME] = {"fault_time", 1, false},
@@ -86,15 +97,26 @@ static bool read_variable(Plant *plant, FILE *file, size_t index, char *message)
 }
 
 static bool allocate(Plant *plant) {
-    plant->states = 13;
-    plant->count = plant->scalars + plant->states + 6;
+    const size_t body = sizeof *plant->body / sizeof(double) + 3 * plant->cables;
+    plant->states = 13 + 2 * plant->cables; /* two a cable of elastic ones alone */
+    plant->count = plant->scalars + body + plant->states;
     plant->variable = calloc(plant->variables, sizeof *plant->variable);
     plant->owner = calloc(plant->scalars, sizeof *plant->owner);
     plant->number = calloc(plant->count, sizeof *plant->number);
-    plant->scratch = calloc(3 * plant->states, sizeof *plant->scratch);
+    plant->scratch = calloc(3 * plant->states + 8 * plant->cables, sizeof *plant->scratch);
     if (!plant->variable || !plant->owner || !plant->number || !plant->scratch) return false;
-    plant->state = plant->number + plant->scalars;
-    plant->factors = plant->state + plant->states;
+    plant->body = (Body *)(plant->number + plant->scalars);
+    plant->state = plant->number + plant->scalars + body;
+    plant->work = plant->scratch + 3 * plant->states;
+    return true;
+}
+
+/* Whether there is all that the model with or without winches takes. */
+static bool complete(const Plant *plant, char *message) {
+    const bool winches = plant->field[COMMAND] != NULL, elastic = plant->field[AXIAL_STIFFNESS] != NULL;
+    const int end = !winches ? COMMAND : elastic ? GUIDE : AXIAL_STIFFNESS;
+    for (int i = 0; i < GUIDE; i++)
+        if ((plant->field[i] != NULL) != (i < end)) return fails(message, "missing or useless", KNOWN[i].name);
     return true;
 }
 
@@ -103,14 +125,13 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
     memset(plant, 0, sizeof *plant);
     if (fscanf(file, "cdpr-plant 1 token %63s cables %zu variables %zu numbers %zu", plant->token, &plant->cables,
                &plant->variables, &plant->scalars) != 4
-        || plant->scalars == 0 || plant->variables == 0 || plant->scalars > most || plant->variables > plant->scalars)
+        || plant->scalars == 0 || plant->variables == 0 || plant->scalars > most || plant->variables > plant->scalars || plant->cables > plant->scalars)
         return fails(message, "wrong head, token", plant->token);
     if (!allocate(plant)) return fails(message, "no memory for", "numbers");
     for (size_t i = 0; i < plant->variables; i++)
         if (!read_variable(plant, file, i, message)) return false;
-    for (int i = 0; i < GUIDE; i++)
-        if (!plant->field[i]) return fails(message, "missing", KNOWN[i].name);
-    return true;
+    if (!plant->field[AXIAL_STIFFNESS]) plant->states = 13;
+    return complete(plant, message);
 }
 
 void plant_free(Plant *plant) {

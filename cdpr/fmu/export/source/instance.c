@@ -100,11 +100,12 @@ void instance_free(Instance *instance) {
     free(instance);
 }
 
-/* Compute the initial state anew where a parameter was set. */
+/* Compute anew what was set since: before the first step the initial state, then outputs. */
 static Status refresh(Instance *instance) {
     char message[MESSAGE];
     if (!instance->stale) return OK;
-    if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
+    if (instance->mode == STEPPING) plant_publish(&instance->plant);
+    else if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
     instance->stale = false;
     return OK;
 }
@@ -133,10 +134,11 @@ Status instance_step(Instance *instance, double from, double duration) {
         return report(instance, ERROR, "a step to %.17g s goes beyond the stop time %.17g s", from + duration,
                       instance->stop);
 #ifdef CDPR_FAULTS
-    const Status status = fault(instance, from);
-    if (status != OK) return status;
+    Status status;
+    if (misbehaves(instance, from, duration, &status)) return status;
 #endif
     plant_advance(&instance->plant, duration);
+    instance->stale = false;
     *time = from + duration;
     if (!plant_sound(&instance->plant))
         return report(instance, ERROR, "the state is not finite at %.17g s: an input is not, or a cable has no length, "
@@ -165,7 +167,7 @@ static const Variable *find(const Instance *instance, unsigned reference, bool w
 
 Status instance_get(Instance *instance, const unsigned *reference, size_t n, bool whole, double *value, size_t count) {
     size_t done = 0;
-    if (instance->mode != STEPPING && refresh(instance) != OK) return ERROR;
+    if (refresh(instance) != OK) return ERROR;
     for (size_t i = 0; i < n; i++) {
         const Variable *variable = find(instance, reference[i], whole);
         if (!variable) return ERROR;
@@ -189,7 +191,7 @@ Status instance_set(Instance *instance, const unsigned *reference, size_t n, boo
         const size_t size = whole ? variable->size : 1;
         if (size > count - done) break;
         memcpy(instance->plant.number + reference[i], value + done, size * sizeof *value);
-        instance->stale |= variable->role == PARAMETER;
+        instance->stale = true;
         done += size;
     }
     return done == count ? OK : report(instance, ERROR, "%zu values were given, the variables have others", count);

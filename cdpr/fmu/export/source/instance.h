@@ -16,7 +16,7 @@ typedef void Logger(const Instance *instance, Status status, const char *message
 struct Instance {
     Plant plant;
     Mode mode;
-    bool stale; /* a parameter was set since the initial state was computed */
+    bool stale; /* a variable was set since the outputs were computed */
     double stop;
     double *defaults; /* (plant.count) the numbers as configured, for reset */
     char *name;
@@ -61,8 +61,8 @@ Status instance_serialise(const Instance *instance, const void *snapshot, char *
 Status instance_deserialise(const Instance *instance, const char *bytes, size_t size, void **snapshot);
 
 #ifdef CDPR_FAULTS
-/* Tests alone: misbehave as the parameter `fault` says. */
-Status fault(Instance *instance, double time);
+/* Tests alone: whether the step is done here, with `status`, since the parameter `fault` asks for misbehaviour. */
+bool misbehaves(Instance *instance, double from, double duration, Status *status);
 #endif
 
 #endif

@@ -16,6 +16,9 @@ typedef enum {
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
     CABLE_TENSION, EXTERNAL_WRENCH,
     POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY, CABLE_LENGTH, CABLE_RATE,
+    /* only with winches; elastic cables alone have a stiffness, a damping, an unstretched length */
+    COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, UNILATERAL, DRUM_SPEED,
+    AXIAL_STIFFNESS, DAMPING, UNSTRETCHED_LENGTH,
     GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
     FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
     FIELDS
@@ -32,8 +35,15 @@ typedef struct {
 #define MESSAGE 256 /* bytes of a message at most */
 #define TOKEN 64    /* bytes of the instantiation token at most */
 
-/* All numbers lie in one array: variables first, in the order of their value references, then the state, then what is
-   derived from the parameters. A copy of it is a snapshot. */
+/* What is derived from the parameters: see body.c. */
+typedef struct {
+    double center[3], inertia[9]; /* body frame; the inertia is about the centre of mass */
+    double offset[3], turn[4];    /* body frame's origin from the platform's, body axes; its attitude in the platform */
+    double anchor[];              /* (3 cables) body frame */
+} Body;
+
+/* All numbers lie in one array: variables first, in the order of their value references, then what is derived
+   from the parameters, then the state. A copy of it is a snapshot. */
 typedef struct {
     size_t cables;
     size_t variables; /* how many there are, constants included */
@@ -44,9 +54,10 @@ typedef struct {
     size_t count;     /* numbers in all */
     double *number;   /* (count) */
     double *field[FIELDS]; /* into `number`; NULL where the robot has no such variable */
-    double *state;    /* (states) see plant.c */
-    double *factors;  /* (6) inertia = L D L^T: D, then l10, l20, l21 */
-    double *scratch;  /* (3 states) */
+    Body *body;
+    double *state;    /* (states) see plant.c and winch.c */
+    double *scratch;  /* (3 states) of the integrator */
+    double *work;     /* (8 cables) of the winches */
     char token[TOKEN];
 } Plant;
 
@@ -59,6 +70,9 @@ bool plant_start(Plant *plant, char *message);
 
 /* Advance by `duration` in steps of physics_step, or slightly shorter ones where that does not divide it. */
 void plant_advance(Plant *plant, double duration);
+
+/* Write the outputs that belong to the state and the inputs. */
+void plant_publish(Plant *plant);
 
 /* Whether the state is finite. */
 bool plant_sound(const Plant *plant);

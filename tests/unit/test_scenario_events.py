@@ -1,0 +1,162 @@
+"""The section `events`: what it may hold, and what is said where it cannot be."""
+
+from __future__ import annotations
+
+import pytest
+from test_scenario_base import HOLD, TEXTS, line_of, load, problem, problems, whole
+
+from cdpr.scenario.event_schema import first_sample
+
+
+def with_events(*events):
+    return whole(HOLD + "events:\n" + "".join(f"- {event}\n" for event in events))
+
+
+def test_every_kind_is_read_and_cables_get_their_names():
+    events = load(TEXTS["events"]).events
+    assert [event.type for event in events] == [
+        "wrench",
+        "sine",
+        "limits",
+        "cable_jam",
+        "cable_break",
+        "emergency_stop",
+    ]
+    assert [event.cable for event in events[2:5]] == ["left", "cable_2", "cable_2"]
+    assert events[0].force == (100.0, 0.0, 0.0)
+    assert events[5].stopping_time == 0.75
+
+
+def test_none_unless_said():
+    assert load().events == ()
+    assert load().resolved_yaml().count("events: []") == 1
+
+
+def test_the_resolved_scenario_holds_them():
+    scenario = load(TEXTS["events"])
+    again = load(scenario.resolved_yaml())
+    assert again == scenario
+    assert again.events == scenario.events
+
+
+@pytest.mark.parametrize(
+    ("event", "key", "text"),
+    [
+        (
+            "{time: 1}",
+            "events[0].type",
+            "required but not given; allowed: wrench, sine, cable_break, cable_jam, limits",
+        ),
+        ("{type: snap, time: 1}", "events[0].type", "unknown type 'snap': allowed: wrench, sine, cable_break"),
+        ("{type: cable_brake, time: 1}", "events[0].type", "did you mean 'cable_break'?"),
+        ("{type: cable_break, time: 1}", "events[0].cable", "required but not given: name of the cable, or its number"),
+        ("{type: cable_break, cable: left}", "events[0].time", "required but not given: when it happens"),
+        ("{type: cable_break, time: -1, cable: left}", "events[0].time", "must be at least 0 (s), got -1"),
+        (
+            "{type: cable_break, time: 1, cable: lift}",
+            "events[0].cable",
+            "no cable is named 'lift': did you mean 'left'?",
+        ),
+        ("{type: cable_break, time: 1, cable: x}", "events[0].cable", "there are left, cable_2, cable_3"),
+        ("{type: cable_break, time: 1, cable: 0}", "events[0].cable", "cables are numbered from 1 to 3, got 0"),
+        ("{type: cable_break, time: 1, cable: 4}", "events[0].cable", "cables are numbered from 1 to 3, got 4"),
+        ("{type: cable_break, time: 1, cable: 1.5}", "events[0].cable", "a text or a whole number expected, got 1.5"),
+        ("{type: cable_jam, time: 0, cable: left}", "events[0].time", "must be greater than 0 (s), got 0"),
+        ("{type: wrench, time: 1}", "events[0]", "force (N) or moment (N m) is missing, or both"),
+        ("{type: wrench, force: [1, 2]}", "events[0].force", "3 numbers expected (N), got 2"),
+        ("{type: wrench, moment: [0, 0, 1], duration: 0.0005}", "events[0].duration", "must be at least control_step"),
+        ("{type: wrench, moment: [0, 0, 1], frequency: 2}", "events[0].frequency", "unknown key 'frequency'"),
+        ("{type: sine, moment: [0, 0, 1]}", "events[0].frequency", "required but not given: frequency"),
+        ("{type: sine, force: [1, 0, 0], frequency: 500}", "events[0].frequency", "half of the control rate, 500 (Hz)"),
+        ("{type: limits, time: 1}", "events[0]", "min or max is missing, or both: the new limits (N)"),
+        ("{type: limits, time: 1, min: -1}", "events[0]", "min must be at least 0 (N), got -1: a cable cannot push"),
+        ("{type: limits, time: 1, max: 45}", "events[0]", "cable 'cable_2' would have the limits 50 to 45 (N)"),
+        ("{type: limits, time: 1, cable: left, max: 0}", "events[0]", "cable 'left' would have the limits 40 to 0 (N)"),
+        ("{type: emergency_stop, time: 1, category: 3}", "events[0].category", "must be at most 2, got 3"),
+        ("{type: emergency_stop, time: 1, stopping_time: 0}", "events[0].stopping_time", "must be greater than 0 (s)"),
+    ],
+)
+def test_what_is_wrong_is_said_where_it_stands(event, key, text):
+    file = with_events(event)
+    line = problem(file)
+    assert line.startswith(f"a.yaml:{line_of(file, event)}:")
+    assert f" {key}: " in line
+    assert text in line
+
+
+@pytest.mark.parametrize(
+    ("events", "key", "text"),
+    [
+        (
+            ["{type: cable_break, time: 2, cable: 1}", "{type: cable_break, time: 1, cable: left}"],
+            "events[0]",
+            "cable 'left' is broken already, since 1 s",
+        ),
+        (
+            ["{type: cable_jam, time: 1, cable: 1}", "{type: cable_jam, time: 2, cable: 1}"],
+            "events[1]",
+            "cable 'left' is jammed already, since 1 s",
+        ),
+        (
+            ["{type: cable_break, time: 1, cable: 1}", "{type: limits, time: 2, cable: 1, min: 60}"],
+            "events[1]",
+            "cable 'left' is broken already, since 1 s",
+        ),
+        (
+            ["{type: limits, time: 1, min: 60}", "{type: limits, time: 1, cable: 2, min: 70}"],
+            "events[1]",
+            "min of cable 'cable_2' is set twice at 1 s",
+        ),
+        (
+            ["{type: limits, time: 1, min: 900}", "{type: limits, time: 2, max: 800}"],
+            "events[1]",
+            "cable 'left' would have the limits 900 to 800 (N)",
+        ),
+        (
+            ["{type: emergency_stop, time: 1}", "{type: emergency_stop, time: 2}"],
+            "events[1]",
+            "the robot is stopped already at 1 s",
+        ),
+    ],
+)
+def test_events_that_contradict_each_other(events, key, text):
+    line = problem(with_events(*events))
+    assert f" {key}: " in line
+    assert text in line
+
+
+def test_a_jammed_cable_may_break_and_loads_may_overlap():
+    load(
+        with_events(
+            "{type: cable_jam, time: 1, cable: 1}",
+            "{type: cable_break, time: 2, cable: 1}",
+            "{type: limits, time: 2.5, min: 60}",
+            "{type: wrench, force: [1, 0, 0]}",
+            "{type: wrench, force: [1, 0, 0]}",
+        )
+    )
+
+
+def test_all_mistakes_are_told_at_once():
+    assert len(problems(with_events("{type: snap}", "{type: cable_break, time: 1, cable: 9}", "{type: limits}"))) == 3
+
+
+def test_events_after_the_end_are_told_as_unused():
+    text = with_events("{type: wrench, time: 4, force: [1, 0, 0]}", "{type: wrench, time: 4.5, force: [1, 0, 0]}")
+    assert "events[1]" in load(text).unused
+    assert "events[0]" not in load(text).unused
+
+
+def test_overrides_reach_single_events():
+    scenario = load(TEXTS["events"], "events[3].cable=3", "events[0].force=[7, 0, 0]")
+    assert scenario.events[3].cable == "cable_3"
+    assert scenario.events[0].force == (7.0, 0.0, 0.0)
+    line = problem(TEXTS["events"], "events[4].cable=9")
+    assert line == "--set events[4].cable=9: events[4].cable: cables are numbered from 1 to 3, got 9"
+
+
+@pytest.mark.parametrize(
+    ("time", "sample"), [(0.0, 0), (1.0, 1000), (0.3, 300), (1e-9, 1), (0.0005, 1), (1.0001, 1001), (1e5, 10**8)]
+)
+def test_a_time_acts_at_the_first_sample_at_or_after_it(time, sample):
+    assert first_sample(time, 0.001) == sample
