@@ -42,16 +42,17 @@ def map_signals(
     description: ModelDescription, robot: Robot, options: Signals | None = None, role: Role = "plant"
 ) -> Mapping:
     """Return the mapping; FmuError with all that is wrong, one line each."""
-    mapping, problems = resolve(description, robot, options or Signals(), role)
+    mapping, problems = resolve(description, robot, options, role)
     if problems:
         raise FmuError("\n".join(problems))
     return mapping
 
 
 def resolve(
-    description: ModelDescription, robot: Robot, options: Signals, role: Role
+    description: ModelDescription, robot: Robot, options: Signals | None, role: Role
 ) -> tuple[Mapping, tuple[str, ...]]:
     """Return what can be mapped, and what is wrong with the rest."""
+    options = options or Signals()
     order = options.cable_order
     if order is not None and sorted(order) != list(range(1, robot.m + 1)):
         problem = f"signals.cable_order: the numbers from 1 to {robot.m}, each once, are expected, got {list(order)}"

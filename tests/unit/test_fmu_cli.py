@@ -7,8 +7,10 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 import yaml
 from conftest import ROOT
@@ -147,6 +149,25 @@ def test_map_prints_what_a_scenario_can_say(here, cdpr, fmi):
     assert told["role"] == "plant"
 
 
+@pytest.mark.parametrize("command", ["check", "map"])
+def test_what_the_scenario_says_of_the_signals_is_followed(here, cdpr, command):
+    """Pose and twist of another author; one scenario says what is what, another has a mistake."""
+    rest = {name: row for name, row in PLANT.items() if name != "position"}
+    more = [variable(3, "A", 90, "output", shape=(3,), unit="m"), variable(3, "B", 91, "output", shape=(3,), unit="m")]
+    make_fmu(here / "a.fmu", description(3, [*signals(3, rest), *more]))
+    scenario = yaml.safe_load((ROOT / "scenarios/caroca.yaml").read_text())
+    scenario["robot"] = yaml.safe_load(Path(CAROCA).read_text())
+    for name, position in (("good", "B"), ("bad", "C")):
+        scenario["backend_options"] = {"fmu": {"file": "a.fmu", "signals": {"outputs": {"position": position}}}}
+        (here / f"{name}.yaml").write_text(yaml.safe_dump(scenario))
+    good = cdpr("fmu", command, "a.fmu", "good.yaml", code=2 if command == "check" else 0)
+    assert ("passed  signals" if command == "check" else "position: B") in good.stdout
+    bad = cdpr("fmu", command, "a.fmu", "bad.yaml", code=2)
+    assert "signals.outputs.position: 'C' is no output with 3 numbers" in bad.stdout + bad.stderr
+    other = cdpr("fmu", command, "a.fmu", CAROCA, code=2)
+    assert "signals.outputs.position: needed, but there is no output" in other.stdout + other.stderr
+
+
 def test_map_leaves_to_the_user_what_is_not_certain(here, cdpr):
     rest = {name: row for name, row in PLANT.items() if name not in ("position", "cable_tension")}
     more = [variable(3, name, 90 + i, "output", shape=(3,), unit="m") for i, name in enumerate(["r", "pos"])]
@@ -180,6 +201,29 @@ def test_trust(here, cdpr):
     assert cdpr("fmu", "trust").stdout == ""
     assert "is not on the list" in cdpr("fmu", "trust", "--remove", row["sha256"], code=2).stderr
     assert "--remove needs FILE" in cdpr("fmu", "trust", "--remove", code=2).stderr
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("path", sorted((ROOT / "scenarios/robots").glob("*.yaml")), ids=lambda path: path.stem)
+def test_what_cdpr_exports_maps_by_itself(here, path, fmi):
+    from cdpr.fmu.archive import open_archive
+    from cdpr.fmu.export.description import IDENTIFIER, model_description
+    from cdpr.fmu.export.variables import Plant
+    from cdpr.fmu.mapping import map_signals
+    from cdpr.model.kinematics import make_state
+    from cdpr.scenario import load_robot
+
+    robot = load_robot(path)
+    plant = Plant(robot, np.array([0.0, 0.0, -9.81]), 0.001, make_state(np.zeros(3)))
+    xml = model_description(plant, plant.variables(), "{1}", fmi, [])
+    about = open_archive(make_fmu(here / "a.fmu", xml, identifier=IDENTIFIER, fmi=fmi)).description
+    mapping = map_signals(about, robot)
+    assert mapping.notices == ()
+    assert set(mapping.inputs.ports) >= {"external_wrench"}
+    assert {port.rule for port in mapping.outputs.ports.values()} == {"name"}
+    assert {"position", "quaternion", "velocity", "angular_velocity", "cable_length", "cable_rate"} == set(
+        mapping.outputs.ports
+    )
 
 
 def test_help_names_the_commands(cdpr):
