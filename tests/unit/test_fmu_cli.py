@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -76,6 +77,41 @@ def test_no_command_loads_native_code(here, cdpr, telltale, fmi):
     cdpr("fmu", "check", path, CAROCA, code=2)  # the letter of the standard is not kept
     cdpr("fmu", "map", path, CAROCA)
     cdpr("fmu", "trust", path)
+    assert not written.exists()
+
+
+def test_native_code_runs_only_where_it_is_trusted(here, cdpr, telltale):
+    """Its constructor shows whether it ran; more it cannot do, so that a run ends there."""
+    library, written = telltale
+    path = make_fmu(here / "a.fmu", library=library)
+    scenario = yaml.safe_load((ROOT / "scenarios/caroca.yaml").read_text())
+    scenario["robot"] = yaml.safe_load(Path(CAROCA).read_text())
+    scenario["backend_options"] = {"fmu": {"file": "a.fmu"}}
+    (here / "s.yaml").write_text(yaml.safe_dump(scenario))
+    run = ["run", "s.yaml", "--backend", "fmu", "--no-report", "--out"]
+    told = cdpr(*run, "refused", code=2).stderr
+    assert not written.exists()
+    (pin,) = re.findall(r"^  sha256: ([0-9a-f]{64})$", told, re.MULTILINE)
+
+    def loaded(*more):
+        done = cdpr(*run, f"out{len(list(here.iterdir()))}", *more, code=2)
+        assert "has a library without" in done.stderr
+        existed = written.exists()
+        written.unlink()
+        return existed
+
+    assert loaded("--trust-fmu")
+    assert loaded("--set", f"backend_options.fmu.sha256={pin}")
+    assert (
+        "not the file that the scenario pins"
+        in cdpr(*run, "x", "--trust-fmu", "--set", f"backend_options.fmu.sha256={'0' * 64}", code=2).stderr
+    )
+    cdpr(*run, "y", code=2)  # what was allowed for one run ended with it
+    assert not written.exists()
+    cdpr("fmu", "trust", "a.fmu")
+    assert loaded()
+    path.write_bytes(make_fmu(here / "b.fmu", library=library, files={"resources/x": b""}).read_bytes())
+    cdpr(*run, "z", code=2)  # another content
     assert not written.exists()
 
 
