@@ -86,7 +86,7 @@ def test_native_code_runs_only_where_it_is_trusted(here, cdpr, telltale):
     path = make_fmu(here / "a.fmu", library=library)
     scenario = yaml.safe_load((ROOT / "scenarios/caroca.yaml").read_text())
     scenario["robot"] = yaml.safe_load(Path(CAROCA).read_text())
-    scenario["backend_options"] = {"fmu": {"file": "a.fmu"}}
+    scenario["backend_options"] = {"fmu": {"file": "a.fmu", "isolation": "inproc"}}
     (here / "s.yaml").write_text(yaml.safe_dump(scenario))
     run = ["run", "s.yaml", "--backend", "fmu", "--no-report", "--out"]
     told = cdpr(*run, "refused", code=2).stderr

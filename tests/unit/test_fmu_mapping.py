@@ -142,6 +142,14 @@ def test_usual_names_are_believed_where_length_and_unit_agree():
     assert names(mapping.outputs.ports["quaternion"]) == ["q[1]", "q[2]", "q[3]", "q[4]"]
 
 
+def test_a_unit_without_definition_is_known_by_its_name():
+    """As Dymola writes "1" and "kg/kg"."""
+    rows = [variable(3, "F", 50, "input", shape=(8,), unit="mN"), variable(3, "q", 51, "output", shape=(4,), unit="1")]
+    mapping = map_signals(plant(without=["cable_tension", "quaternion"], more=rows), ROBOT)
+    assert mapping.inputs.ports["cable_tension"].scale.tolist() == [0.001] * 8
+    assert mapping.notices == ("inputs cable_tension: the FMU does not define its unit 'mN', read as that",)
+
+
 @pytest.mark.parametrize(("shape", "unit"), [((8,), None), ((8,), "m"), ((7,), "N"), ((8,), "furlong")])
 def test_usual_names_are_not_believed_otherwise(shape, unit):
     rows = [variable(3, "F", 50, "input", shape=shape, unit=unit)]
