@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -11,7 +11,27 @@ from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
 
 CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; tendons and legs are ideal only
 
+# Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.
+EULER = "semi_implicit_euler"
+
 CABLES = "cdpr's own cable kernel (ideal), or rigid legs of 1 g on universal and ball joints (ups)"
+
+
+class ReferenceOptions(PluginOptions):
+    """Options of the backend `reference`."""
+
+    scheme: Literal["rk4", "semi_implicit_euler"] = Field(
+        "rk4", description="classical Runge-Kutta, fourth order, or the first-order scheme of the engines"
+    )
+
+    def declares(self) -> dict[str, Any]:
+        """The engines' scheme is of order one."""
+        return {"order": 1, "scheme": EULER} if self.scheme == EULER else {}
+
+
+def _legs(cables: str) -> dict[str, Any]:
+    """Legs with mass and joints are another plant, of no known order."""
+    return {"cables": "ups", "order": 0, "scheme": "constrained"} if cables == "ups" else {}
 
 
 class MujocoOptions(PluginOptions):
@@ -33,17 +53,31 @@ class MujocoOptions(PluginOptions):
             )
         return self
 
+    def declares(self) -> dict[str, Any]:
+        """Runge-Kutta is of order four; not the same one as the reference's, which keeps the momentum."""
+        if self.integrator == "rk4":
+            return {"order": 4, "scheme": ""}
+        return _legs(self.cables)
+
 
 class BulletOptions(PluginOptions):
     """Options of the backend `bullet`."""
 
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
 
+    def declares(self) -> dict[str, Any]:
+        """Only legs change what is declared."""
+        return _legs(self.cables)
+
 
 class DartOptions(PluginOptions):
     """Options of the backend `dart`."""
 
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
+
+    def declares(self) -> dict[str, Any]:
+        """Only legs change what is declared."""
+        return _legs(self.cables)
 
 
 class ExportOptions(PluginOptions):
@@ -76,6 +110,10 @@ class FmuOptions(PluginOptions, FmuFile):
             raise ValueError("sha256 is that of a file; give file, too")
         return self
 
+    def declares(self) -> dict[str, Any]:
+        """Of a stranger's FMU nothing is known before it runs."""
+        return {"order": 0, "scheme": ""} if self.file is not None else {}
+
 
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
@@ -85,7 +123,14 @@ def cdpr_backends() -> list[PluginInfo]:
             name="reference",
             factory="cdpr_backends.reference:make",
             summary="own Runge-Kutta integrator, fourth order, the judge of the others",
-            properties={"order": 4, "snapshot": True, "cable_models": CABLE_MODELS},
+            properties={
+                "order": 4,
+                "snapshot": True,
+                "cable_models": CABLE_MODELS,
+                "scheme": "rk4",
+                "schemes": ["rk4", EULER],
+            },
+            options=ReferenceOptions,
         ),
         PluginInfo(
             name="mujoco",
@@ -93,7 +138,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="MuJoCo, semi-implicit Euler (rk4 with its own tendons)",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
-            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
             options=MujocoOptions,
         ),
         PluginInfo(
@@ -102,7 +147,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="PyBullet, semi-implicit Euler",
             requires=("pybullet",),
             extra="cdpr[bullet]",
-            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
             options=BulletOptions,
         ),
         PluginInfo(
@@ -111,7 +156,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="DART, semi-implicit Euler",
             requires=("dartpy",),
             extra="cdpr[dart]",
-            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
             options=DartOptions,
         ),
         PluginInfo(
@@ -120,7 +165,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"order": 4, "snapshot": True},
+            properties={"order": 4, "snapshot": True, "scheme": "rk4"},
             options=FmuOptions,
         ),
     ]

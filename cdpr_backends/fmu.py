@@ -33,6 +33,7 @@ NORM_TOLERANCE = 1e-3  # of a quaternion, as everywhere
 ELSEWHERE = "it has no parameter for that: set those that it has under `parameters`, or the scenario's `initial`"
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 
+INITIAL = "initial_"  # so the parameters begin that hold the initial state
 START = {
     "position": (slice(0, 3), "m"),
     "quaternion": (slice(3, 7), "1"),
@@ -137,7 +138,7 @@ class FmuBackend(Backend):
         """Return the robot as an FMU of our own; its state comes with `reset`."""
         plant = Plant(self.robot, self.gravity, float(self.physics_step), kinematics.make_state(np.zeros(3)))
         archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
-        if not archive.sha256.startswith(archive.path.stem):
+        if archive.sha256 != archive.path.stem:
             raise FmuError(f"{archive.path}: was changed since cdpr made it; remove it")
         return archive
 
@@ -153,12 +154,10 @@ class FmuBackend(Backend):
         return ratio
 
     def _known(self, state: Array) -> dict[str, Known]:
-        """What can be said of the start, of the step and, if wanted, of the robot."""
-        known: dict[str, Known] = {f"initial_{name}": (state[span], unit) for name, (span, unit) in START.items()}
-        if self.options.from_robot:
-            known["physics_step"] = (self.physics_step, "s")
-            known |= robot_parameters(self.robot, self.gravity, self.options.signals.cable_order)
-        return known
+        """What can be said of the start and, if wanted, of robot and step."""
+        order = self.options.signals.cable_order
+        known = robot_parameters(self.robot, self.gravity, self.physics_step, state, order)
+        return {name: value for name, value in known.items() if self.options.from_robot or name.startswith(INITIAL)}
 
     def _check(self, start: Array) -> None:
         """Raise FmuError unless the FMU is where the scenario is."""
@@ -172,7 +171,7 @@ class FmuBackend(Backend):
         for name, (span, unit) in START.items():
             said, wanted = self.state[span], start[span]
             if not np.abs(said - wanted).max() <= START_TOLERANCE * max(1.0, float(np.abs(wanted).max())):
-                can = f"initial_{name}" in self.fmu.filled
+                can = INITIAL + name in self.fmu.filled
                 self._refuse(
                     f"starts with the {name} {_brief(said)}, the scenario with {_brief(wanted)} ({unit}); "
                     + ("check the mapping of its signals and their units" if can else ELSEWHERE)

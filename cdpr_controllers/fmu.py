@@ -16,7 +16,7 @@ from cdpr.fmu.exchange import DESIRED, STATE, reader, writer
 from cdpr.fmu.parameters import Known, robot_parameters
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
-from cdpr.model import Robot
+from cdpr.model import Robot, kinematics
 from cdpr.model.kernels import cable_geometry
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller
@@ -62,10 +62,11 @@ class FmuController(Controller):
 
     def reset(self) -> None:
         """Start the FMU anew."""
-        known: dict[str, Known] = {}
+        known: dict[str, Known] = {"control_step": (self.control_step, "s")}
         if self.options.from_robot:
-            known["control_step"] = (self.control_step, "s")
-            known |= robot_parameters(self.robot, self.gravity, self.options.signals.cable_order)
+            order = self.options.signals.cable_order
+            state = kinematics.make_state(np.zeros(3))
+            known |= robot_parameters(self.robot, self.gravity, self.control_step, state, order)
         self._instance.inputs[:] = self.fmu.mapping.inputs.start()
         self.fmu.start(known)
 

@@ -67,6 +67,10 @@ class ExactOptions(PluginOptions):
         "min_norm", description="what is least: the 2-norm (min_norm) or the sum of the tensions (one_norm)"
     )
 
+    def declares(self) -> dict[str, object]:
+        """The least sum lies at a vertex, which jumps."""
+        return {"objective": "one_norm", "continuity": "jump"} if self.objective == "one_norm" else {}
+
 
 class QpsolversOptions(PluginOptions):
     """Options of the solver `qpsolvers`."""

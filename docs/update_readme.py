@@ -6,9 +6,10 @@ Run: python docs/update_readme.py (the picture: python docs/update_readme.py --p
 from __future__ import annotations
 
 import json
-import re
 import sys
 from pathlib import Path
+
+from marked import rewritten
 
 from cdpr.bench.overview import overview
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
@@ -62,12 +63,7 @@ def solver_table() -> str:
 
 def updated(text: str) -> str:
     """The README with its tables written anew."""
-    for mark, new in ((mark, content()) for mark, content in TABLES.items()):
-        pattern = rf"(?<=<!-- {mark} -->\n).*?(?=<!-- end of {mark} -->)"
-        text, count = re.subn(pattern, lambda _, new=new: new + "\n", text, flags=re.DOTALL)
-        if count != 1:
-            raise SystemExit(f"README.md has {count} places for {mark}, not one")
-    return text
+    return rewritten(text, TABLES)
 
 
 TABLES = {"plugins": plugin_table, "solvers": solver_table, "figures": figure_table}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,15 @@ from hypothesis import settings
 
 from cdpr.model import Cable, Platform, Robot, rotations
 from cdpr.model.robot import frozen_array
+from cdpr.plugins.registry import registry
 
 # The same examples each time; no deadline, for the first call of a kernel compiles it.
 settings.register_profile("cdpr", deadline=None, derandomize=True)
 settings.load_profile("cdpr")
 
 ROOT = Path(__file__).parent.parent
+TRAPS = ROOT / "tests" / "plugins" / "traps" / "installed"
+FAULTY = ROOT / "tests" / "plugins" / "faulty"
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
@@ -66,3 +70,21 @@ def offset_robot() -> Robot:
     R = rotations.matrix(rotations.from_rpy(0.4, -0.7, 1.1))
     inertia = R @ np.diag([2.0, 3.0, 4.0]) @ R.T
     return make_robot(crossed_box(rng, 8), inertia=(inertia + inertia.T) / 2, center_of_mass=(0.05, -0.03, 0.1))
+
+
+@pytest.fixture
+def faulty_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Installs, here and in workers, a controller that raises, hangs, crashes, exits or is killed."""
+    monkeypatch.syspath_prepend(str(FAULTY))
+    registry.cache_clear()
+    yield
+    registry.cache_clear()
+
+
+@pytest.fixture
+def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Installs, here and in workers, a backend that is another one with a fault."""
+    monkeypatch.syspath_prepend(str(TRAPS))
+    registry.cache_clear()
+    yield
+    registry.cache_clear()

@@ -46,10 +46,10 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     scenario = loaded if isinstance(loaded, Scenario) else None
     robot, gravity, at, source = look(loaded, pose)
     entry = registry().get("solver", "qp")
-    solve = entry.load()(robot, entry.info.options()).solve
+    solver, options = entry.load(), entry.info.options()
     figures: dict[str, Any] = {
         "robot": describe_robot(robot),
-        "pose": {"source": source, **describe_pose(robot, at, gravity, solve)},
+        "pose": {"source": source, **describe_pose(robot, at, gravity, solver(robot, options).solve)},
     }
     scene = Scene.of_robot(robot, np.zeros(1), at[None])
     if scenario is not None:
@@ -59,8 +59,9 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
         trajectory = make_trajectory(scenario.trajectory)
         time = steps * simulation.control_step
-        motion = survey(robot, time, np.array([trajectory.sample(t) for t in time]), gravity, solve)
-        figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(robot, motion)}
+        asked, desired = scenario.controlled, np.array([trajectory.sample(t) for t in time])
+        motion = survey(asked, time, desired, gravity, solver(asked, options).solve)
+        figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(asked, motion)}
         scene = Scene.of_robot(robot, time, motion.desired[:, :7])
     figures = plain(figures)
     if as_json:

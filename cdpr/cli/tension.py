@@ -64,8 +64,9 @@ def command(
     else:
         load, whence = parse_wrench(wrench, robot), "--wrench"
     own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
-    problem = Problem(robot, at, load)
-    answers = compare(problem, _contestants(names, robot, own))
+    asked = loaded.controlled if isinstance(loaded, Scenario) else robot
+    problem = Problem(asked, at, load)
+    answers = compare(problem, _contestants(names, asked, own))
     figures = plain(describe(problem, answers, source, whence))
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))

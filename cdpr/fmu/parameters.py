@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.errors import FmuError
+from cdpr.fmu.export.variables import Plant
 from cdpr.fmu.instance import Setting, Value
 from cdpr.fmu.model import REALS, Element, ModelDescription, Variable
 from cdpr.fmu.units import alike, known_unit, si
@@ -19,20 +21,19 @@ FLOATS = (*REALS, "Float32")
 Known = tuple[ArrayLike, str]  # a value in SI units, and its unit
 
 
-def robot_parameters(robot: Robot, gravity: Array, order: Sequence[int] | None) -> dict[str, Known]:
-    """Return what parameters may say of the robot, by the names that cdpr exports.
+def robot_parameters(
+    robot: Robot, gravity: Array, physics_step: float, state: Array, order: Sequence[int] | None
+) -> dict[str, Known]:
+    """Return what parameters may say of robot, step and initial state (13,), by the names that cdpr exports.
 
-    `order` holds the FMU's number, from 1, of each cable.
+    `order` holds the FMU's number, from 1, of each cable; the values are in the FMU's order.
     """
-    platform = robot.platform
-    anchors = robot.anchors if order is None else robot.anchors[np.argsort(order)]
+    if order is not None:
+        robot = replace(robot, cables=tuple(robot.cables[i] for i in np.argsort(order)))
     return {
-        "mass": (platform.mass, "kg"),
-        "center_of_mass": (platform.center_of_mass, "m"),
-        "inertia": (platform.inertia, "kg.m2"),
-        "gravity": (gravity, "m/s2"),
-        "frame_anchors": (anchors[:, :3], "m"),
-        "platform_anchors": (anchors[:, 3:], "m"),
+        variable.name: (np.reshape(variable.values, variable.shape), variable.unit_of(0))
+        for variable in Plant(robot, gravity, physics_step, state).variables()
+        if variable.causality == "parameter"
     }
 
 

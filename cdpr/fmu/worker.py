@@ -51,6 +51,7 @@ def main(descriptor: int, parent: int, folder: str, plan: dict[str, Any]) -> Non
         instance = _made(line, plan)
         if instance is not None:
             _serve(line, instance)
+    shutil.rmtree(folder, ignore_errors=True)  # should the parent be gone
     os._exit(0)  # whatever the FMU left running or registered for the end
 
 

@@ -37,6 +37,7 @@ class Header:
     shape: dict[str, Any] | None  # {"box": [x, y, z]} or {"sphere": radius}, m
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
+    controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
     cable_model: str = "ideal"
 
     @property
@@ -52,6 +53,7 @@ class Header:
     def from_dict(cls, data: dict[str, Any]) -> Header:
         """Undo `to_dict` after a passage through JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max")}
+        tuples["controlled"] = tuple(data.get("controlled", ()))  # logs of older versions do not say
         return cls(**{**data, **tuples, "anchors": tuple(tuple(row) for row in data["anchors"])})
 
 
@@ -168,10 +170,7 @@ class Run:
     @property
     def orientation_error(self) -> Array:
         """Rotation vector that turns the actual into the desired attitude, (K, 3), rad, world."""
-        a, b = self.desired_orientation, self.orientation  # the product a * conjugate(b), row by row
-        w = np.sum(a * b, axis=1, keepdims=True)
-        xyz = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
-        return rotations.rotation_vector(np.concatenate([w, xyz], axis=1))
+        return rotations.between(self.orientation, self.desired_orientation)
 
     @property
     def wrench(self) -> Array:
@@ -205,7 +204,7 @@ class Run:
 
     @property
     def residual(self) -> Array:
-        """Norm of W tension - wrench, moments divided by the characteristic length, (K,), N."""
+        """Norm of W tension - wrench in the controlled directions, moments by the characteristic length, (K,), N."""
         return self["residual"]
 
     @property

@@ -33,8 +33,7 @@ class RunFolder:
 
     def __init__(self, out: Path | None, header: Header, argv: Sequence[str] = ()) -> None:
         started = run_json.now()
-        default = f"{started:%Y%m%d-%H%M%S}_{safe_name(header.scenario)}_{safe_name(header.backend)}"
-        self.path = _new(RUNS / default) if out is None else _empty(out)
+        self.path = new_folder(header.scenario, header.backend) if out is None else empty_folder(out)
         self._started: dict[str, Any] = {
             "argv": list(argv),
             "started": started.isoformat(timespec="seconds"),
@@ -53,7 +52,9 @@ class RunFolder:
         run_json.write(self.path, run_json.describe(run) | self._started | finished)
 
 
-def _new(path: Path) -> Path:
+def new_folder(*names: str) -> Path:
+    """Make `runs/<UTC>_<names>`, with -2, -3, ... where that exists. Raises OutputError."""
+    path = RUNS / "_".join([f"{run_json.now():%Y%m%d-%H%M%S}", *map(safe_name, names)])
     try:
         for number in itertools.count(1):
             folder = path if number == 1 else path.with_name(f"{path.name}-{number}")
@@ -67,7 +68,8 @@ def _new(path: Path) -> Path:
     raise AssertionError("unreachable")
 
 
-def _empty(folder: Path) -> Path:
+def empty_folder(folder: Path) -> Path:
+    """Make a folder that is empty, or take one; OutputError where it is not or cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         taken = any(folder.iterdir())

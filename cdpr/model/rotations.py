@@ -70,6 +70,13 @@ def rotation_vector(q: Array) -> Array:
     return np.asarray(scale * q[..., 1:])
 
 
+def between(a: Array, b: Array) -> Array:
+    """Rotation vectors (K, 3), rad, that turn the attitudes a into b, both (K, 4), in the axes that both refer to."""
+    w = np.sum(a * b, axis=1, keepdims=True)  # the product b * conjugate(a), row by row
+    xyz = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(b[:, 1:], a[:, 1:])
+    return rotation_vector(np.concatenate([w, xyz], axis=1))
+
+
 def from_matrix(R: Array) -> Array:
     """Unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3) (Shepperd's method)."""
     trace = float(np.trace(R))

@@ -34,6 +34,10 @@ class PluginOptions(BaseModel):
         """Return the file that an option names: relative names start where the scenario lies."""
         return Path(self._folder, name)
 
+    def declares(self) -> Mapping[str, object]:
+        """Return the declared properties that are others with these options."""
+        return {}
+
 
 @dataclass(frozen=True)
 class PluginInfo:
@@ -41,7 +45,8 @@ class PluginInfo:
 
     `factory` is "module:Class", imported only when the plugin is chosen. `requires` names the importable modules that
     it needs and `extra` the pip extra that brings them, such as "cdpr[mujoco]". `properties` are declared facts (a
-    backend's order, a solver's continuity, ...) shown by `cdpr plugins` and checked by the conformance kit.
+    backend's order, a solver's continuity, ...), true of the default options (see `PluginOptions.declares`), shown by
+    `cdpr plugins` and checked by the conformance kit.
     """
 
     name: str

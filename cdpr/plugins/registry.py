@@ -45,6 +45,10 @@ class Registered:
         """What to type so that this plugin can be used."""
         return f"pip install '{self.info.extra}'" if self.info.extra else "pip install " + " ".join(self.info.requires)
 
+    def properties(self, options: PluginOptions) -> dict[str, object]:
+        """Return what the plugin declares of itself with these options."""
+        return {**self.info.properties, **options.declares()}
+
     def load(self) -> Any:
         """Import and return the factory; PluginError if a requirement is missing or the import fails."""
         title = f"{self.role} '{self.info.name}'"

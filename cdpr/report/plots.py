@@ -84,22 +84,24 @@ def distribution(run: Run) -> Chart:
 
 @styled
 def energy(run: Run) -> Chart:
-    """Draw energies and works, powers, and the energy that no work explains."""
-    pushed = bool(np.any(run.external))
+    """Draw the external wrench, if there is one, energies and works, powers, and what no work explains."""
     change = run.potential - run.potential[:1]
-    works, powers = [run.cable_work], [run.cable_power]
-    if pushed:
+    stored, works, powers = [run.kinetic, change], [run.cable_work], [run.cable_power]
+    panels = []
+    if np.any(run.external):
+        force, moment = (Curves(run.external[:, part], AXES) for part in (slice(0, 3), slice(3, 6)))
+        panels.append(Panel("external force (N)", (force,), _components("xyz"), 1.0))
+        panels.append(Panel("external moment (N m)", (moment,), _components("xyz"), 1.0))
         works.append(run.external_work)
         powers.append(run.external_power)
-    names = ("kinetic", "potential (change)", "work of cables", "work of pushes")
+    names = ("kinetic", "potential (change)", "work of cables", "external work")
     looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, CABLES, strict=False)]
-    panels = (
-        Panel(
-            "energy (J)", (Curves(np.stack([run.kinetic, change, *works], axis=1), CABLES),), looks[: 3 + pushed], 1.0
-        ),
-        Panel("power (W)", (Curves(np.stack(powers, axis=1), CABLES[2:]),), least=1.0),
+    energies = np.stack([*stored, *works], axis=1)
+    panels += [
+        Panel("energy (J)", (Curves(energies, CABLES),), looks[: len(energies.T)], 1.0),
+        Panel("power (W)", (Curves(np.stack(powers, axis=1), CABLES[len(stored) :]),), least=1.0),
         Panel("unexplained (J)", (Curves(run.energy_residual[:, None], (INK,)),), least=1e-9),
-    )
+    ]
     return stack(run, panels)
 
 
@@ -160,7 +162,11 @@ def _cable_entries(run: Run) -> list[Entry]:
 
 
 def _tension(run: Run, height: float) -> Panel:
-    limits = (_limit("t_min", run.header.tension_min), _limit("t_max", run.header.tension_max))
+    first = " at first" if any(event.kind == "limits" for event in run.events) else ""
+    limits = tuple(
+        _limit(name + first, values)
+        for name, values in (("t_min", run.header.tension_min), ("t_max", run.header.tension_max))
+    )
     lines = (_per_cable(run, run.tension),)
     return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height)
 

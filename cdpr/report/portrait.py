@@ -59,7 +59,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         yield row("static tensions", f"{span} (qp), smallest margin {pose['static_margin_N']:.4g} N")
     yield from _cables(robot["cables"], pose)
     if "motion" in figures:
-        yield from _motion(figures["motion"])
+        yield from _motion(figures["motion"], robot["dof"])
 
 
 def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]:
@@ -82,13 +82,15 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
             yield row(title, f"{values[0]}, all cables" if len(set(values)) == 1 else ", ".join(values))
 
 
-def _motion(motion: dict[str, Any]) -> Iterator[str]:
+def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
     yield f"motion: {motion['type']}, {motion['duration_s']:g} s, looked at in {motion['samples']} samples"
     yield row("path length", f"{motion['path_length_m']:.4g} m")
     speed, acceleration = motion["speed_max_m_per_s"], motion["acceleration_max_m_per_s2"]
     yield row("peak speed", f"{speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2")
     speed, acceleration = motion["angular_speed_max_rad_per_s"], motion["angular_acceleration_max_rad_per_s2"]
     yield row("peak angular speed", f"{speed:.4g} rad/s, acceleration {acceleration:.4g} rad/s^2")
+    if motion["controlled"] != dof:
+        yield row("controlled", f"{', '.join(motion['controlled'])}: in these alone the cables balance the wrench")
     feasible = f"{100 * motion['feasible_share']:.4g} % of the samples"
     if motion["first_infeasible_s"] is not None:
         feasible += f"; first not at {motion['first_infeasible_s']:.4g} s (tensions below: the nearest)"

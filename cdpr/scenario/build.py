@@ -27,8 +27,8 @@ M = TypeVar("M", bound=BaseModel)
 
 def build_robot(document: Document, problems: Problems) -> Robot:
     """Check the document of a robot file and make the robot."""
-    section = _validate(RobotSection, document.data, document, problems)
-    _report_nulls(document.data, (), document, problems)
+    section = validate(RobotSection, document.data, document, problems)
+    report_nulls(document.data, (), document, problems)
     RobotChecks(document, problems).run(())
     problems.raise_any()
     assert section is not None
@@ -38,8 +38,8 @@ def build_robot(document: Document, problems: Problems) -> Robot:
 def build_scenario(document: Document, plugins: Registry, problems: Problems) -> Scenario:
     """Check the document of a scenario, its robot already in it, and make the scenario."""
     data, options = _split(document.data)
-    sections = _validate(ScenarioSection, data, document, problems)
-    _report_nulls(data, (), document, problems)
+    sections = validate(ScenarioSection, data, document, problems)
+    report_nulls(data, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
     table = RunChecks(document, problems).run()
     EventChecks(document, problems).run()
@@ -57,7 +57,14 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
         trajectory = trajectory.filled(table)
     events = [named(event, [cable.name for cable in robot.cables]) for event in sections.events]
     return Scenario(
-        sections=sections.model_copy(update={"robot": robot, "trajectory": trajectory, "events": events}),
+        sections=sections.model_copy(
+            update={
+                "robot": robot,
+                "trajectory": trajectory,
+                "controlled": sections.controlled or robot.dof,
+                "events": events,
+            }
+        ),
         robot=robot.to_robot(),
         controller_options=controller_options,
         solver_options=solver_options,
@@ -88,7 +95,7 @@ def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, An
     return own, options
 
 
-def _validate(model: type[M], data: dict[str, Any], document: Document, problems: Problems) -> M | None:
+def validate(model: type[M], data: dict[str, Any], document: Document, problems: Problems) -> M | None:
     """Check `data`; as JSON, since strict models then take lists for tuples but convert nothing else."""
     try:
         return model.model_validate_json(json.dumps(data))
@@ -99,10 +106,10 @@ def _validate(model: type[M], data: dict[str, Any], document: Document, problems
         return None
 
 
-def _report_nulls(node: Any, path: Path, document: Document, problems: Problems) -> None:
+def report_nulls(node: Any, path: Path, document: Document, problems: Problems) -> None:
     """Refuse keys without a value also where the model could do without one."""
     if node is None and not problems.has(path):
         problems.add(document.mark(path), path, "no value is given; give one or remove the key")
     items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for key, item in items:
-        _report_nulls(item, (*path, key), document, problems)
+        report_nulls(item, (*path, key), document, problems)

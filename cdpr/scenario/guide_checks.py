@@ -32,11 +32,19 @@ RATES = (
 class GuideChecks(Checks):
     """Reports poses and rates that the guide does not allow."""
 
+    def controlled(self) -> None:
+        """Look at the directions in which the cables are to exert a wrench."""
+        if self.document.get(("controlled",)) is None:
+            return
+        dof, controlled = self._directions(("robot", "dof")), self._directions(("controlled",))
+        if dof and controlled and (held := [name for name in controlled if name not in dof]):
+            text = f"the robot does not move along {', '.join(held)}; allowed are any of {', '.join(dof)}"
+            self.say(("controlled",), text)
+
     def check(self, initial: Initial, motion: Motion | None) -> None:
         """Look at the initial state and at every pose of the motion."""
-        try:
-            dof = DOF.validate_python(tuple(self.document.get(("robot", "dof")) or DOF_NAMES))
-        except (ValidationError, TypeError):
+        dof = self._directions(("robot", "dof"))
+        if not dof:
             return
         self.held = np.array([name not in dof for name in DOF_NAMES])
         if not self.held.any():
@@ -59,6 +67,14 @@ class GuideChecks(Checks):
             self.say(("trajectory", "height"), f"{self.free}, so 0 is expected, got {motion.height:g}")
         elif isinstance(motion, Csv):
             self._table(motion)
+
+    def _directions(self, path: Path) -> tuple[DofName, ...] | None:
+        """The directions at `path`, all where there are none; None where they are wrong by themselves."""
+        given = self.document.get(path)
+        try:
+            return DOF.validate_python(DOF_NAMES if given is None else tuple(given))
+        except (ValidationError, TypeError):
+            return None
 
     def _circle(self, motion: Circle) -> None:
         """Between its poses, which are one, a circle goes where its plane does."""

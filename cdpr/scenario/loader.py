@@ -17,10 +17,12 @@ from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.yaml_nodes import parse
 
-Kind = Literal["robot", "scenario"]
+Kind = Literal["robot", "scenario", "study"]
 
 ROBOT_KEYS = {"cables", "platform"}
 SCENARIO_KEYS = {"robot", "simulation", "initial", "trajectory"}
+STUDY_KEYS = {"axes", "blocks"}
+HINTS = {"robot": "a scenario names it with 'robot: FILE'", "study": "cdpr study runs it"}
 
 
 def load_scenario(
@@ -44,7 +46,7 @@ def load_scenario(
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
     problems = Problems()
-    document = _open(os.fspath(path), text, "scenario", problems)
+    document = open_document(os.fspath(path), "scenario", problems, text=text)
     chosen = choices(backend, solver, controller, problems)
     return _scenario(document, overrides, chosen, plugins or registry(), problems)
 
@@ -52,7 +54,7 @@ def load_scenario(
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
     """Load and check a robot file; arguments and errors as for `load_scenario`."""
     problems = Problems()
-    return _robot(_open(os.fspath(path), text, "robot", problems), overrides, problems)
+    return _robot(open_document(os.fspath(path), "robot", problems, text=text), overrides, problems)
 
 
 def load_any(
@@ -60,7 +62,7 @@ def load_any(
 ) -> Scenario | Robot:
     """Load and check a file that may be a scenario or a robot."""
     problems = Problems()
-    document = _open(os.fspath(path), None, None, problems)
+    document = open_document(os.fspath(path), None, problems)
     if _kind(document) == "robot":
         return _robot(document, overrides, problems)
     return _scenario(document, overrides, [], plugins or registry(), problems)
@@ -78,7 +80,7 @@ def change_scenario(
 def _scenario(
     document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
 ) -> Scenario:
-    document.data.setdefault("name", _stem(document.source))
+    document.data.setdefault("name", stem(document.source))
     for change in [*chosen, *read_overrides(overrides, problems)]:
         if change.path[0] == "robot" and len(change.path) > 1:
             _include_robot(document, problems)
@@ -88,14 +90,14 @@ def _scenario(
 
 
 def _robot(document: Document, overrides: Overrides, problems: Problems) -> Robot:
-    document.data.setdefault("name", _stem(document.source))
+    document.data.setdefault("name", stem(document.source))
     for change in read_overrides(overrides, problems):
         apply(document, change, problems)
     return build_robot(document, problems)
 
 
-def _open(path: str, text: str | None, kind: Kind | None, problems: Problems) -> Document:
-    """Read and parse the file that the user named; raises if it cannot be used at all."""
+def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str | None = None) -> Document:
+    """Read and parse the file that the user named, or `text`; raises if it cannot be used as this kind of file."""
     try:
         document = parse(read(path) if text is None else text, path, problems)
     except UnreadableError as error:
@@ -105,9 +107,9 @@ def _open(path: str, text: str | None, kind: Kind | None, problems: Problems) ->
         problems.raise_any()
         raise AssertionError("a file without document has a problem")
     found = _kind(document)
-    if kind and found and found != kind:
-        hint = "a scenario names it with 'robot: FILE'" if found == "robot" else "a robot file is expected"
-        problems.add(Mark(path), (), f"this is a {found} file; {hint}")
+    if found and found != kind and (kind or found == "study"):
+        expected = "a study names it with 'scenario: FILE'" if kind == "study" else "a robot file is expected"
+        problems.add(Mark(path), (), f"this is a {found} file; {HINTS.get(found, expected)}")
         problems.raise_any()
     return document
 
@@ -115,6 +117,8 @@ def _open(path: str, text: str | None, kind: Kind | None, problems: Problems) ->
 def _kind(document: Document) -> Kind | None:
     """Tell what a file is by its top-level keys; None where they do not tell."""
     keys = set(document.data)
+    if keys & STUDY_KEYS:
+        return "study"
     if keys & SCENARIO_KEYS:
         return "scenario"
     return "robot" if keys & ROBOT_KEYS else None
@@ -134,7 +138,7 @@ def _include_robot(document: Document, problems: Problems) -> None:
         problems.unreadable.add(("robot",))
         document.put(("robot",), {}, document.mark(("robot",)))
     else:
-        robot.data.setdefault("name", _stem(robot.source))
+        robot.data.setdefault("name", stem(robot.source))
         document.graft(("robot",), robot)
 
 
@@ -159,7 +163,7 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
     return robot
 
 
-def _stem(path: str) -> str:
+def stem(path: str) -> str:
     """Make a name of a file's name."""
     stem = os.path.splitext(os.path.basename(path))[0]
     return re.sub(r"[^\w.-]+", "_", stem).lstrip(".-")[:64] or "unnamed"

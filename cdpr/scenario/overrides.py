@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,6 @@ from cdpr.scenario.problems import Mark, Path, Problems, dotted, shown
 from cdpr.scenario.scalars import MAX_DIGITS
 from cdpr.scenario.schema import ControllerSection, SolverSection
 from cdpr.scenario.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
-
-Overrides = Mapping[str, Any] | Sequence[str]
 
 KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
@@ -39,31 +37,41 @@ class Change:
     mark: Mark
 
 
+Overrides = Mapping[str, Any] | Sequence[str] | Sequence[Change]
+
+
 def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
-    """Return the changes that `overrides` ask for: keys mapped to values, or texts `key=value` in YAML."""
+    """Return the changes that `overrides` ask for: keys mapped to values, texts `key=value` in YAML, or changes."""
     if isinstance(overrides, Mapping):
         return _changes(
-            [(key, value, f"--set {key}={_brief(value)}", _plain) for key, value in overrides.items()],
+            [(key, value, Mark(f"--set {key}={_brief(value)}"), _plain) for key, value in overrides.items()],
             problems,
         )
-    texts = [overrides] if isinstance(overrides, str) else overrides
-    return _changes([(text.partition("=")[0], text, f"--set {_brief(text)}", _parsed) for text in texts], problems)
+    given = [overrides] if isinstance(overrides, str) else overrides
+    changes = [item for item in given if isinstance(item, Change)]
+    texts = [item for item in given if isinstance(item, str)]
+    rows = [(text.partition("=")[0], text, Mark(f"--set {_brief(text)}"), _parsed) for text in texts]
+    return [*changes, *_changes(rows, problems)]
+
+
+def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -> list[Change]:
+    """Return changes from keys, plain values and where they stand."""
+    return _changes([(key, value, mark, _plain) for key, value, mark in items], problems)
 
 
 def choices(backend: str | None, solver: str | None, controller: str | None, problems: Problems) -> list[Change]:
     """Return the changes that choose plugins."""
     given = [
-        ("simulation.backend", backend, f"--backend {_brief(backend)}", _plain),
-        ("solver.type", solver, f"--solver {_brief(solver)}", _plain),
-        ("controller.type", controller, f"--controller {_brief(controller)}", _plain),
+        ("simulation.backend", backend, Mark(f"--backend {_brief(backend)}"), _plain),
+        ("solver.type", solver, Mark(f"--solver {_brief(solver)}"), _plain),
+        ("controller.type", controller, Mark(f"--controller {_brief(controller)}"), _plain),
     ]
     return _changes([row for row in given if row[1] is not None], problems)
 
 
-def _changes(rows: list[tuple[str, Any, str, Callable[[Any], Any]]], problems: Problems) -> list[Change]:
+def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], problems: Problems) -> list[Change]:
     changes: list[Change] = []
-    for key, value, source, convert in rows:
-        mark = Mark(source)
+    for key, value, mark, convert in rows:
         if not KEY.fullmatch(key.strip()):
             problems.add(mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected")
             continue

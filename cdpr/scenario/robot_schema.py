@@ -54,11 +54,16 @@ def _possible_inertia(inertia: Inertia) -> Inertia:
     return inertia
 
 
+def in_order(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
+    """Accept directions without repetition, in the order in which a wrench holds them."""
+    if not dof or dof != tuple(name for name in ALL_DOF if name in dof):
+        raise ValueError(f"each of {', '.join(ALL_DOF)} at most once and in this order is expected, at least one")
+    return dof
+
+
 def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
     """Accept what a guide of slides and one hinge can leave free, and the free platform."""
-    order = tuple(name for name in ALL_DOF if name in dof)
-    if not dof or dof != order:
-        raise ValueError(f"each of {', '.join(ALL_DOF)} at most once and in this order is expected, at least one")
+    in_order(dof)
     turns = sum(name.startswith("r") for name in dof)
     if turns > 1 and dof != ALL_DOF:
         raise ValueError(

@@ -33,8 +33,10 @@ class RunChecks(Checks):
         if simulation:
             self._steps(simulation)
         motion.check(initial, simulation.duration if simulation else None)
+        guide = GuideChecks(self.document, self.problems)
+        guide.controlled()
         if initial:
-            GuideChecks(self.document, self.problems).check(initial, motion.motion)
+            guide.check(initial, motion.motion)
         return motion.table
 
     def _start(self, initial: Initial) -> None:

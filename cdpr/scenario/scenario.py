@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
@@ -74,6 +75,11 @@ class Scenario:
     def trajectory(self) -> Motion:
         """The desired motion, with the initial pose filled in where a pose was left out."""
         return self.sections.trajectory
+
+    @cached_property
+    def controlled(self) -> Robot:
+        """The robot as the distribution of tensions sees it: its `dof` are the controlled directions alone."""
+        return replace(self.robot, dof=self.sections.controlled or self.robot.dof)
 
     @property
     def controller(self) -> ControllerSection:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from cdpr.model.robot import Array
 from cdpr.scenario.event_schema import MAX_EVENTS, AnyEvent
 from cdpr.scenario.fields import ZERO, Name, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
-from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 from cdpr.scenario.trajectory_schema import Hold, Trajectory
 
 MAX_SEED = 2**63 - 1
@@ -94,6 +94,11 @@ class ScenarioSection(Section):
     simulation: Simulation = Field(description="the engine and its times")
     initial: Initial = Field(description="state of the platform at time 0")
     trajectory: Trajectory = Field(Hold(), description="the desired motion")
+    controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
+        None,
+        description="directions in which the cables are asked to exert the wrench that the controller wants; in others "
+        "they exert what comes of it, and the platform is free to move. All of robot.dof unless said",
+    )
     controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
     events: list[AnyEvent] = Field(

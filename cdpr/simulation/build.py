@@ -42,7 +42,7 @@ def build(scenario: Scenario) -> Parts:
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
     _check_cable_model(chosen["backend"], robot)
-    solver: TensionSolver = chosen["solver"].make(robot, scenario.solver_options)
+    solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
     with ExitStack() as made:  # what was made is closed where the next fails
         controller: Controller = chosen["controller"].make(
             robot, gravity, simulation.control_step, scenario.controller_options
@@ -57,6 +57,7 @@ def build(scenario: Scenario) -> Parts:
         backend.reset(scenario.initial.state())
         parts = Parts(
             robot=robot,
+            controlled=scenario.controlled,
             trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
             controller=controller,
             solver=solver,
@@ -88,7 +89,9 @@ def _check_step(scenario: Scenario, backend: Registered) -> None:
     from cdpr.cables.stability import longest, oscillator, stable
 
     about, step = oscillator(scenario.robot, scenario.initial.state()), scenario.simulation.physics_step
-    scheme = about.runge_kutta if backend.info.properties.get("order") == 4 else about.semi_implicit
+    options = scenario.backend_options(backend.info.name)
+    chosen = getattr(options, "scheme", backend.info.properties.get("scheme"))
+    scheme = about.runge_kutta if chosen == "rk4" else about.semi_implicit
     if not stable(scheme(step)):
         raise CdprError(
             f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
@@ -129,14 +132,18 @@ def make_header(scenario: Scenario) -> Header:
         tension_max=tuple(robot.tension_max.tolist()),
         characteristic_length=robot.characteristic_length,
         shape=robot.platform.outline,
-        versions=_versions(scenario),
+        controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
+        versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
         cable_model=robot.cable_model,
     )
 
 
-def _versions(scenario: Scenario) -> dict[str, str]:
-    """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring."""
+def versions_of(scenario: Scenario) -> dict[str, str]:
+    """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring.
+
+    Raises PluginError where a plugin is unknown or what it needs is not installed.
+    """
     found = registry()
     versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
     names = set(LIBRARIES)

@@ -54,10 +54,9 @@ def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
 
 
 def scheduled_events(scheduled: Sequence[ScenarioEvent], rows: Array, header: Header) -> list[Event]:
-    """Return the scenario's events that came to pass within the rows (K, width), in the order of time."""
+    """Return the scenario's events that came to pass within the rows (K, width)."""
     step = header.control_step
-    told = [event for one in scheduled for event in _tell(one, rows, header) if round(event.time / step) < len(rows)]
-    return sorted(told, key=lambda event: event.time)
+    return [event for one in scheduled for event in _tell(one, rows, header) if round(event.time / step) < len(rows)]
 
 
 def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
@@ -66,7 +65,9 @@ def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
     k = first_sample(event.time, step)
     time = k * step
     if isinstance(event, Load):
-        end = None if event.duration is None else first_sample(event.time + event.duration, step) * step
+        end = None
+        if event.duration is not None:
+            end = min(first_sample(event.time + event.duration, step), len(rows) - 1) * step
         swing = f" times a sine of {event.frequency:g} Hz" if isinstance(event, Sine) else ""
         yield Event(
             time, event.type, f"external force {_list(event.force)} N, moment {_list(event.moment)} N m{swing}", end

@@ -31,12 +31,16 @@ BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block
 # An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
 CLOCK_TOLERANCE = 1e-6
 
+# After these a solver need not have written any tensions.
+ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
+
 
 @dataclass(frozen=True, eq=False)
 class Parts:
     """What a closed loop is made of."""
 
     robot: Robot
+    controlled: Robot  # the same for the distribution: its dof are the directions in which it has to balance the wrench
     trajectory: Trajectory
     controller: Controller
     solver: TensionSolver
@@ -87,7 +91,7 @@ class Loop:
             self.out = self.stage.command
         else:
             self.stage = TensionStage(
-                robot,
+                parts.controlled,
                 parts.solver.solve,
                 parts.solver_name,
                 parts.respects_bounds,
@@ -137,7 +141,7 @@ class Loop:
                     f"the controller wrote no {parts.output}: `control` must write into the array it is given"
                 )
             self.stage.distribute()
-            if self.row[self.status] not in (Status.OK, Status.INFEASIBLE) and not self.stage.answered:
+            if self.row[self.status] not in ANSWERS and not self.stage.answered:
                 raise PluginError(
                     f"solver '{parts.solver_name}' wrote no tensions: `solve` must write into the array it is given"
                 )

@@ -136,6 +136,7 @@ class _Attempt:
             status = rows[:, self.header.layout.columns["status"]][:, 0]
             events = scheduled_events(self.parts.events, rows, self.header)
             events += tension_events(status, self.header.control_step, self.parts)
+            events.sort(key=lambda event: event.time)
             parts: dict[str, Backend | Controller] = {
                 "backend": self.parts.backend,
                 "controller": self.parts.controller,

@@ -102,11 +102,15 @@ def _why_not(robot: Robot, W: Array, still: Survey, solve: Solve) -> str:
 
 
 def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
-    """Return the extent of a motion, what it asks of the cables, and which of their limits it exceeds."""
+    """Return the extent of a motion, what it asks of the cables, and which of their limits it exceeds.
+
+    The robot's degrees of freedom are those in which the cables have to balance the wrench.
+    """
     d, worst = motion.desired, int(np.argmin(np.where(motion.feasible, motion.margin, -np.inf)))
     return {
         "duration_s": float(motion.time[-1]),
         "samples": len(motion.time),
+        "controlled": list(robot.dof),
         "path_length_m": float(np.linalg.norm(np.diff(d[:, :3], axis=0), axis=1).sum()),
         "speed_max_m_per_s": _peak(d[:, 7:10]),
         "acceleration_max_m_per_s2": _peak(d[:, 13:16]),

@@ -29,13 +29,13 @@ class TensionStage:
     """Turns a wrench into tensions, once per control step.
 
     Args:
-        robot: gives the limits.
+        robot: gives the limits, and as its degrees of freedom the directions in which the wrench is to be balanced.
         solve: the solver's bound method.
         name: the solver's name, for messages.
         respects_bounds: what the solver declares.
         policy: what to do where the solver has no admissible answer: the nearest wrench within the limits (or, from a
             solver that respects none, its answer clipped), the previous tensions, or stop.
-        W: (6, m) wrench matrix, live. The solver gets the rows of the robot's degrees of freedom.
+        W: (6, m) wrench matrix, live. The solver gets the rows of these directions.
         wrench: (6,) wanted wrench, live; likewise.
         tension: (m,) result.
         report: (4,) status, residual (N), margin (N), cables at a limit.

@@ -155,8 +155,9 @@ def check_plugin(role: Role, name: str) -> list[CheckResult]:
 
 def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, str]) -> list[Case[Any]]:
     entry = registry().get(role, name)
-    factory, properties = entry.load(), entry.info.properties
+    factory = entry.load()
     chosen: PluginOptions = entry.info.options() if options is None else options
+    properties = entry.properties(chosen)
     checks, kind = ROLES[role]
     _refuse_unknown(checks, expected_failures)
     return [Case(check, lambda: kind(factory, properties, chosen), expected_failures) for check in checks]

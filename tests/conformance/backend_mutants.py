@@ -1,7 +1,7 @@
 """Deliberately broken backends, each with the checks that must catch it.
 
-Each is the reference backend with one fault. The seven stepping traps of engines are among them: wrong frame, damping,
-speed clamp, persistent wrench, lag, silent reset, dropped NaN.
+Each is the reference backend with one fault. The seven stepping traps of engines, which `cdpr compare` has to do with,
+too, stand in tests/plugins/traps: wrong frame, damping, speed clamp, persistent wrench, lag, silent reset, dropped NaN.
 """
 
 from __future__ import annotations
@@ -10,109 +10,20 @@ import os
 from pathlib import Path
 
 import numpy as np
+from cdpr_traps.backend import (
+    AutoReset,
+    BodyFrameBothWays,
+    BodyFrameRead,
+    Clamp,
+    Damping,
+    DroppedNan,
+    Lag,
+    Persistent,
+    Wrapped,
+)
 
 from cdpr.errors import PluginError
 from cdpr.model import rotations
-from cdpr.plugins import Backend
-from cdpr_backends.reference import make
-
-
-class Wrapped(Backend):
-    """The reference backend step by step, with places to break it."""
-
-    def __init__(self, robot, gravity, physics_step, options):
-        super().__init__(robot, gravity, physics_step, options)
-        self.inner = make(robot, gravity, physics_step, options)
-        self.count = 0
-
-    def reset(self, state):
-        self.count = 0
-        self.inner.reset(state)
-        self.publish()
-
-    def step(self, n):
-        for _ in range(n):
-            self.count += 1
-            self.inner.command[:], self.inner.external[:] = self.loads()
-            self.inner.step(1)
-            self.after()
-        self.publish()
-
-    def engine_time(self):
-        return self.count * self.physics_step
-
-    def snapshot(self):
-        return self.inner.snapshot(), self.count
-
-    def restore(self, snapshot):
-        inner, self.count = snapshot
-        self.inner.restore(inner)
-        self.publish()
-
-    def loads(self):
-        return self.command, self.external
-
-    def after(self):
-        pass
-
-    def publish(self):
-        self.state[:] = self.inner.state
-
-    def put(self, state):
-        """Go on from another state."""
-        self.inner.reset(state)
-
-
-def turned(state, inverse=False):
-    R = rotations.matrix(state[3:7])
-    out = state.copy()
-    out[10:] = (R if inverse else R.T) @ state[10:]
-    return out
-
-
-class BodyFrameRead(Wrapped):
-    """Frame: the angular velocity is read in platform axes."""
-
-    def publish(self):
-        self.state[:] = turned(self.inner.state)
-
-
-class BodyFrameBothWays(BodyFrameRead):
-    """Frame: read and written in platform axes, so that a round trip shows nothing."""
-
-    def reset(self, state):
-        super().reset(turned(state, inverse=True))
-
-
-class Damping(Wrapped):
-    """Damping: 0.04 per second, PyBullet's default."""
-
-    def after(self):
-        state = self.inner.state.copy()
-        state[7:] *= 1 - 0.04 * self.physics_step
-        self.put(state)
-
-
-class Clamp(Wrapped):
-    """Clamp: at 100 m/s, as in PyBullet."""
-
-    def after(self):
-        state = self.inner.state.copy()
-        speed = np.linalg.norm(state[7:10])
-        if speed > 100:
-            state[7:10] *= 100 / speed
-            self.put(state)
-
-
-class Persistent(Wrapped):
-    """Persistence: a wrench stays until another one replaces it."""
-
-    last = np.zeros(6)
-
-    def loads(self):
-        if self.external.any():
-            self.last = self.external.copy()
-        return self.command, self.last
 
 
 class Momentary(Wrapped):
@@ -123,44 +34,6 @@ class Momentary(Wrapped):
         kept, self.external = self.external, np.zeros(6)
         super().step(n - min(n, 1))
         self.external = kept
-
-
-class Lag(Wrapped):
-    """Lag: the pose is that of the step before, as MuJoCo's xpos."""
-
-    pose = None
-
-    def reset(self, state):
-        self.pose = None
-        super().reset(state)
-
-    def step(self, n):
-        self.pose = self.inner.state[:7].copy()
-        super().step(n)
-
-    def publish(self):
-        super().publish()
-        if self.pose is not None:
-            self.state[:7] = self.pose
-
-
-class AutoReset(Wrapped):
-    """Auto-reset: from a bad state back to the start, clock and all, as MuJoCo by default."""
-
-    def reset(self, state):
-        self.start = np.array(state)
-        super().reset(state)
-
-    def after(self):
-        if not np.isfinite(self.inner.state).all() or np.abs(self.inner.state).max() > 1e10:
-            self.reset(self.start)
-
-
-class DroppedNan(Wrapped):
-    """Dropped NaN: a bad load is ignored, as in DART."""
-
-    def loads(self):
-        return tuple(np.where(np.isfinite(load), load, 0.0) for load in (self.command, self.external))
 
 
 class Sleeping(Wrapped):

@@ -37,17 +37,23 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "declared"),
-    [
-        ("exact", {"objective": "one_norm"}, {"objective": "one_norm", "continuity": "jump"}),
-        ("qpsolvers", {"name": "quadprog"}, {}),
-    ],
+    ("name", "options"), [("exact", {"objective": "one_norm"}), ("qpsolvers", {"name": "quadprog"})]
 )
-def test_options_keep_what_is_declared(name, options, declared):
+def test_options_keep_what_is_declared(name, options):
     entry = registry().get("solver", name)
     chosen = entry.info.options(**options)
-    results = check_solver(entry.load(), properties={**entry.info.properties, **declared}, options=chosen, only=ANSWERS)
+    results = check_solver(entry.load(), properties=entry.properties(chosen), options=chosen, only=ANSWERS)
     assert {result.outcome for result in results} == {"passed"}, results
+
+
+REFERENCE = registry().get("backend", "reference")
+
+
+@pytest.mark.parametrize(
+    "check", backend_checks("reference", options=REFERENCE.info.options(scheme="semi_implicit_euler")), ids=str
+)
+def test_reference_with_the_scheme_of_the_engines(check):
+    check()
 
 
 def cdpr(*arguments):

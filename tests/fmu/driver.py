@@ -41,19 +41,15 @@ class Driver:
             self.references.setdefault(name, []).append(variable.valueReference)
             size = int(np.prod([int(d.start) for d in variable.dimensions] or [1]))
             self.sizes[name] = self.sizes.get(name, 0) + size
-        self.said: list[str] = []
         self.fmu = (FMU2Slave if self.fmi == 2 else FMU3Slave)(
             guid=about.guid if self.fmi == 2 else about.instantiationToken,
             unzipDirectory=str(self.folder),
             modelIdentifier=about.coSimulation.modelIdentifier,
         )
-        self.begin(parameters or {}, during or {})
+        self.fmu.instantiate()
+        self.initialise(parameters or {}, during or {})
 
-    def begin(self, parameters: dict[str, object], during: dict[str, object]) -> None:
-        if self.fmi == 2:
-            self.fmu.instantiate()
-        else:
-            self.fmu.instantiate(logMessage=lambda _, __, ___, message: self.said.append(message.decode()))
+    def initialise(self, parameters: dict[str, object], during: dict[str, object]) -> None:
         for name, value in parameters.items():
             self.set(name, value)
         if self.fmi == 2:

@@ -10,6 +10,7 @@ enum { NONE, FAIL_DISCARD, FAIL_ERROR, FAIL_FATAL, GIVE_NAN, SEGFAULT, ABORT, EX
 static Status nothing_is_known(Instance *instance, double time) {
     for (int i = 0; i < 3; i++) instance->plant.field[POSITION][i] = NAN;
     *instance->plant.field[TIME] = time;
+    instance->stale = false;
     return OK; /* as if all were well */
 }
 

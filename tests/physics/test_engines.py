@@ -94,6 +94,16 @@ def test_engines_are_semi_implicit_euler(engine, case):
 
 
 @pytest.mark.parametrize("case", CASES)
+def test_reference_offers_the_engines_scheme(case):
+    """`cdpr compare` holds every engine of this scheme against it."""
+    name, overrides = CASES[case]
+    scheme = {"simulation.duration": 4.0, "backend_options.reference.scheme": "semi_implicit_euler"}
+    twin = closed_loop({**overrides, **scheme}, name)
+    assert max(differences(twin, with_oracle(case))) < SAME_SCHEME
+    assert max(differences(twin, case_run(case, "reference"))) > 1000 * SAME_SCHEME
+
+
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("one", "other"), list(combinations(ENGINES, 2)))
 def test_engines_agree(one, other, case):
     place, attitude = differences(case_run(case, one), case_run(case, other))

@@ -23,6 +23,7 @@ FIGURES = (
     plots.tensions,
     plots.cables,
     plots.distribution,
+    plots.energy,
 )
 
 
@@ -124,6 +125,26 @@ def test_limits_of_single_cables_are_told_apart() -> None:
     figure = plots.tensions(run)
     assert "t_max 650–700 N" in texts(figure)
     assert [line.get_color() for line in figure.axes[0].lines[-2:]] == [CABLES[0], CABLES[3]]
+
+
+def test_limits_that_change_are_those_at_first() -> None:
+    run = replace(make_run(), events=(Event(1.0, "limits", "other limits"),))
+    assert "t_max at first 650 N" in texts(plots.tensions(run))
+
+
+def test_energies_and_where_there_is_one_the_external_wrench() -> None:
+    run = make_run()
+    labels = [axes.get_ylabel() for axes in plots.energy(run).axes]
+    assert labels == ["energy (J)", "power (W)", "unexplained (J)"]
+    assert len(plots.energy(run).axes[0].lines) == 3
+    table = run.rows.copy()
+    table[500:, run.header.layout.columns["external"]] = 5.0
+    table[:, run.header.layout.columns["external_work"]] = run.time[:, None]
+    figure = plots.energy(replace(run, rows=table))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["external force (N)", "external moment (N m)", *labels]
+    assert len(figure.axes[2].lines) == 4
+    assert figure.axes[3].lines[1].get_ydata()[:-1] == pytest.approx(1.0)  # 1 J each second
+    assert "external work" in texts(figure)
 
 
 def test_twelve_cables_differ_in_colour_or_dashes() -> None:

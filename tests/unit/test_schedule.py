@@ -295,3 +295,20 @@ def test_real_time_and_the_record_on_disk(tmp_path):
     assert [event.kind for event in again.events] == ["wrench", "cable_break"]
     text = (tmp_path / "run" / "scenario.yaml").read_text()
     assert cdpr.simulate(cdpr.load_scenario("again.yaml", text=text)).rows.tobytes() == written.rows.tobytes()
+
+
+@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+def test_the_scenarios_run_on_every_backend(backend):
+    """What their comments say of them."""
+    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, "numpy"))
+    broken = cdpr.simulate(ROOT / "scenarios" / "cable_break.yaml", backend=backend)
+    assert np.all(broken.tension[1000:, 1] == 0.0)
+    assert not broken.solver_status.any()
+    error = 1e3 * np.linalg.norm(broken.position_error, axis=1)  # mm
+    assert error.max() == pytest.approx(0.97, abs=0.05)  # of first order: half a step later
+    assert error[-1] < 1e-3
+    pushed = cdpr.simulate(ROOT / "scenarios" / "external_wrench.yaml", backend=backend)
+    assert pushed.position_error[1490, 0] == pytest.approx(-0.020, rel=0.02)
+    assert pushed.position_error[-1, 2] == pytest.approx(0.020, rel=0.001)
+    twisted = pushed.angular_velocity[2000:4000, 2]
+    assert np.ptp(twisted) > 0.1

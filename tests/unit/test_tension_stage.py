@@ -146,3 +146,40 @@ def test_a_solver_cannot_reach_the_recorded_tensions():
     before = bench.tension.copy()
     kept[0][:] = 0.0
     np.testing.assert_array_equal(bench.tension, before)
+
+
+def test_limits_are_live_and_a_locked_cable_has_no_room_to_lose():
+    bench = Bench()
+    bench.distribute()
+    bench.stage.limits[:, 3] = 77.0
+    bench.distribute()
+    assert bench.tension[3] == 77.0
+    np.testing.assert_allclose(bench.W @ bench.tension, bench.wrench, atol=1e-9)
+    others = np.delete(bench.tension, 3)
+    assert bench.report[2] == pytest.approx(np.minimum(others - LOW, HIGH - others).min(), abs=1e-9)
+    assert bench.report[3] == np.count_nonzero(others == LOW)
+
+
+def test_an_answer_that_moves_a_locked_cable_is_refused():
+    bench = Bench()
+    bench.distribute()
+    answer = bench.tension.copy()
+    bench = Bench(answering(answer))
+    bench.stage.limits[:, 3] = answer[3] + 1.0
+    assert bench.distribute() == Status.NOT_FOUND
+
+
+def test_held_cables_pull_what_they_pull_and_the_report_says_so():
+    bench = Bench()
+    bench.distribute()
+    answer = bench.tension.copy()
+    bench.stage.impose()  # nothing is held: nothing changes
+    np.testing.assert_array_equal(bench.tension, answer)
+    bench.stage.held[2] = 0.0
+    bench.stage.impose()
+    np.testing.assert_array_equal(bench.tension, np.where(np.arange(8) == 2, 0.0, answer))
+    scale = np.repeat([1.0, 1.0 / bench.robot.characteristic_length], 3)
+    missing = np.linalg.norm(scale * (bench.W @ bench.tension - bench.wrench))
+    assert bench.report[0] == Status.OK  # what the solver said of its answer
+    assert bench.report[1] == pytest.approx(missing, rel=1e-9)
+    assert bench.report[2] == -LOW

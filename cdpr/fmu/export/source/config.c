@@ -77,14 +77,16 @@ static bool read_value(FILE *file, double *value) {
     return true;
 }
 
-static bool read_variable(Plant *plant, FILE *file, size_t index, char *message) {
+/* Read one line; the values begin at `next`, which moves behind them. */
+static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, char *message) {
     char role[16] = "", name[32] = "";
     size_t offset, size;
     if (fscanf(file, "%15s %31s %zu %zu", role, name, &offset, &size) != 4) return fails(message, "broken after", name);
     const int found_role = find_role(role), found = find_field(name);
     if (found_role < 0) return fails(message, "unknown role", role);
     if (found < 0 || plant->field[found]) return fails(message, "unknown or repeated variable", name);
-    if (offset > plant->scalars || size > plant->scalars - offset) return fails(message, "wrong place of", name);
+    if (offset != *next || size > plant->scalars - offset) return fails(message, "wrong place of", name);
+    *next += size;
     if (size != KNOWN[found].width * (KNOWN[found].per_cable ? plant->cables : 1))
         return fails(message, "wrong number of values of", name);
     plant->variable[index] = (Variable){(Field)found, (Role)found_role, offset, size};
@@ -128,8 +130,10 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
         || plant->scalars == 0 || plant->variables == 0 || plant->scalars > most || plant->variables > plant->scalars || plant->cables > plant->scalars)
         return fails(message, "wrong head, token", plant->token);
     if (!allocate(plant)) return fails(message, "no memory for", "numbers");
+    size_t next = 0;
     for (size_t i = 0; i < plant->variables; i++)
-        if (!read_variable(plant, file, i, message)) return false;
+        if (!read_variable(plant, file, i, &next, message)) return false;
+    if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
     if (!plant->field[AXIAL_STIFFNESS]) plant->states = 13;
     return complete(plant, message);
 }

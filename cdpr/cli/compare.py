@@ -1,0 +1,109 @@
+"""`cdpr compare`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.errors import CdprError, ExitCode, PluginError
+
+if TYPE_CHECKING:
+    from cdpr.compare.runs import Progress
+
+
+@click.command("compare")
+@click.argument("what", metavar="SCENARIO | RUN RUN...", nargs=-1, required=True, type=click.Path())
+@click.option("--backends", default="all", show_default=True, metavar="A,B|all", help="Which engines.")
+@click.option("--solvers", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
+@click.option("--jobs", type=click.IntRange(1), help="Processes at a time (default: one a core).")
+@click.option("--timeout", type=click.FloatRange(1.0), help="Seconds that a run may take (default: no limit).")
+@click.option("--out", type=click.Path(), help="Folder for compare.json, compare.html and the runs.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    what: tuple[str, ...],
+    backends: str,
+    solvers: str | None,
+    changes: tuple[str, ...],
+    refine: bool,
+    jobs: int | None,
+    timeout: float | None,
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Run SCENARIO closed loop on several engines, or take finished RUNs, and tell whether they agree.
+
+    The engine of highest order judges. One of the same scheme must agree with it but for round-off; of any other half
+    the step must take its share of the distance. The exit code is 7 where one disagrees.
+    """
+    from pathlib import Path
+
+    finished = len(what) > 1 or Path(what[0]).is_dir()
+    if finished and (changes or refine or solvers or backends != "all"):
+        raise CdprError("finished runs are compared as they are: leave out --backends, --solvers, --set and --refine")
+    if finished:
+        from cdpr.compare.finished import compare_finished
+        from cdpr.log.run_folder import empty_folder
+
+        result = compare_finished(what)
+        if out is not None:
+            empty_folder(Path(out))
+    else:
+        from cdpr.compare import job
+
+        with runs_bar() as progress:
+            result = job.compare_scenario(
+                what[0],
+                changes=changes,
+                backends=None if backends == "all" else names(backends),
+                solvers=None if solvers is None else names(solvers),
+                refine=refine,
+                out=None if out is None else Path(out),
+                jobs=jobs,
+                timeout=timeout,
+                progress=progress,
+            )
+    if out is not None:
+        from cdpr.report.compare import write_comparison
+
+        try:
+            write_comparison(result, Path(out))
+        except PluginError as error:  # what was found counts without a picture of it
+            click.echo(f"no compare.html: {error}", err=True)
+    if as_json:
+        click.echo(json.dumps(result.figures, indent=1, allow_nan=False))
+    else:
+        from cdpr.report.compare_text import lines
+
+        for line in lines(result.figures):
+            click.echo(line)
+        if out is not None:
+            click.echo(out)
+    if result.figures["agrees"] is False:
+        raise click.exceptions.Exit(ExitCode.DISAGREES)
+
+
+def names(text: str) -> list[str]:
+    """Names separated by commas."""
+    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+
+
+@contextmanager
+def runs_bar() -> Iterator[Progress]:
+    """A progress bar on stderr, where that is a terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda done, total: bar.update(task, completed=done, total=total)

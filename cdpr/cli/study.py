@@ -1,0 +1,132 @@
+"""`cdpr study`."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.errors import ExitCode, PluginError
+
+if TYPE_CHECKING:
+    from cdpr.study import Results, Study
+
+TIMEOUT = 3600.0  # s; a hang costs one worker so long, and few runs take longer
+ROWS = 40  # of the table that are printed
+
+
+@click.command("study")
+@click.argument("study", type=click.Path())
+@click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0.0, min_open=True),
+    default=TIMEOUT,
+    show_default=True,
+    metavar="S",
+    help="Seconds after which a case counts as hung.",
+)
+@click.option("--out", type=click.Path(), help="Folder; one that holds a part of this study is completed.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, such as tcp://host:8786.")
+@click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
+@click.option("--report/--no-report", default=True, help="Write study.html (needs the extra 'plot').")
+@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+def command(
+    study: str,
+    jobs: int | None,
+    timeout: float,
+    out: str | None,
+    scheduler: str | None,
+    dry_run: bool,
+    report: bool,
+    as_json: bool,
+) -> None:
+    """Run all cases of STUDY, a scenario with any of its keys varied, and tabulate what they give.
+
+    Infeasible and diverged cases are results. Ctrl-C keeps what has been computed; the same command with the same --out
+    goes on, and tries again what failed, died or hung.
+    """
+    from cdpr.cli.progress import Progress, terminating
+    from cdpr.log.run_folder import new_folder
+    from cdpr.study import load_study, run_study
+
+    with terminating() as signals:
+        progress = Progress()
+        loaded = load_study(study, progress=progress.checking)
+        progress.clear()
+        if dry_run:
+            _list(loaded, as_json)
+            return
+        executor = None
+        if scheduler is not None:
+            from cdpr.study.cluster import executor as on_cluster
+
+            executor = on_cluster(scheduler)
+        folder = Path(out) if out else new_folder(loaded.name, "study")
+        try:
+            results = run_study(
+                loaded,
+                folder,
+                jobs=jobs or len(os.sched_getaffinity(0)),
+                timeout=timeout,
+                executor=executor,
+                progress=progress.running,
+                say=progress.say,
+            )
+        except KeyboardInterrupt:
+            progress.say(f"interrupted; this goes on: cdpr study {study} --out {folder}")
+            raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else ExitCode.INTERRUPTED) from None
+        progress.clear()
+        if report:
+            _report(results)
+    if as_json:
+        content = {"name": loaded.name, "folder": str(folder), "counts": results.counts}
+        click.echo(json.dumps(content | {"cases": results.table.records()}, indent=1, allow_nan=False))
+    else:
+        _print(results)
+    if results.exit_code:
+        raise click.exceptions.Exit(results.exit_code)
+
+
+def _report(results: Results) -> None:
+    """Write study.html; without its library a study counts all the same."""
+    from cdpr.report.study import write_study
+
+    try:
+        write_study(results, results.folder / "study.html")
+    except PluginError as error:
+        click.echo(f"no report: {error}", err=True)
+
+
+def _list(study: Study, as_json: bool) -> None:
+    if as_json:
+        rows = [{"case": case.id, "block": case.block, **case.labels} for case in study.cases]
+        click.echo(json.dumps({"name": study.name, "cases": rows}, indent=1))
+        return
+    for case in study.cases:
+        click.echo(f"{case.id}  {case}")
+    click.echo(f"{len(study.cases)} case{'s' * (len(study.cases) != 1)}, all valid")
+
+
+def _print(results: Results) -> None:
+    """Print the table, shortened, and where all of it is."""
+    from cdpr.report.study_cells import HEADINGS, cells
+    from cdpr.report.text import table
+
+    rows = results.table.records()
+    heading = [*results.table.axes, "status", *HEADINGS]
+    shown = [heading, *([*labels, *figures] for labels, figures in (cells(results.table, row) for row in rows[:ROWS]))]
+    for line in table(shown, left=len(results.table.axes) + 1):
+        click.echo(line)
+    if len(rows) > ROWS:
+        click.echo(f"  and {len(rows) - ROWS} more")
+    counts = ", ".join(f"{count} {status}" for status, count in results.counts.items())
+    click.echo(f"{len(rows)} cases: {counts}")
+    for case in results.study.cases:
+        row = results.rows[case.id]
+        if row["status"] in ("failed", "died", "hung"):
+            click.echo(f"  {case.id}, {case}: {row['status']}: {row['message'].partition(chr(10))[0]}")
+    click.echo(results.folder)

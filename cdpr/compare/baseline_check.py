@@ -1,0 +1,197 @@
+"""Baselines saved and checked: scenarios run anew, each in a process of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from cdpr.compare import baseline
+from cdpr.compare.baseline import FIELDS, STATE, SUFFIX, Baseline
+from cdpr.compare.differences import QUANTITIES
+from cdpr.compare.machine import machine
+from cdpr.compare.runs import Made, Progress, read
+from cdpr.compare.scenarios import changes
+from cdpr.errors import CdprError, ScenarioError
+from cdpr.log.run import Run
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.simulation.pool import Case, Outcome, run_cases
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What came of one baseline; `outcome` is "bit-equal", "within bounds" or "differs"."""
+
+    name: str
+    outcome: str
+    detail: str = ""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the run is the one that was kept."""
+        return self.outcome != "differs"
+
+
+def save(
+    paths: Sequence[str],
+    folder: Path,
+    *,
+    backends: Sequence[str] | None = None,
+    overrides: Sequence[str] = (),
+    jobs: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> list[Path]:
+    """Run scenarios and write their baselines into `folder`; return the files.
+
+    Args:
+        paths: scenario files.
+        folder: where the baselines go; made if need be.
+        backends: instead of each scenario's own.
+        overrides: texts `key=value` by which the scenarios are changed.
+        jobs: processes at a time.
+        progress: called with the number of runs made and their total.
+
+    Raises ScenarioError, PluginError or OutputError, and CdprError where a run fails; nothing is written then.
+    """
+    chosen: Sequence[str | None] = backends or [None]
+    scenarios = [load_scenario(path, overrides=overrides, backend=backend) for path in paths for backend in chosen]
+    kept = []
+    for scenario, made in zip(scenarios, _run(scenarios, jobs, progress), strict=True):
+        if made.run is None or made.status not in ("finished", "infeasible"):
+            reason = made.message.partition("\n")[0]
+            raise CdprError(f"{scenario.source}: no baseline of a run that {made.status}: {reason}")
+        kept.append(baseline.make(made.run, scenario, overrides, folder))
+    names = [each.name for each in kept]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise CdprError(f"two baselines would be called {', '.join(twice)}: give the scenarios names of their own")
+    return [baseline.write(each, folder) for each in kept]
+
+
+def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, total: None) -> list[Checked]:
+    """Run every baseline in `folder` anew; CdprError where there is none or one cannot be read."""
+    paths = sorted(folder.glob(f"*{SUFFIX}")) if folder.is_dir() else [folder]
+    if not paths:
+        raise CdprError(f"{folder}: holds no baseline (*{SUFFIX}); `cdpr baseline save` makes them")
+    found: dict[str, Checked] = {}
+    to_run: dict[str, tuple[Baseline, Scenario]] = {}
+    for path in paths:
+        kept = baseline.read(path)
+        name = path.name.removesuffix(SUFFIX)
+        try:
+            scenario = _load(path.parent, kept)
+        except CdprError as error:
+            found[name] = Checked(name, "differs", f"its scenario does not load any more: {error}".partition("\n")[0])
+            continue
+        if changed := _changed(path.parent / kept.source, kept, scenario):
+            found[name] = Checked(name, "differs", changed)
+        else:
+            to_run[name] = kept, scenario
+    made = _run([scenario for _, scenario in to_run.values()], jobs, progress)
+    for (name, (kept, _)), one in zip(to_run.items(), made, strict=True):
+        found[name] = _judge(name, kept, one)
+    return [found[name] for name in sorted(found)]
+
+
+def _load(folder: Path, kept: Baseline) -> Scenario:
+    """The scenario as it was kept; files that it names are looked for beside its own."""
+    return load_scenario(folder / kept.source, text=kept.scenario_yaml)
+
+
+def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
+    """How the scenario's file differs from what was kept, "" where it does not or is not there."""
+    if not source.is_file():
+        return ""
+    try:
+        now = load_scenario(source, overrides=kept.changes, backend=kept.backend)
+    except ScenarioError as error:
+        return f"the scenario {source} has changed and is wrong now: {error.problems[0]}"
+    found = changes(before.resolved_yaml(), now.resolved_yaml())
+    if not found:
+        return ""
+    told = ", ".join(f"{key} was {old}, is {new}" for key, old, new in found[:3])
+    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+    return f"the scenario {source} has changed: {told}{more}; save the baseline anew if that is meant"
+
+
+def _run(scenarios: Sequence[Scenario], jobs: int, progress: Progress) -> list[Made]:
+    made: dict[str, Made] = {}
+    progress(0, len(scenarios))
+    with tempfile.TemporaryDirectory(prefix="cdpr-baseline-") as folder:
+
+        def done(outcome: Outcome) -> None:
+            made[outcome.key] = read(outcome)
+            progress(len(made), len(scenarios))
+
+        cases = [
+            Case(str(k), scenario.source, {}, str(Path(folder) / str(k)), scenario.resolved_yaml())
+            for k, scenario in enumerate(scenarios)
+        ]
+        run_cases(cases, jobs=jobs, timeout=None, done=done)
+    return [made[case.key] for case in cases]
+
+
+def _judge(name: str, kept: Baseline, made: Made) -> Checked:
+    run = made.run
+    if run is None or run.status != kept.status:
+        status = made.status if run is None else run.status
+        reason = made.message.partition("\n")[0]
+        return Checked(
+            name, "differs", f"the run was {kept.status} and is {status}" + (f": {reason}" if reason else "")
+        )
+    if len(run.rows) != kept.count:
+        return Checked(name, "differs", f"the run had {kept.count} samples and has {len(run.rows)}")
+    if baseline.digest(run) == kept.digest:
+        return Checked(name, "bit-equal")
+    other = _others(kept, run)
+    beyond, largest = _measure(kept, run)
+    if beyond:
+        return Checked(name, "differs", f"{beyond}{f' ({other})' if other else ''}")
+    if not other:
+        return Checked(name, "differs", f"not bit-equal, though versions and machine are the same; {largest}")
+    return Checked(name, "within bounds", f"{largest} ({other})")
+
+
+def _others(kept: Baseline, run: Run) -> str:
+    """Which versions or which part of the machine differ."""
+    pairs = [(kept.versions, run.header.versions), (kept.machine, machine())]
+    return ", ".join(
+        f"{key} {before.get(key, '-')} -> {now.get(key, '-')}"
+        for before, now in pairs
+        for key in sorted({*before, *now})
+        if before.get(key) != now.get(key)
+    )
+
+
+def _measure(kept: Baseline, run: Run) -> tuple[str, str]:
+    """What is beyond its bound, "" for nothing, and the largest difference of each quantity."""
+    chosen = baseline.chosen_samples(len(run.rows))
+    now = Run(run.header, run.rows[chosen])
+    before = dataclasses.replace(now, rows=now.rows.copy())
+    for field in FIELDS:
+        before[field][...] = kept.samples[field].reshape(before[field].shape)
+    beyond, largest = "", []
+    for name in STATE:
+        quantity = QUANTITIES[name]
+        with np.errstate(all="ignore"):
+            values = quantity.apart(before, now)
+        worst = float(values.max())
+        if worst > 0.0:
+            largest.append(f"{quantity.title} {worst:.1e} {quantity.unit}")
+        bound = kept.bounds.get(name)
+        if not beyond and bound is not None and not worst <= bound:
+            first = int(np.argmax(~(values <= bound)))
+            which = _cable(before, now, first) if name == "tension" else quantity.title
+            beyond = (
+                f"{which} differs first at t = {now.time[first]:.6g} s, by {values[first]:.2e} {quantity.unit} "
+                f"(allowed {bound:.0e}), most at {now.time[int(values.argmax())]:.6g} s, by {worst:.2e} {quantity.unit}"
+            )
+    return beyond, "largest differences: " + (", ".join(largest) or "none in the samples kept in digits")
+
+
+def _cable(before: Run, now: Run, sample: int) -> str:
+    worst = int(np.abs(before.tension[sample] - now.tension[sample]).argmax())
+    return f"tension of {now.header.cables[worst]}"

@@ -1,0 +1,171 @@
+"""One scenario on several engines: plan the runs, have them made, judge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import Any
+
+from cdpr.compare.differences import QUANTITIES, difference
+from cdpr.compare.engines import Engine, Field, is_continuous
+from cdpr.compare.runs import Made, Runs, Wanted
+from cdpr.compare.verdict import Verdict, against_order, against_scheme, unjudged
+from cdpr.log.run import Run
+
+FAILING = ("disagrees", "failed")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One engine in a comparison; `label` tells rows apart."""
+
+    label: str
+    engine: Engine
+    standard: str
+    verdict: Verdict
+    run: Run | None
+    step_us: float | None  # wall time of a control step; it informs
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a dictionary for JSON."""
+        return {
+            "label": self.label,
+            "backend": self.engine.name,
+            "order": self.engine.order,
+            "scheme": self.engine.scheme,
+            "standard": self.standard,
+            "status": None if self.run is None else self.run.status,
+            "samples": 0 if self.run is None else len(self.run.rows),
+            "step_us": self.step_us,
+            **self.verdict.to_dict(),
+        }
+
+
+@dataclass(frozen=True)
+class Group:
+    """All engines with one solver.
+
+    Attributes:
+        judge: the run that all are held against, None where there is none.
+        problem: why there is none, or why it cannot serve; "" where it does.
+        twins: runs of the judge with the scheme of others, by scheme.
+        pairs: largest difference between any two engines of one scheme, by scheme and quantity.
+    """
+
+    solver: str
+    continuous: bool
+    judge: Run | None
+    problem: str
+    rows: tuple[Row, ...]
+    twins: Mapping[str, Run] = field(default_factory=dict)
+    pairs: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether all that could be judged agree; None where nothing could."""
+        outcomes = [row.verdict.outcome for row in self.rows]
+        if self.problem or any(outcome in FAILING for outcome in outcomes):
+            return False
+        return True if "agrees" in outcomes else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a dictionary for JSON."""
+        return {
+            "solver": self.solver,
+            "continuous": self.continuous,
+            "problem": self.problem,
+            "judge_status": None if self.judge is None else self.judge.status,
+            "judge_step_us": step_cost(self.judge),
+            "judge_tension_N": None if self.judge is None else self.judge.summary().get("tension_N"),
+            "agrees": self.agrees,
+            "engines": [row.to_dict() for row in self.rows],
+            "same_scheme": {scheme: dict(worst) for scheme, worst in self.pairs.items()},
+        }
+
+
+def compare(runs: Runs, chosen: Field, solvers: Sequence[str], *, named: bool) -> list[Group]:
+    """Run the engines of `chosen` closed loop, once with each solver, and judge them.
+
+    An engine that cannot run the scenario is told, and fails the comparison only where `named` says that it was asked
+    for by its name.
+    """
+    runs.make([wanted for solver in solvers for wanted in _plan(runs, chosen, solver)])
+    return [_group(runs, chosen, solver, named) for solver in solvers]
+
+
+def _plan(runs: Runs, chosen: Field, solver: str) -> list[Wanted]:
+    judge, twice = chosen.judge, 2 * runs.scenario.simulation.substeps
+    plan = [Wanted(engine.name, solver) for engine in (judge, *chosen.engines)]
+    for engine in chosen.engines:
+        standard = engine.standard(judge)
+        if standard == "scheme":
+            plan.append(Wanted(judge.name, solver, engine.scheme))
+        elif standard == "order":
+            plan += [Wanted(name, solver, divide=twice) for name in (engine.name, judge.name)]
+    return list(dict.fromkeys(plan))
+
+
+def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
+    continuous = is_continuous(runs.scenario.with_changes(solver=solver))
+    judge = runs[Wanted(chosen.judge.name, solver)]
+    if not judge.complete:
+        ended = f"{judge.status}: {_first_line(judge)}"
+        return Group(solver, continuous, judge.run, f"the judge, {chosen.judge.name}, {ended}", ())
+    assert judge.run is not None
+    rows = []
+    for engine in chosen.engines:
+        made = runs[Wanted(engine.name, solver)]
+        verdict = _judge(runs, chosen.judge, judge.run, engine, made, solver, continuous, named)
+        rows.append(Row(engine.name, engine, engine.standard(chosen.judge), verdict, made.run, step_cost(made.run)))
+    twins = {}
+    for row in rows:
+        twin = runs[Wanted(chosen.judge.name, solver, row.engine.scheme)].run if row.standard == "scheme" else None
+        if twin is not None:
+            twins[row.engine.scheme] = twin
+    return Group(solver, continuous, judge.run, "", tuple(rows), twins, pairs(rows))
+
+
+def _judge(
+    runs: Runs, judge: Engine, judged: Run, engine: Engine, made: Made, solver: str, continuous: bool, named: bool
+) -> Verdict:
+    standard, twice = engine.standard(judge), 2 * runs.scenario.simulation.substeps
+    if made.run is None:
+        refused = made.status == "failed" and not made.begun and not named
+        return Verdict("not run" if refused else "failed", f"{made.status}: {_first_line(made)}")
+    if standard == "none":
+        return unjudged(made.run, judged, f"its plant is another one (cables: {engine.cables})")
+    if standard == "scheme":
+        others = [runs[Wanted(judge.name, solver, engine.scheme)]]
+    else:
+        others = [runs[Wanted(name, solver, divide=twice)] for name in (engine.name, judge.name)]
+    found = [other.run for other in others if other.run is not None]
+    if len(found) < len(others):
+        lost = next(other for other in others if other.run is None)
+        return Verdict("failed", f"the run to judge it by {lost.status}: {_first_line(lost)}")
+    if standard == "scheme":
+        return against_scheme(made.run, judged, *found, continuous=continuous)
+    halved, halved_judge = found
+    return against_order(made.run, judged, halved, halved_judge, engine.order, continuous=continuous)
+
+
+def pairs(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+    """Largest difference of each quantity between any two engines of one scheme."""
+    found: dict[str, dict[str, float]] = {}
+    for a, b in combinations([row for row in rows if row.standard == "scheme"], 2):
+        if a.engine.scheme == b.engine.scheme and a.run is not None and b.run is not None:
+            worst = found.setdefault(a.engine.scheme, dict.fromkeys(QUANTITIES, 0.0))
+            for name in QUANTITIES:
+                worst[name] = max(worst[name], difference(name, a.run, b.run).max)
+    return found
+
+
+def step_cost(run: Run | None) -> float | None:
+    """Wall time of a control step, microseconds, where it is known."""
+    if run is None or len(run.rows) < 2 or not run.timings.get("loop_s"):
+        return None
+    return 1e6 * run.timings["loop_s"] / (len(run.rows) - 1)
+
+
+def _first_line(made: Made) -> str:
+    return made.message.partition("\n")[0] or "no message"

@@ -1,0 +1,98 @@
+"""Who takes part in a comparison, who judges, and by which standard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from cdpr.errors import CdprError
+from cdpr.plugins.registry import registry
+from cdpr.scenario import Scenario
+
+# By which an engine is judged:
+#   scheme   the judge offers the engine's scheme: run so, it must give the same but for round-off
+#   order    nobody else has its scheme: half the step must divide the distance to the judge by 2^order
+#   none     the plant is another one: the distance is told
+Standard = Literal["scheme", "order", "none"]
+
+CONTINUOUS: tuple[object, ...] = ("C0", "C1", "Cinf")
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A backend with the options of a scenario, and what it declares with them."""
+
+    name: str
+    order: int  # 0 where none is declared
+    scheme: str  # "" where none is declared
+    schemes: tuple[str, ...]  # that its option `scheme` offers
+    cables: str  # the model of the cables
+
+    def standard(self, judge: Engine) -> Standard:
+        """Return by which standard the engine is held against `judge`."""
+        if self.order < 1 or self.cables != judge.cables:
+            return "none"
+        return "scheme" if self.scheme in judge.schemes else "order"
+
+
+@dataclass(frozen=True)
+class Field:
+    """The engines of a comparison.
+
+    Attributes:
+        judge: the one of highest order; it always runs.
+        engines: the others, in the order given.
+        absent: reason by name of those that cannot run here.
+    """
+
+    judge: Engine
+    engines: tuple[Engine, ...]
+    absent: dict[str, str]
+
+
+def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
+    """Choose judge and engines; `names` are backends, None for all.
+
+    Raises PluginError where a named one is unknown or not installed, CdprError where there is nothing to compare.
+    """
+    found = registry()
+    absent: dict[str, str] = {}
+    for name in dict.fromkeys(found.names("backend") if names is None else names):
+        entry = found.get("backend", name)
+        if entry.missing and names is None:
+            absent[name] = f"not installed: {entry.remedy}"
+        elif entry.missing:
+            entry.load()  # says what is missing and how to get it
+    here = [describe(scenario, name) for name in found.names("backend") if not found.get("backend", name).missing]
+    judge = min(here, key=lambda engine: (-engine.order, -len(engine.schemes), engine.name))
+    wanted = [engine.name for engine in here] if names is None else list(dict.fromkeys(names))
+    engines = tuple(engine for name in wanted for engine in here if engine.name == name != judge.name)
+    if not engines:
+        others = "; ".join(f"{name}: {reason}" for name, reason in absent.items())
+        hint = f" ({others})" if others else f"; there are {', '.join(found.names('backend'))}"
+        raise CdprError(f"nothing to compare: '{judge.name}' is the judge, and no other backend is chosen{hint}")
+    return Field(judge, engines, absent)
+
+
+def describe(scenario: Scenario, name: str) -> Engine:
+    """Return what a backend declares with the scenario's options; PluginError where it is unknown."""
+    declared = registry().get("backend", name).properties(scenario.backend_options(name))  # type: ignore[arg-type]
+    order, schemes = declared.get("order", 0), declared.get("schemes", ())
+    return Engine(
+        name=name,
+        order=order if isinstance(order, int) else 0,
+        scheme=str(declared.get("scheme", "")),
+        schemes=tuple(schemes) if isinstance(schemes, (list, tuple)) else (),
+        cables=str(declared.get("cables", "ideal")),
+    )
+
+
+def is_continuous(scenario: Scenario) -> bool:
+    """Whether the tensions follow the state without jumps: the solver declares it, or the controller commands them."""
+    found = registry()
+    controller = found.get("controller", scenario.controller.type)
+    if controller.info.properties.get("output") == "command":
+        return True
+    solver = found.get("solver", scenario.solver.type)
+    return solver.properties(scenario.solver_options).get("continuity") in CONTINUOUS  # type: ignore[arg-type]

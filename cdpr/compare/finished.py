@@ -1,0 +1,107 @@
+"""Finished runs held against each other, as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from cdpr.compare.comparison import Group, Row, pairs, step_cost
+from cdpr.compare.engines import Engine, describe, is_continuous
+from cdpr.compare.job import Comparison, summarise
+from cdpr.compare.scenarios import ENGINE_KEYS, changes
+from cdpr.compare.verdict import Verdict, against_scheme, unjudged
+from cdpr.errors import CdprError
+from cdpr.log.reader import load_run
+from cdpr.log.run import Header, Run
+from cdpr.scenario import Scenario, load_scenario
+
+# Without these two runs have nothing in common that could be subtracted.
+SHARED = ("robot", "cables", "anchors", "mass", "gravity", "control_step")
+
+UNKNOWN = Engine("", 0, "", (), "ideal")
+
+
+def compare_finished(paths: Sequence[str]) -> Comparison:
+    """Compare run folders or logs.
+
+    The run of highest declared order is the one that differences are measured from; of several the first. A run is
+    judged where another has the same scheme, step and scenario but for the engine: they may differ by round-off.
+
+    Raises LogError where a run cannot be read, CdprError where there is one only or they are of different robots or
+    timing.
+    """
+    if len(paths) < 2:
+        raise CdprError(f"{paths[0]}: one run alone; give two or more, or the scenario to run it on others")
+    if len({Path(path).resolve() for path in paths}) < len(paths):
+        raise CdprError("the same run is given twice")
+    names = [Path(path).name for path in paths]
+    labels = names if len(set(names)) == len(names) else paths
+    loaded = {label: load_run(path) for label, path in zip(labels, paths, strict=True)}
+    _refuse(loaded)
+    read = {label: _read(label, run) for label, run in loaded.items()}
+    judge = max(loaded, key=lambda label: read[label][0].order)  # the first of equals
+    rows = []
+    for label, run in loaded.items():
+        if label != judge:
+            verdict = _judge(label, judge, loaded, read)
+            standard = "scheme" if verdict.checks else "none"
+            rows.append(Row(label, read[label][0], standard, verdict, run, step_cost(run)))
+    head, scenario = loaded[judge].header, read[judge][1]
+    continuous = scenario is not None and is_continuous(scenario)
+    group = Group(head.solver, continuous, loaded[judge], "", tuple(rows), {}, pairs(rows))
+    facts = {
+        "scenario": head.scenario,
+        "robot": head.robot,
+        "duration_s": (len(loaded[judge].rows) - 1) * head.control_step,
+        "control_step_s": head.control_step,
+        "physics_step_s": head.physics_step,
+        "judge": {"backend": judge, "order": read[judge][0].order},
+        "absent": {},
+    }
+    return summarise(facts, [group], {})
+
+
+def _refuse(loaded: dict[str, Run]) -> None:
+    (first, one), *others = loaded.items()
+    for label, run in loaded.items():
+        if not len(run.rows):
+            raise CdprError(f"{label}: holds no sample ({run.status})")
+    for label, run in others:
+        other = [name for name in SHARED if getattr(run.header, name) != getattr(one.header, name)]
+        if other:
+            told = ", ".join(f"{name.replace('_', ' ')}{_values(one.header, run.header, name)}" for name in other)
+            raise CdprError(f"{label}: cannot be compared with {first}: other {told}")
+
+
+def _values(a: Header, b: Header, name: str) -> str:
+    one, other = getattr(a, name), getattr(b, name)
+    return f" ({other} instead of {one})" if isinstance(one, (str, float)) else ""
+
+
+def _read(label: str, run: Run) -> tuple[Engine, Scenario | None]:
+    """What the run's backend declares; nothing where its plugins are not installed here."""
+    try:
+        scenario = load_scenario(label, text=run.header.scenario_yaml)
+        return describe(scenario, run.header.backend), scenario
+    except CdprError:
+        return UNKNOWN, None
+
+
+def _judge(label: str, judge: str, loaded: dict[str, Run], read: dict[str, tuple[Engine, Scenario | None]]) -> Verdict:
+    run, (engine, scenario) = loaded[label], read[label]
+    others = [judge, *(other for other in loaded if other not in (judge, label))]
+    reason = "no other run has its scheme and its steps: compare the scenario to have it judged"
+    for other in others:
+        twin = read[other][0]
+        same_step = loaded[other].header.physics_step == run.header.physics_step
+        if scenario is None or not engine.scheme or (engine.scheme, engine.cables) != (twin.scheme, twin.cables):
+            continue
+        differing = [
+            key
+            for key, *_ in changes(loaded[other].header.scenario_yaml, run.header.scenario_yaml)
+            if not key.startswith(ENGINE_KEYS)
+        ]
+        if same_step and not differing:
+            return against_scheme(run, loaded[judge], loaded[other], continuous=is_continuous(scenario))
+        reason = f"the scenario of {other} is another: {', '.join(differing[:3])}"
+    return unjudged(run, loaded[judge], reason)

@@ -1,0 +1,110 @@
+"""A whole comparison: from a scenario file to figures for people and programs, with the runs for drawing."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cdpr.compare.comparison import Group, compare
+from cdpr.compare.engines import field
+from cdpr.compare.refinement import Measured
+from cdpr.compare.refinement import refine as measure_orders
+from cdpr.compare.runs import Progress, Runs
+from cdpr.log.run_folder import empty_folder
+from cdpr.log.run_json import plain
+from cdpr.scenario import load_scenario
+
+RUNS = "runs"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What came of it.
+
+    Attributes:
+        figures: all of it as plain data for JSON.
+        groups: the same with the runs, for drawing.
+    """
+
+    figures: dict[str, Any]
+    groups: tuple[Group, ...]
+
+
+def compare_scenario(
+    path: str | os.PathLike[str],
+    *,
+    changes: Sequence[str] = (),
+    backends: Sequence[str] | None = None,
+    solvers: Sequence[str] | None = None,
+    refine: bool = False,
+    out: Path | None = None,
+    jobs: int | None = None,
+    timeout: float | None = None,
+    progress: Progress = lambda done, total: None,
+) -> Comparison:
+    """Run a scenario on several engines and judge them.
+
+    Args:
+        path: the scenario file.
+        changes: texts `key=value`, as typed after --set.
+        backends: which engines, all that are installed by default; the judge runs in any case.
+        solvers: which tension solvers instead of the scenario's; engines are held against each other with each.
+        refine: measure the orders, too.
+        out: new or empty folder, in which the runs are kept under `runs`.
+        jobs: processes at a time, one a core by default.
+        timeout: s that a run may take.
+        progress: called with the number of runs made and their total.
+
+    Raises ScenarioError, PluginError or OutputError as `cdpr.simulate` does, and CdprError where only one engine is
+    left.
+    """
+    scenario = load_scenario(path, overrides=list(changes))
+    chosen = field(scenario, backends)
+    names = list(dict.fromkeys(solvers or [scenario.solver.type]))
+    for name in names:
+        scenario.with_changes(solver=name)  # what is wrong with a solver is told before anything runs
+    with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
+        folder = Path(temporary) if out is None else empty_folder(out)
+        runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
+        groups = compare(runs, chosen, names, named=backends is not None)
+        orders = {name: measure_orders(runs, chosen, name) for name in names} if refine else {}
+    simulation = scenario.simulation
+    figures = {
+        "scenario": scenario.name,
+        "robot": scenario.robot.name,
+        "duration_s": simulation.duration,
+        "control_step_s": simulation.control_step,
+        "physics_step_s": simulation.physics_step,
+        "judge": {"backend": chosen.judge.name, "order": chosen.judge.order},
+        "absent": chosen.absent,
+    }
+    return summarise(figures, groups, orders)
+
+
+def summarise(
+    facts: Mapping[str, Any], groups: Sequence[Group], orders: Mapping[str, Sequence[Measured]]
+) -> Comparison:
+    """Put the figures together; `facts` tell what was compared."""
+    tables = []
+    for group in groups:
+        measured = orders.get(group.solver, ())
+        wrong = not all(each.agrees for each in measured)
+        agrees = False if wrong else group.agrees
+        tables.append({**group.to_dict(), "agrees": agrees, "orders": [each.to_dict() for each in measured]})
+    verdicts = [table["agrees"] for table in tables]
+    agrees = False if False in verdicts else True if True in verdicts else None
+    figures = {"agrees": agrees, **facts, "groups": tables, "versions": _versions(groups)}
+    return Comparison(plain(figures), tuple(groups))
+
+
+def _versions(groups: Sequence[Group]) -> dict[str, str]:
+    """Of everything that took part."""
+    versions: dict[str, str] = {}
+    for group in groups:
+        for run in (group.judge, *(row.run for row in group.rows)):
+            versions |= {} if run is None else run.header.versions
+    return versions

@@ -1,0 +1,29 @@
+"""In what two resolved scenarios differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import yaml
+
+# What may differ where engines are compared; the solver is told apart by itself.
+ENGINE_KEYS = ("simulation.backend", "backend_options")
+
+
+def changes(before: str, after: str) -> list[tuple[str, str, str]]:
+    """Return dotted key, old and new value of all that differs between two resolved scenarios, "-" for what is not."""
+    old, new = dict(_leaves(yaml.safe_load(before))), dict(_leaves(yaml.safe_load(after)))
+    keys = list(dict.fromkeys([*old, *new]))
+    return [(key, old.get(key, "-"), new.get(key, "-")) for key in keys if old.get(key) != new.get(key)]
+
+
+def _leaves(node: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    if isinstance(node, dict) and node:
+        for key, value in node.items():
+            yield from _leaves(value, f"{path}.{key}" if path else str(key))
+    elif isinstance(node, list) and any(isinstance(item, (dict, list)) for item in node):
+        for i, value in enumerate(node):
+            yield from _leaves(value, f"{path}[{i}]")
+    else:
+        yield path, str(node)

@@ -1,0 +1,59 @@
+"""The cases of a study on a Dask cluster: each in a worker process of its own beside the cluster's."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from cdpr.errors import CdprError, ExitCode, PluginError
+from cdpr.plugins.registry import describe
+from cdpr.simulation.pool import Case, Outcome, Worker
+from cdpr.study.run import Executor
+
+CONNECTING = 20  # s to find the scheduler
+
+_mine = threading.local()  # a worker process for each thread of a cluster's worker, kept from case to case
+
+
+def executor(address: str) -> Executor:
+    """Return what runs cases on the cluster whose scheduler is at `address`, such as tcp://host:8786.
+
+    Raises PluginError without distributed, CdprError where nothing answers.
+    """
+    try:
+        import distributed
+    except ImportError as error:
+        raise PluginError("a cluster needs distributed, which is not installed: pip install 'cdpr[cluster]'") from error
+
+    def execute(cases: Sequence[Case], *, timeout: float | None, done: Callable[[Outcome], None]) -> None:
+        if not cases:
+            return
+        try:
+            client = distributed.Client(address, timeout=CONNECTING)
+        except (OSError, ValueError) as error:
+            raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {describe(error)}") from error
+        with client:
+            run = partial(run_here, timeout=timeout)
+            futures = {client.submit(run, case, pure=False): case.key for case in cases}
+            for future in distributed.as_completed(futures):
+                done(_outcome(future, futures[future]))
+
+    return execute
+
+
+def run_here(case: Case, timeout: float | None) -> Outcome:
+    """Run a case in the worker process of this thread, which ends with it."""
+    worker: Worker | None = getattr(_mine, "worker", None)
+    if worker is None or not worker.alive:
+        worker = _mine.worker = Worker()
+    worker.begin(case, timeout)
+    return worker.wait()
+
+
+def _outcome(future: Any, key: str) -> Outcome:
+    error = future.exception()
+    if error is None:
+        return future.result()  # type: ignore[no-any-return]
+    return Outcome(key, "died", f"lost by the cluster: {describe(error)}", "", code=ExitCode.BACKEND_DIED)

@@ -1,0 +1,134 @@
+"""The folder of a study: what is run, and a ledger of how each case ended, whole at every moment."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cdpr.errors import LogError, OutputError
+from cdpr.log.run_json import plain
+from cdpr.log.writer import unwritable
+from cdpr.simulation.cases import Outcome
+from cdpr.study.plan import Study
+
+STUDY_NAME = "study.json"
+LEDGER_NAME = "cases.jsonl"
+RUNS_NAME = "runs"
+
+RESULTS = ("finished", "infeasible", "diverged")  # what need not be run again
+
+OURS = {STUDY_NAME, f"{STUDY_NAME}.tmp", LEDGER_NAME}  # may be there before a study is
+
+Row = dict[str, Any]
+
+
+class StudyFolder:
+    """A folder for one study, new or with some of its cases; locked while it is open.
+
+    Attributes:
+        rows: how the cases ended that did, by id: an `Outcome` as plain data.
+    """
+
+    def __init__(self, path: Path, study: Study) -> None:
+        """Raises OutputError where the folder is taken, in use or cannot be written, LogError where it is spoilt."""
+        self.path = path
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            known = (path / STUDY_NAME).is_file()
+            if not known and {entry.name for entry in path.iterdir()} - OURS:
+                raise OutputError(f"{path}: exists, is not empty and holds no study; choose another --out")
+            self._ledger = os.open(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        except FileExistsError as error:
+            raise OutputError(f"{path}: is a file, not a folder; choose another --out") from error
+        except OSError as error:
+            raise unwritable(Path(error.filename or path), error) from error
+        try:
+            self._lock()
+            if known:
+                self._expect(study, path / STUDY_NAME)
+            else:
+                content = {"name": study.name, "cases": len(study.cases), "digest": study.digest}
+                replace(path / STUDY_NAME, (json.dumps(content, indent=2) + "\n").encode())
+            self.rows = self._read()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let others have it."""
+        os.close(self._ledger)
+
+    def run_folder(self, case: str) -> Path:
+        """Where the run of a case is kept; nothing is there."""
+        folder = self.path / RUNS_NAME / case
+        with contextlib.suppress(FileNotFoundError):
+            shutil.rmtree(folder)  # of a case that did not end
+        return folder
+
+    def record(self, outcome: Outcome) -> None:
+        """Keep how a case ended: one line, in one write, which a kill leaves out or whole."""
+        row = plain(asdict(outcome))
+        line = json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n"
+        try:
+            rest = memoryview(line.encode())
+            while rest:
+                rest = rest[os.write(self._ledger, rest) :]
+        except OSError as error:
+            raise unwritable(self.path / LEDGER_NAME, error) from error
+        self.rows[outcome.key] = row
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._ledger, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with this process, however it ends
+        except OSError:
+            raise OutputError(f"{self.path}: another cdpr study is at work there; wait for it, or end it") from None
+
+    def _expect(self, study: Study, description: Path) -> None:
+        """Refuse a folder that holds another study."""
+        try:
+            known: Mapping[str, Any] = json.loads(description.read_text(encoding="utf-8"))
+            digest = known["digest"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise LogError(f"{description}: cannot be read ({error}); choose another --out") from error
+        if digest != study.digest:
+            raise OutputError(
+                f"{self.path}: holds another study, '{known.get('name')}' of {known.get('cases')} cases; this is "
+                f"'{study.name}' of {len(study.cases)}, or its scenario has changed since; choose another --out"
+            )
+
+    def _read(self) -> dict[str, Row]:
+        """Return the last line of each case; a line that was torn by a kill is cut off."""
+        with open(os.dup(self._ledger), "rb") as file:
+            file.seek(0)
+            found = file.read()
+        whole = found[: found.rfind(b"\n") + 1]
+        if len(whole) < len(found):
+            os.ftruncate(self._ledger, len(whole))
+        rows: dict[str, Row] = {}
+        for number, line in enumerate(whole.splitlines(), 1):
+            try:
+                row = json.loads(line)
+                rows[row["key"]] = row
+            except (ValueError, KeyError, TypeError) as error:
+                text = f"cannot be read ({error}); remove that line, and its case is run again"
+                raise LogError(f"{self.path / LEDGER_NAME}:{number}: {text}") from error
+        return rows
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Write a file in one step: no half of it ever bears the name. Raises OutputError."""
+    temporary = path.with_name(f"{path.name}.tmp")
+    try:
+        temporary.write_bytes(content)
+        os.replace(temporary, path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise unwritable(path, error) from error

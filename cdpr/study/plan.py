@@ -1,0 +1,203 @@
+"""From a study file to its cases, all of them checked."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from cdpr.errors import CdprError, PluginError, ScenarioError
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.build import report_nulls, validate
+from cdpr.scenario.document import Document
+from cdpr.scenario.loader import open_document, stem
+from cdpr.scenario.overrides import Change
+from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
+from cdpr.simulation.build import versions_of
+from cdpr.study.points import Label, Point, Reader, product_of
+from cdpr.study.schema import MAX_COUNT, Axis, Block, Keep, StudyFile
+
+SEED: Path = ("simulation", "seed")
+RESERVED = ("case", "block", "status", "message")  # columns of the table
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class StudyCase:
+    """One run of a study."""
+
+    id: str  # of what it changes in which scenario: the same in every study that holds it
+    block: str | None
+    labels: Mapping[str, Label]  # by axis
+    scenario: str  # path, for messages and relative file names
+    text: str = field(repr=False)  # the scenario as resolved
+    versions: Mapping[str, str] = field(repr=False)  # of what would compute it here
+
+    def __str__(self) -> str:
+        parts = [self.block] if self.block else []
+        parts += [f"{axis} {shown(label)}" for axis, label in self.labels.items()]
+        return ", ".join(parts) or "the only case"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A checked study."""
+
+    name: str
+    source: str
+    keep: Keep
+    blocks: tuple[Grid, ...]
+    cases: tuple[StudyCase, ...]
+
+    @property
+    def digest(self) -> str:
+        """Identity of the study: what is run."""
+        return _digest([[case.id, case.text] for case in self.cases])
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A part of a study: a scenario, and the axes that are multiplied. A study without blocks is one of no name."""
+
+    name: str | None
+    scenario: Scenario
+    base: str  # the scenario before any change, as resolved
+    changes: tuple[Change, ...]
+    axes: tuple[Axis, ...]
+    columns: tuple[list[Point], ...]  # the points of each axis
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return math.prod(len(points) for points in self.columns)
+
+
+def load_study(path: str | os.PathLike[str], *, progress: Progress = lambda done, total: None) -> Study:
+    """Load a study and check every case of it.
+
+    Raises ScenarioError with all that is wrong in the file or in any case, or PluginError if nothing but plugins is
+    missing. `progress` is called with the number of cases checked and their total.
+    """
+    problems = Problems()
+    document = open_document(os.fspath(path), "study", problems)
+    section = validate(StudyFile, document.data, document, problems)
+    report_nulls(document.data, (), document, problems)
+    problems.raise_any()
+    assert section is not None
+    grids = list(_grids(section, document, problems))
+    total = sum(grid.size for grid in grids)
+    if total > MAX_COUNT:
+        problems.add(document.mark(("axes",)), (), f"{total} cases; at most {MAX_COUNT} are allowed")
+    problems.raise_any()
+    cases = _checked(grids, section.seed, total, progress)
+    return Study(section.name or stem(document.source), document.source, section.keep, tuple(grids), cases)
+
+
+def _grids(section: StudyFile, document: Document, problems: Problems) -> Iterator[Grid]:
+    """Yield the parts of a study; what is wrong goes to `problems`."""
+    reader = Reader(document, problems, section.seed)
+    loaded: dict[str, Scenario] = {}
+    names: set[str] = set()
+    for i, block in enumerate(section.blocks or [Block(name="study")]):
+        path: Path = ("blocks", i) if section.blocks else ()
+        if block.name in names:
+            problems.add(document.mark((*path, "name")), (*path, "name"), "another block has this name")
+        names.add(block.name)
+        axes: dict[Path, Axis] = {("axes", k): axis for k, axis in enumerate(section.axes)}
+        axes |= {(*path, "axes", k): axis for k, axis in enumerate(block.axes)}
+        _check_axes(axes, document, problems)
+        columns = tuple(reader.axis(axis, place) for place, axis in axes.items())
+        changes = reader.changes(section.changes, ("changes",))
+        changes += reader.changes(block.changes, (*path, "changes"))
+        place = (*path, "scenario") if block.scenario else ("scenario",)
+        file = block.scenario or section.scenario
+        if file is None:
+            problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
+        elif os.path.isabs(file):
+            problems.add(document.mark(place), place, "a file name relative to this file is expected")
+        else:
+            base = loaded.get(file) or load_scenario(os.path.join(document.folder, file))
+            loaded[file] = base
+            title = block.name if section.blocks else None
+            yield Grid(title, base, base.resolved_yaml(), changes, tuple(axes.values()), columns)
+
+
+def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problems) -> None:
+    """Each axis has a name of its own, and no key is set by two of them."""
+    names: set[str] = set()
+    targets: set[str] = set()
+    for place, axis in [(place, leaf) for place, given in axes.items() for leaf in given.leaves()]:
+        name = axis.label
+        keys = {key for point in axis.points.values() for key in point} if axis.points else set(axis.targets)
+        if name in RESERVED:
+            problems.add(document.mark(place), place, f"an axis cannot be called {name}: the table has such a column")
+        if name in names:
+            problems.add(document.mark(place), place, f"two axes are called {shown(name)}: give one a name")
+        for key in sorted(keys & targets):
+            problems.add(document.mark(place), place, f"two axes set {key}")
+        names.add(name)
+        targets |= keys
+
+
+def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tuple[StudyCase, ...]:
+    """Make all cases; raises with what is wrong in any, each thing once with the first case that has it."""
+    cases: list[StudyCase] = []
+    wrong: dict[str, tuple[int, Point]] = {}  # line -> the first case that it is told of
+    counts: Counter[str] = Counter()
+    only_plugins = True
+    versions: dict[tuple[str, ...], dict[str, str]] = {}
+    number = 0
+    for grid in grids:
+        for point in product_of(grid.columns):
+            progress(number, total)
+            number += 1
+            try:
+                cases.append(_case(grid, point, seed, versions))
+            except CdprError as error:
+                only_plugins &= isinstance(error, PluginError)
+                for line in str(error).splitlines():
+                    wrong.setdefault(line, (number, point))
+                    counts[line] += 1
+    if wrong:
+        lines = [_told(line, *found, counts[line], total) for line, found in wrong.items()]
+        lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"] * (len(lines) > MAX_PROBLEMS)
+        raise PluginError("\n".join(lines)) if only_plugins else ScenarioError(lines)
+    return tuple(cases)
+
+
+def _case(grid: Grid, point: Point, seed: int, versions: dict[tuple[str, ...], dict[str, str]]) -> StudyCase:
+    """Make one case; CdprError says what is wrong with it."""
+    # A type goes first: it takes the options of another plugin out, and the case's own must stay.
+    changes = sorted((*grid.changes, *point.changes), key=lambda change: change.path[1:] != ("type",))
+    identity = {
+        "block": grid.name,
+        "labels": point.labels,
+        "changes": {dotted(change.path): change.value for change in changes},
+        "scenario": grid.base,
+    }
+    key = _digest(identity)[:12]
+    if all(change.path != SEED for change in changes):
+        changes.append(Change(SEED, int(_digest([seed, key])[:16], 16) >> 1, Mark("seed")))
+    scenario = grid.scenario.with_changes(changes)
+    plugins = (scenario.simulation.backend, scenario.controller.type, scenario.solver.type)
+    if plugins not in versions:
+        versions[plugins] = versions_of(scenario)
+    text = scenario.resolved_yaml()
+    return StudyCase(key, grid.name, point.labels, scenario.source, text, versions[plugins])
+
+
+def _told(line: str, number: int, point: Point, count: int, total: int) -> str:
+    if total == 1:
+        return line
+    labels = ", ".join(f"{axis} {shown(label)}" for axis, label in point.labels.items())
+    more = f" and {count - 1} more" if count > 1 else ""
+    return f"{line} (case {number}{more}: {labels})"
+
+
+def _digest(content: object) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,135 @@
+"""Runs the cases of a study that have not ended yet, and keeps how each does."""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from cdpr.errors import ExitCode, PluginError
+from cdpr.simulation.pool import Case, Outcome, run_cases
+from cdpr.study.folder import RESULTS, StudyFolder
+from cdpr.study.folder import replace as write
+from cdpr.study.plan import Study, StudyCase
+from cdpr.study.table import Table, make_table, times, to_csv, to_parquet
+
+Done = Callable[[Outcome], None]
+
+
+class Executor(Protocol):
+    """Runs cases wherever, and calls `done` with how each ended as soon as it did."""
+
+    def __call__(self, cases: Sequence[Case], *, timeout: float | None, done: Done) -> object:
+        """Return when all cases have ended."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a study found; `rows` are the ledger's."""
+
+    study: Study
+    folder: Path
+    rows: Mapping[str, Mapping[str, Any]]
+    table: Table
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of cases by status."""
+        status = self.table.columns.index("status")
+        return dict(Counter(str(row[status]) for row in self.table.rows))
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """OK where every case has a result, whatever it is."""
+        lost = [self.rows[case.id] for case in self.study.cases if self.rows[case.id]["status"] not in RESULTS]
+        if any(row["status"] != "failed" for row in lost):
+            return ExitCode.BACKEND_DIED
+        return ExitCode(lost[0]["code"]) if lost else ExitCode.OK
+
+
+def run_study(
+    study: Study,
+    out: Path,
+    *,
+    jobs: int = 1,
+    timeout: float | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int, Mapping[str, int]], None] = lambda done, total, counts: None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Results:
+    """Run what `out` does not hold yet, and write the tables.
+
+    Cases that failed, died or hung are tried again; one that dies is retried once before it counts as dead. The
+    results do not depend on `jobs`, on the executor or on how often the study was interrupted. `progress` is called
+    with the number of cases that have ended, their total and how many of them ended how; `say` with what the user
+    should know.
+
+    Raises OutputError where `out` holds another study or cannot be written. KeyboardInterrupt ends the workers; what
+    has ended by then is kept, and in the tables.
+    """
+    folder = StudyFolder(out, study)
+    try:
+        before = other_versions(study, folder.rows)
+        if before:
+            say(f"{out}: the cases that it holds were computed by other versions than those here: {before}")
+        waiting = [case for case in study.cases if folder.rows.get(case.id, {}).get("status") not in RESULTS]
+        ended = {case.id for case in study.cases} - {case.id for case in waiting}
+        counts = Counter(folder.rows[key]["status"] for key in ended)
+        execute = executor or (lambda cases, **options: run_cases(cases, jobs=jobs, **options))
+
+        def done(outcome: Outcome) -> None:
+            if study.keep == "failed" and outcome.status == "finished":
+                shutil.rmtree(outcome.folder, ignore_errors=True)
+                outcome = replace(outcome, folder="")
+            if outcome.key in ended:  # the second try
+                counts["died"] -= 1
+            folder.record(outcome)
+            ended.add(outcome.key)
+            counts[outcome.status] += 1
+            progress(len(ended), len(study.cases), counts)
+
+        try:
+            progress(len(ended), len(study.cases), counts)
+            execute([_case(case, study, folder) for case in waiting], timeout=timeout, done=done)
+            again = [case for case in waiting if folder.rows[case.id]["status"] == "died"]
+            if again:
+                say(f"{len(again)} case{'s' * (len(again) != 1)} died; trying again")
+                execute([_case(case, study, folder) for case in again], timeout=timeout, done=done)
+            after = other_versions(study, folder.rows)
+            if after not in ("", before):
+                say(f"computed by other versions than those here: {after}")
+        finally:
+            table = make_table(study, folder.rows)
+            _write(out, table, times(study, folder.rows), say)
+        return Results(study, out, folder.rows, table)
+    finally:
+        folder.close()
+
+
+def other_versions(study: Study, rows: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say which cases were computed by other versions than this process would use; empty if none was."""
+    found: Counter[str] = Counter()
+    for case in study.cases:
+        theirs = rows[case.id]["versions"] if case.id in rows else {}
+        for name, version in theirs.items():
+            here = case.versions.get(name, "none")
+            if version != here:
+                found[f"{name} {version}, here {here}"] += 1
+    return "; ".join(f"{text} ({count} case{'s' * (count != 1)})" for text, count in sorted(found.items()))
+
+
+def _case(case: StudyCase, study: Study, folder: StudyFolder) -> Case:
+    out = None if study.keep == "none" else str(folder.run_folder(case.id).absolute())
+    return Case(case.id, case.scenario, out=out, text=case.text)
+
+
+def _write(out: Path, table: Table, wall_clock: Table, say: Callable[[str], None]) -> None:
+    write(out / "table.csv", to_csv(table))
+    write(out / "times.csv", to_csv(wall_clock))
+    try:
+        write(out / "table.parquet", to_parquet(table))
+    except PluginError as error:
+        say(f"no table.parquet: {error}")

@@ -1,0 +1,113 @@
+"""The scheme of the engines, written out: semi-implicit Euler, first order, the cables evaluated once a step.
+
+`cdpr compare` runs it beside an engine that declares this scheme: what differs is then the engine's adapter, not the
+size of the step.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cdpr.model.guide import guided_acceleration, write_pose
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import conjugate, exponential, multiply, quaternion, rotate, store, vector
+from cdpr.model.robot import Array
+from cdpr.plugins import RigidBodyBackend
+from cdpr_backends.attitude import put_attitude
+from cdpr_backends.snapshots import put_back, save
+
+
+class SemiImplicitEuler(RigidBodyBackend):
+    """First the velocities from the accelerations at the start of the step, then the pose from these velocities."""
+
+    def build(self) -> None:
+        """Bind the kernel for a free or a guided platform."""
+        frame = self.frame
+        self._motion = np.zeros(8)  # with a guide: position, angle, velocity, spin
+        if frame.guide is None:
+            inertial = np.array([frame.mass, *frame.moments])
+            self._advance = partial(free_step, inertial, self.gravity, self.applied, self.body, self.physics_step)
+        else:
+            self._advance = partial(
+                guided_step,
+                frame.guide.packed,
+                self.robot.inertial,
+                self.gravity,
+                self.applied,
+                self._motion,
+                self.body,
+                self.physics_step,
+            )
+
+    def write(self) -> None:
+        """Take the motion from `body`."""
+        guide = self.frame.guide
+        if guide is not None:
+            free, axis = guide.packed[:3], guide.packed[3:]
+            self._motion[:3], self._motion[3] = self.body[:3], guide.angle(self.body)
+            self._motion[4:7], self._motion[7] = free * self.body[7:10], axis @ self.body[10:]
+
+    def read(self) -> None:
+        """The motion is in `body` already."""
+
+    def advance(self) -> None:
+        """Advance by one physics step."""
+        self._advance()
+
+    def snapshot(self) -> object:
+        """Return a copy of everything."""
+        return save(self.arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        put_back(snapshot, self.arrays)
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold."""
+        return *super().arrays, self._motion
+
+
+@kernel
+def free_step(inertial: Array, gravity: Array, applied: Array, body: Array, h: float) -> None:
+    """One step of a free body, whose frame lies at its centre of mass along its principal axes.
+
+    In body axes w += h I^-1 (M - w x I w), then q <- q exp(h w); v += h (F / m + g), then x += h v. `inertial` holds
+    mass and principal moments (4,).
+    """
+    q = quaternion(body, 3)
+    w = rotate(conjugate(q), vector(body, 10))
+    M = rotate(conjugate(q), vector(applied, 3))
+    Ix, Iy, Iz = vector(inertial, 1)
+    w = (
+        w[0] + h * (M[0] - (Iz - Iy) * w[1] * w[2]) / Ix,
+        w[1] + h * (M[1] - (Ix - Iz) * w[2] * w[0]) / Iy,
+        w[2] + h * (M[2] - (Iy - Ix) * w[0] * w[1]) / Iz,
+    )
+    q = multiply(q, exponential((h * w[0], h * w[1], h * w[2])))
+    norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    put_attitude((q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm), body)
+    store(rotate(quaternion(body, 3), w), body, 10)
+    for i in range(3):
+        body[7 + i] += h * (applied[i] / inertial[0] + gravity[i])
+        body[i] += h * body[7 + i]
+
+
+@kernel
+def guided_step(
+    guide: Array, inertial: Array, gravity: Array, applied: Array, motion: Array, body: Array, h: float
+) -> None:
+    """One step of a platform on a guide: u += h u', then q += h u, for the guide's coordinates q."""
+    a, alpha = guided_acceleration(
+        guide, inertial, gravity, motion[3], motion[7], vector(applied, 0), vector(applied, 3)
+    )
+    for i in range(3):
+        motion[4 + i] += h * a[i]
+        motion[i] += h * motion[4 + i]
+    motion[7] += h * alpha
+    motion[3] += h * motion[7]
+    write_pose(guide, vector(motion, 0), motion[3], vector(motion, 4), motion[7], body)

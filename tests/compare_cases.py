@@ -1,0 +1,65 @@
+"""Comparisons without worker processes, for tests of what is judged."""
+
+from __future__ import annotations
+
+from conftest import ROOT
+
+import cdpr
+from cdpr.compare.comparison import compare
+from cdpr.compare.engines import field
+from cdpr.compare.job import summarise
+from cdpr.compare.runs import Made, Runs
+from cdpr.errors import CdprError
+from cdpr.plugins.registry import registry
+
+SCENARIOS = ROOT / "scenarios"
+
+ENGINES = [name for name in ("mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
+
+# What an engine can get wrong differs: space, a plane, a point; mass off the origin; axes turned; pushes; a broken
+# cable; gains that forgive nothing.
+SOUND = (
+    "caroca",
+    "planar",
+    "point_mass",
+    "off_centre_mass",
+    "rotated_start",
+    "external_wrench",
+    "cable_break",
+    "high_gains",
+)
+
+
+class Here(Runs):
+    """Makes the runs in this process."""
+
+    def __init__(self, scenario):
+        super().__init__(scenario, None, 1, None, lambda done, total: None)
+
+    def make(self, wanted):
+        for one in wanted:
+            if one not in self._made:
+                self._made[one] = self._one(one)
+
+    def _one(self, wanted):
+        try:
+            run = cdpr.simulate(self.scenario, overrides=wanted.changes(self.scenario))
+        except CdprError as error:
+            run = error.run if isinstance(error.run, cdpr.Run) and len(error.run.rows) else None
+            complete = run is not None and run.status in ("infeasible", "diverged")
+            return Made(run if complete else None, run.status if complete else "failed", str(error), run is not None)
+        return Made(run, "finished", "")
+
+
+def load(name, changes=()):
+    return cdpr.load_scenario(SCENARIOS / f"{name}.yaml", overrides=changes)
+
+
+def comparison(name, backends=None, changes=(), solvers=()):
+    """Groups of a comparison made here, and the figures of all."""
+    scenario = load(name, changes)
+    chosen = field(scenario, backends)
+    groups = compare(Here(scenario), chosen, list(solvers) or [scenario.solver.type], named=backends is not None)
+    facts = {"scenario": name, "duration_s": 1.0, "control_step_s": 1e-3, "physics_step_s": 1e-3}
+    facts |= {"judge": {"backend": chosen.judge.name, "order": chosen.judge.order}, "absent": chosen.absent}
+    return summarise(facts, groups, {})

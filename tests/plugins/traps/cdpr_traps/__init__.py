@@ -1,0 +1,35 @@
+"""An engine with one of the faults that adapters have; with `installed` on the path, too, it counts as installed."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
+
+Trap = Literal["none", "frame", "damping", "clamp", "persistence", "lag", "auto_reset", "dropped_nan"]
+
+
+class TrapOptions(PluginOptions):
+    """Which fault, in which engine, and what the engine says of its scheme."""
+
+    engine: str = Field("mujoco", description="the backend that is wrapped")
+    trap: Trap = Field("none", description="the fault")
+    scheme: str = Field("semi_implicit_euler", description="the scheme that is declared; '' for none")
+
+    def declares(self):
+        """Without a scheme it is judged by its order."""
+        return {"scheme": self.scheme}
+
+
+@hookimpl
+def cdpr_backends() -> list[PluginInfo]:
+    """Say what this package brings."""
+    return [
+        PluginInfo(
+            "traps",
+            "cdpr_traps.backend:make",
+            "another backend with a fault",
+            properties={"order": 1, "snapshot": True, "scheme": "semi_implicit_euler"},
+            options=TrapOptions,
+        )
+    ]

@@ -1,0 +1,185 @@
+"""Baselines: the same run is the same to the bit, another one is told where and by how much."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+
+import pytest
+from compare_cases import ENGINES, SCENARIOS
+
+from cdpr.compare import baseline, baseline_check
+from cdpr.errors import CdprError, OutputError
+
+SHORT = ["simulation.duration=0.1"]
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """A copy of the scenarios, with a baseline beside them."""
+    root = tmp_path_factory.mktemp("home")
+    shutil.copytree(SCENARIOS, root / "scenarios")
+    baseline_check.save([str(root / "scenarios" / "caroca.yaml")], root / "kept", overrides=SHORT)
+    return root
+
+
+@pytest.fixture
+def kept(home, tmp_path):
+    """Scenarios and baseline, to be spoilt."""
+    shutil.copytree(home, tmp_path / "home")
+    return tmp_path / "home"
+
+
+def edit(home, change):
+    """Change the content of the baseline; return what a check then says."""
+    (path,) = (home / "kept").iterdir()
+    data = json.loads(path.read_text())
+    change(data)
+    path.write_text(json.dumps(data))
+    (found,) = baseline_check.check(home / "kept")
+    return found
+
+
+def test_the_same_again_is_bit_equal(kept):
+    (found,) = baseline_check.check(kept / "kept")
+    assert (found.name, found.outcome, found.detail) == ("caroca_reference", "bit-equal", "")
+
+
+def test_it_stands_alone(kept):
+    """Without the scenario's file it is checked by what it holds."""
+    shutil.rmtree(kept / "scenarios")
+    (found,) = baseline_check.check(kept / "kept")
+    assert found.outcome == "bit-equal"
+
+
+def test_it_can_be_read_by_people_and_loses_nothing(home, tmp_path):
+    (path,) = (home / "kept").iterdir()
+    text = path.read_text()
+    assert len(text) < 16_000
+    assert max(map(len, text.splitlines())) < 600  # a sample a line
+    read = baseline.read(path)
+    assert len(read.samples["time"]) == baseline.SAMPLES
+    assert read.samples["time"][[0, -1]].tolist() == [0.0, 0.1]
+    assert baseline.write(read, tmp_path).read_text() == text
+    assert "kp: 100" in read.scenario_yaml
+
+
+def spoil(data, column, by, row=3):
+    data["digest"] = "0" * 64
+    data["samples"][row][column] += by
+
+
+def test_another_tension_is_told_with_cable_time_and_size(kept):
+    found = edit(kept, lambda data: spoil(data, 1 + 13 + 4, 0.5))
+    assert (found.outcome, found.agrees) == ("differs", False)
+    assert "tension of cable_5 differs first at t = 0.012 s, by 5.00e-01 N (allowed 1e-04)" in found.detail
+
+
+def test_another_position_is_told(kept):
+    found = edit(kept, lambda data: spoil(data, 2, 1e-6, row=-1))
+    assert "position differs first at t = 0.1 s, by 1.00e-06 m" in found.detail
+
+
+def test_the_last_bit_counts_on_the_same_versions_and_machine(kept):
+    found = edit(kept, lambda data: spoil(data, 2, 1e-15))
+    assert found.outcome == "differs"
+    assert (
+        "not bit-equal, though versions and machine are the same; largest differences: position 1.0e-15" in found.detail
+    )
+
+
+@pytest.mark.parametrize(("part", "key"), [("versions", "numpy"), ("machine", "processor")])
+def test_bounds_count_on_others(kept, part, key):
+    def change(data):
+        spoil(data, 2, 1e-15)
+        data[part][key] = "other"
+
+    found = edit(kept, change)
+    assert (found.outcome, found.agrees) == ("within bounds", True)
+    assert f"{key} other -> " in found.detail
+
+
+def test_bounds_are_those_of_the_file(kept):
+    def change(data):
+        spoil(data, 2, 1e-6)
+        data["machine"]["processor"] = "other"
+        data["bounds"]["position"] = 1e-5
+
+    assert edit(kept, change).outcome == "within bounds"
+
+
+def test_a_changed_scenario_is_told_as_that(kept):
+    path = kept / "scenarios" / "caroca.yaml"
+    path.write_text(path.read_text().replace("kp: 100 ", "kp: 90 "))
+    (found,) = baseline_check.check(kept / "kept")
+    assert found.outcome == "differs"
+    assert "caroca.yaml has changed: controller.kp was 100.0, is 90.0; save the baseline anew" in found.detail
+    path.write_text("robot: 7\n")
+    (found,) = baseline_check.check(kept / "kept")
+    assert "has changed and is wrong now" in found.detail
+
+
+def test_another_end_is_told(kept):
+    assert "was infeasible and is finished" in edit(kept, lambda data: data.update(status="infeasible")).detail
+    found = edit(kept, lambda data: data.update(status="finished", count=7))
+    assert "had 7 samples and has 101" in found.detail
+
+
+def test_a_jumping_solver_is_not_held_to_its_tensions(home, tmp_path):
+    (path,) = baseline_check.save(
+        [str(SCENARIOS / "caroca.yaml")], tmp_path, overrides=[*SHORT, "solver.type=lp"], backends=[ENGINES[0]]
+    )
+    assert path.name == f"caroca_{ENGINES[0]}.baseline.json"
+    assert set(baseline.read(path).bounds) == {"position", "attitude"}
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 9}', '{"format": 1, "samples": 3}'])
+def test_what_is_no_baseline_is_refused(tmp_path, text):
+    (tmp_path / "x.baseline.json").write_text(text)
+    with pytest.raises(CdprError, match=r"x\.baseline\.json: is no baseline"):
+        baseline_check.check(tmp_path)
+
+
+def test_none_at_all_is_an_error(tmp_path):
+    with pytest.raises(CdprError, match="holds no baseline"):
+        baseline_check.check(tmp_path)
+
+
+def test_nothing_is_kept_of_a_run_that_fails(tmp_path):
+    wild = ["controller.kp=5e6", "controller.kd=4000", "robot.tension.max=1e7"]
+    with pytest.raises(CdprError, match="no baseline of a run that diverged"):
+        baseline_check.save([str(SCENARIOS / "caroca.yaml")], tmp_path / "out", overrides=wild)
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_of_one_name_are_refused(tmp_path):
+    with pytest.raises(CdprError, match="two baselines would be called"):
+        baseline_check.save([str(SCENARIOS / "caroca.yaml")] * 2, tmp_path / "out", overrides=SHORT)
+
+
+def test_a_file_in_the_way(tmp_path, home):
+    (tmp_path / "file").write_text("")
+    (path,) = (home / "kept").iterdir()
+    with pytest.raises(OutputError, match="cannot be written"):
+        baseline.write(baseline.read(path), tmp_path / "file")
+
+
+def cdpr(*arguments, code=0):
+    done = subprocess.run(
+        [sys.executable, "-m", "cdpr", "baseline", *map(str, arguments)], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done
+
+
+def test_commands(kept):
+    planar = kept / "scenarios" / "planar.yaml"
+    said = cdpr("save", planar, "--set", SHORT[0], "--out", kept / "kept").stdout
+    file = kept / "kept" / "planar_reference.baseline.json"
+    assert said.strip() == str(file)
+    assert cdpr("check", file).stdout == "planar_reference  bit-equal\n"
+    planar.write_text(planar.read_text().replace("kp: 100 ", "kp: 90 "))
+    (found,) = json.loads(cdpr("check", file, "--json", code=7).stdout)
+    assert found["outcome"] == "differs"

@@ -1,0 +1,135 @@
+"""`cdpr compare` as a user calls it: real processes, terminal, JSON, page, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from compare_cases import ENGINES, SCENARIOS, SOUND, comparison
+from conftest import TRAPS
+
+from cdpr.cli.compare import command
+from cdpr.errors import CdprError
+from cdpr.report.compare_text import lines
+
+CAROCA = str(SCENARIOS / "caroca.yaml")
+SHORT = ("--set", "simulation.duration=0.1")
+ONE = ("--backends", ENGINES[0])
+
+
+def cdpr(*arguments, env=(), code=0, cwd=None):
+    done = subprocess.run(
+        [sys.executable, "-m", "cdpr", *map(str, arguments)],
+        env={**os.environ, **dict(env)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=cwd,
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory):
+    """A comparison, refined, with its folder."""
+    folder = tmp_path_factory.mktemp("compare") / "out"
+    done = cdpr("compare", CAROCA, "--refine", *ONE, *SHORT, "--json", "--out", folder)
+    return json.loads(done.stdout), folder
+
+
+def test_json_tells_all(compared):
+    figures, folder = compared
+    assert figures["agrees"] is True
+    assert figures["judge"] == {"backend": "reference", "order": 4}
+    (group,) = figures["groups"]
+    (row,) = group["engines"]
+    assert (row["backend"], len(row["checks"])) == (ENGINES[0], 6)
+    assert row["step_us"] > 0.0
+    assert {each["backend"] for each in group["orders"]} == {"reference", ENGINES[0]}
+    assert {"cdpr", "numpy"} < set(figures["versions"])
+    assert json.loads((folder / "compare.json").read_text()) == figures
+
+
+def test_text_fits_a_terminal(compared):
+    text = list(lines(compared[0]))
+    text += lines(comparison("caroca", changes={"simulation.duration": 0.1}, solvers=["lp"]).figures)
+    assert text[0].startswith("agree: caroca")
+    assert max(map(len, text)) <= 80, max(text, key=len)
+    said = "\n".join(text)
+    assert "its tensions may jump, the pose is judged" in said
+    assert re.search(rf"{ENGINES[0]} +1\.0\d\d of 1 +as declared|{ENGINES[0]} +0\.9\d\d of 1", said)
+
+
+def test_page_needs_nothing_else(compared):
+    html = (compared[1] / "compare.html").read_text()
+    assert html.index("The engines agree") < html.index("Solver qp") < html.index("<svg")
+    assert not re.search(r'(?:src|href)="(?!#)', html.replace("http://www.w3.org", ""))
+    for title in ("Differences from the judge", "Differences beyond the scheme", "Pose", "Tensions", "Measured orders"):
+        assert title in html
+    assert ENGINES[0] in html
+    assert "NaN" not in html
+
+
+def test_runs_are_kept_and_can_be_compared_again(compared):
+    runs = [compared[1] / "runs" / name for name in ("reference_qp", f"{ENGINES[0]}_qp")]
+    said = cdpr("compare", *runs).stdout
+    assert said.startswith("not judged: caroca")
+    assert f"{ENGINES[0]}_qp: not judged: no other run has its scheme" in " ".join(said.split())
+
+
+def test_all_is_all_that_are_installed():
+    rows = json.loads(cdpr("compare", CAROCA, *SHORT, "--json").stdout)["groups"][0]["engines"]
+    assert {row["backend"] for row in rows} == set(ENGINES)
+    assert {row["outcome"] for row in rows} == {"agrees"}
+
+
+def test_a_folder_that_is_taken_is_refused(compared):
+    assert "not empty" in cdpr("compare", CAROCA, *ONE, *SHORT, "--out", compared[1], code=8).stderr
+
+
+def test_a_trap_ends_with_seven(tmp_path):
+    """In workers, too; the page says who and why first."""
+    env = {"PYTHONPATH": os.pathsep.join([str(TRAPS), str(TRAPS.parent), os.environ.get("PYTHONPATH", "")])}
+    options = ("--set", f"backend_options.traps.engine={ENGINES[0]}", "--set", "backend_options.traps.trap=lag")
+    done = cdpr(
+        "compare", CAROCA, "--backends", "traps", *options, *SHORT, "--out", tmp_path / "out", env=env.items(), code=7
+    )
+    assert done.stdout.startswith("DISAGREE: caroca")
+    assert "traps: DISAGREES: position beyond its bound" in done.stdout
+    html = (tmp_path / "out" / "compare.html").read_text()
+    assert html.index("traps with qp: position beyond its bound") < html.index("<svg")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ((CAROCA, "--backends", "mujuco"), 3, "did you mean 'mujoco'"),
+        ((CAROCA, "--backends", "reference"), 2, "nothing to compare"),
+        ((CAROCA, "--solvers", "qq"), 3, "no solver is named 'qq'"),
+        (("missing.yaml",), 2, "missing.yaml"),
+        ((CAROCA, "--set", "simulation.duration=-1"), 2, "simulation.duration"),
+        ((str(SCENARIOS), "--refine"), 2, "finished runs are compared as they are"),
+        ((str(SCENARIOS),), 2, "one run alone"),
+    ],
+)
+def test_what_cannot_be_compared(arguments, code, said):
+    with pytest.raises(CdprError, match=said) as caught:
+        command.main(list(arguments), standalone_mode=False)
+    assert caught.value.exit_code == code
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOUND)
+def test_sound_engines_agree_and_are_of_their_order(name):
+    """Every scenario to its end, refined: 1.0 +- 0.1, and 4 +- 0.3 above round-off."""
+    figures = json.loads(cdpr("compare", SCENARIOS / f"{name}.yaml", "--refine", "--json").stdout)
+    assert figures["agrees"] is True
+    for each in figures["groups"][0]["orders"]:
+        room = 0.3 if each["declared"] == 4 else 0.1
+        assert each["outcome"] == "as declared"
+        assert each["order"] == pytest.approx(each["declared"], abs=room)

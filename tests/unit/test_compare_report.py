@@ -1,0 +1,80 @@
+"""The page and the text of comparisons that went wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from compare_cases import ENGINES, Here, load
+
+import cdpr
+from cdpr.compare.comparison import compare
+from cdpr.compare.engines import field
+from cdpr.compare.job import summarise
+from cdpr.compare.refinement import Measured
+from cdpr.compare.runs import Made
+from cdpr.report.compare import render
+from cdpr.report.compare_text import lines
+
+FACTS = {
+    "scenario": "a <b>",
+    "robot": "caroca",
+    "duration_s": 0.1,
+    "control_step_s": 1e-3,
+    "physics_step_s": 1e-3,
+    "judge": {"backend": "reference", "order": 4},
+    "absent": {"dart": "not installed: pip install 'cdpr[dart]'"},
+}
+
+
+def result(ends, orders=()):
+    """A comparison in which the only engine ended like that."""
+
+    class Ending(Here):
+        def _one(self, wanted):
+            return ends if wanted.backend == ENGINES[0] else super()._one(wanted)
+
+    scenario = load("caroca", {"simulation.duration": 0.1})
+    chosen = field(scenario, ENGINES[:1])
+    return summarise(FACTS, compare(Ending(scenario), chosen, ["qp"], named=True), {"qp": orders})
+
+
+@pytest.fixture(scope="module")
+def diverged():
+    run = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
+    rows = run.rows[:60].copy()
+    rows[50:, 1] = 1e200
+    rows[55:, 1] = np.nan
+    return dataclasses.replace(run, rows=rows, status="diverged", message="the state is not finite")
+
+
+def test_a_run_that_diverged(diverged):
+    found = result(Made(diverged, "diverged", "the state is not finite"))
+    html, text = render(found), "\n".join(lines(found.figures))
+    assert found.figures["agrees"] is False
+    assert "the run ended as diverged at 0.059 s, reference finished" in " ".join(text.split())
+    assert "not finite" in text
+    assert html.index("The engines disagree") < html.index("ended as diverged") < html.index("<svg")
+    assert "a &lt;b&gt;" in html
+
+
+def test_a_process_that_died():
+    found = result(Made(None, "died", "the process of this case was ended by SIGSEGV\nFatal Python error"))
+    html, text = render(found), list(lines(found.figures))
+    assert found.figures["agrees"] is False
+    assert any("FAILED: died: the process of this case was ended by SIGSEGV" in line for line in text)
+    assert "SIGSEGV" in html[: html.index("</header>")]
+    assert "<svg" not in html  # nothing to draw
+    assert text[-1] == "dart: not run: not installed: pip install 'cdpr[dart]'"
+
+
+def test_a_wrong_order(diverged):
+    """Fails the comparison, though the runs agree."""
+    sound = cdpr.simulate(load("caroca", {"simulation.duration": 0.1}), backend=ENGINES[0])
+    wrong = Measured(ENGINES[0], 1, "differs", "", 0.42, 1e-3, (1e-3, 5e-4, 2.5e-4), (4e-5, 3e-5, 2e-5))
+    found = result(Made(sound, "finished", ""), [wrong])
+    assert found.figures["groups"][0]["engines"][0]["outcome"] == "agrees"
+    assert found.figures["agrees"] is False
+    assert f"{ENGINES[0]} is of order 0.42, declared 1" in render(found)
+    assert any("0.420 of 1  differs" in line for line in lines(found.figures))

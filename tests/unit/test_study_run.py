@@ -1,0 +1,172 @@
+"""Running a study: its results, its tables, and going on where it was stopped."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import subprocess
+from dataclasses import replace
+
+import pytest
+from conftest import ROOT
+from study_cases import TABLES, command, tables, write_study
+
+import cdpr
+from cdpr.errors import ExitCode, OutputError
+from cdpr.study import load_study, run_study
+
+# Finished, diverged and infeasible: all of them results.
+KINDS = """
+axes:
+  - key: controller.kd
+    values: [20, 30]
+  - name: kind
+    points:
+      sound: {controller.kp: 100}
+      stiff: {controller.kp: 1.0e+6, simulation.control_step: 0.01, robot.tension.max: 1.0e+11}
+      heavy: {solver.infeasible: stop, robot.platform.mass: 10000}
+"""
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory):
+    """A study that was run once, by two workers; what was said meanwhile."""
+    folder = tmp_path_factory.mktemp("study")
+    said = []
+    results = run_study(load_study(write_study(folder, KINDS)), folder / "out", jobs=2, say=said.append)
+    assert said == []
+    return results
+
+
+@pytest.fixture
+def results(computed, tmp_path):
+    """The same in a folder to spoil."""
+    shutil.copytree(computed.folder, tmp_path / "out")
+    return computed
+
+
+def test_results(results, tmp_path):
+    assert results.counts == {"finished": 2, "diverged": 2, "infeasible": 2}
+    assert results.exit_code == ExitCode.OK
+    with (tmp_path / "out" / "table.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["kind"] for row in rows] == ["sound", "stiff", "heavy"] * 2
+    for row, case in zip(rows, results.study.cases, strict=True):
+        if row["kind"] != "sound":
+            continue
+        # What `cdpr run` gives for the same scenario, to the bit.
+        path = tmp_path / "resolved.yaml"
+        path.write_text(case.text)
+        summary = cdpr.simulate(path).summary()
+        assert float(row["position_error_rms_m"]) == summary["position_error_m"]["rms"]
+        assert float(row["tension_max_N"]) == summary["tension_N"]["max"]
+        assert int(row["samples"]) == summary["samples"]
+    assert "not finite" in rows[1]["message"]
+    assert "real_time_factor" not in rows[0]
+    assert not (tmp_path / "out" / "runs").exists()
+    heading, first, *_ = (tmp_path / "out" / "times.csv").read_text().splitlines()
+    assert float(dict(zip(heading.split(","), first.split(","), strict=True))["case_s"]) > 0
+
+
+def test_parquet_holds_the_same(results, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = parquet.read_table(tmp_path / "out" / "table.parquet")
+    assert table.to_pylist() == results.table.records()
+    assert str(table.schema.field("tension_max_N").type) == "double"
+    assert str(table.schema.field("samples").type) == "int64"
+
+
+def test_tables_do_not_depend_on_the_number_of_workers(results, tmp_path):
+    run_study(results.study, tmp_path / "one", jobs=1)
+    assert tables(tmp_path / "one") == tables(tmp_path / "out")
+
+
+def test_only_what_is_missing_runs(results, tmp_path):
+    """Also after a line was torn, and with the same tables in the end."""
+    out = tmp_path / "out"
+    whole, ledger = tables(out), (out / "cases.jsonl").read_bytes()
+    lines = ledger.splitlines(keepends=True)
+    (out / "cases.jsonl").write_bytes(b"".join(lines[:3]) + lines[3][:50])
+    for name in TABLES:
+        (out / name).unlink()
+    calls = []
+    run_study(results.study, out, jobs=2, progress=lambda done, total, counts: calls.append(done))
+    assert calls == [3, 4, 5, 6]
+    assert tables(out) == whole
+    again = (out / "cases.jsonl").read_bytes().splitlines(keepends=True)
+    assert again[:3] == lines[:3]
+    assert len(again) == 6
+
+
+def test_a_folder_belongs_to_one_study(results, tmp_path):
+    other = load_study(write_study(tmp_path, KINDS.replace("[20, 30]", "[20, 40]")))
+    with pytest.raises(OutputError, match="holds another study, 'study' of 6 cases"):
+        run_study(other, tmp_path / "out")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "letter").touch()
+    with pytest.raises(OutputError, match="is not empty and holds no study"):
+        run_study(results.study, tmp_path / "full")
+
+
+def test_other_versions_are_told(results, tmp_path):
+    ledger = tmp_path / "out" / "cases.jsonl"
+    rows = [json.loads(line) for line in ledger.read_text().splitlines()]
+    numpy = rows[0]["versions"]["numpy"]
+    for row in rows[:2]:
+        row["versions"]["numpy"] = "1.0"
+    ledger.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    said = []
+    run_study(results.study, tmp_path / "out", say=said.append)
+    assert len(said) == 1
+    assert f"numpy 1.0, here {numpy} (2 cases)" in said[0]
+
+
+@pytest.mark.parametrize(("keep", "kept"), [("all", 6), ("failed", 4)])
+def test_kept_runs(tmp_path, keep, kept):
+    results = run_study(load_study(write_study(tmp_path, f"keep: {keep}\n" + KINDS)), tmp_path / "out", jobs=2)
+    folders = sorted((tmp_path / "out" / "runs").iterdir())
+    assert len(folders) == kept
+    for folder in folders:
+        (case,) = (case for case in results.study.cases if case.id == folder.name)
+        assert (folder / "scenario.yaml").read_text() == case.text
+        assert cdpr.load_run(folder).status == results.rows[case.id]["status"]
+
+
+def test_command(tmp_path):
+    study, out = write_study(tmp_path, KINDS), tmp_path / "out"
+    done = subprocess.run(command(study, out, "--jobs", "2", "--json"), capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["counts"] == {"finished": 2, "diverged": 2, "infeasible": 2}
+    assert [row["controller.kd"] for row in told["cases"]] == [20, 20, 20, 30, 30, 30]
+    again = subprocess.run(command(study, out), capture_output=True, text=True, cwd=ROOT)
+    assert again.returncode == 0, again.stderr
+    assert "6 cases: 2 finished, 2 diverged, 2 infeasible" in again.stdout
+    assert again.stdout.rstrip().endswith(str(out))
+    listed = subprocess.run(command(study, tmp_path / "no", "--dry-run"), capture_output=True, text=True, cwd=ROOT)
+    assert "6 cases, all valid" in listed.stdout
+    assert not (tmp_path / "no").exists()
+
+
+@pytest.mark.parametrize(
+    ("found", "code"),
+    [
+        ([("infeasible", 4), ("diverged", 5)], ExitCode.OK),
+        ([("failed", 3), ("failed", 8)], ExitCode.PLUGIN),
+        ([("failed", 3), ("hung", 6)], ExitCode.BACKEND_DIED),
+    ],
+)
+def test_exit_codes(computed, found, code):
+    changed = [{**computed.rows[case.id]} for case in computed.study.cases]
+    for row, (status, number) in zip(changed, found, strict=False):
+        row.update(status=status, code=number)
+    assert replace(computed, rows={row["key"]: row for row in changed}).exit_code == code
+
+
+def test_a_bad_study_runs_nothing(tmp_path):
+    study = write_study(tmp_path, "axes:\n  - {key: controller.kp, values: [1, -1]}")
+    done = subprocess.run(command(study, tmp_path / "out"), capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == ExitCode.BAD_INPUT
+    assert "study.yaml:4:38: controller.kp: must be" in done.stderr
+    assert not (tmp_path / "out").exists()
