@@ -8,7 +8,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from cdpr.errors import CdprError
+from pydantic import ValidationError
+
+from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver
@@ -156,7 +158,12 @@ def check_plugin(role: Role, name: str) -> list[CheckResult]:
 def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, str]) -> list[Case[Any]]:
     entry = registry().get(role, name)
     factory = entry.load()
-    chosen: PluginOptions = entry.info.options() if options is None else options
+    try:
+        chosen: PluginOptions = entry.info.options() if options is None else options
+    except ValidationError:
+        raise PluginError(
+            f"{role} '{name}' needs options, such as a file: check it from Python, {role}_checks('{name}', options=...)"
+        ) from None
     properties = entry.properties(chosen)
     checks, kind = ROLES[role]
     _refuse_unknown(checks, expected_failures)
