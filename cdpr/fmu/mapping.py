@@ -14,7 +14,7 @@ from cdpr.errors import FmuError
 from cdpr.fmu.model import ModelDescription
 from cdpr.fmu.options import Signals
 from cdpr.fmu.ports import Side
-from cdpr.fmu.resolver import Resolver
+from cdpr.fmu.resolver import NONE, Resolver
 from cdpr.fmu.signals import Role
 from cdpr.model import Robot
 
@@ -62,7 +62,13 @@ def resolve(
     sides = [Side.of(inputs.run()), Side.of(outputs.run())]
     notices = [*inputs.notices, *outputs.notices]
     taken = set(sides[0].value_references)
-    idle = [v.name for v in description.variables if v.causality == "input" and v.value_reference not in taken]
+    known = tuple(name for name, given in options.inputs.items() if given == NONE)  # meant to be left alone
+    idle = [
+        variable.name
+        for variable in description.variables
+        if variable.causality == "input" and variable.value_reference not in taken
+        if not variable.name.startswith(known)
+    ]
     if idle:
         shown = ", ".join(idle[:8]) + (f" and {len(idle) - 8} more" if len(idle) > 8 else "")
         notices.append(f"inputs that keep their start value: {shown}")

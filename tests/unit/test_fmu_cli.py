@@ -137,6 +137,16 @@ def test_info(here, cdpr):
     assert "win64 (does not run on this machine)" in cdpr("fmu", "info", "a.fmu").stdout
 
 
+def test_without_the_extra_only_the_letter_of_the_standard_is_not_checked(here, cdpr, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fmpy", None)
+    monkeypatch.setitem(sys.modules, "fmpy.validation", None)
+    make_fmu(here / "a.fmu")
+    cdpr("fmu", "info", "a.fmu")
+    cdpr("fmu", "map", "a.fmu", CAROCA)
+    done = cdpr("fmu", "check", "a.fmu", CAROCA)
+    assert "n/a     standard        needs FMPy: pip install 'cdpr[fmu]'" in done.stdout
+
+
 def test_check(here, cdpr):
     make_fmu(here / "a.fmu", platform="x86_64-windows")
     done = cdpr("fmu", "check", "a.fmu", CAROCA, "--json", code=2)

@@ -168,6 +168,12 @@ def test_the_name_beats_the_usual_name():
     assert mapping.notices == ("inputs that keep their start value: F",)
 
 
+def test_inputs_left_alone_are_told_unless_the_scenario_says_none():
+    assert map_signals(plant(), ROBOT, Signals(inputs={"external_wrench": "none"})).notices == ()
+    mapping = map_signals(plant(more=[variable(3, "wind", 50, "input")]), ROBOT)
+    assert mapping.notices == ("inputs that keep their start value: wind",)
+
+
 def test_wrong_direction_or_kind_is_never_found():
     rows = [variable(3, "position", 50, "local", shape=(3,), unit="m")]
     refused(plant(without=["position"], more=rows), "position: needed")
