@@ -104,7 +104,7 @@ def test_a_huge_file_is_not_read(tmp_path, monkeypatch):
 
 
 def test_an_entry_that_holds_more_than_it_declares(tmp_path):
-    """Sizes are counted while writing: the declared ones, which were checked, may lie."""
+    """The declared sizes, which were checked, may lie."""
     path = make_fmu(tmp_path / "a.fmu", files={"resources/lie": bytes(100_000)})
     content = bytearray(path.read_bytes())
     # The uncompressed size stands in the local header and in the table of contents.
@@ -116,7 +116,7 @@ def test_an_entry_that_holds_more_than_it_declares(tmp_path):
     path.write_bytes(content)
     opened = open_archive(path)
     (tmp_path / "out").mkdir()
-    with pytest.raises(FmuError, match=r"damaged|more than it declares"):
+    with pytest.raises(FmuError, match="'resources/lie' is damaged"):
         extract(opened, tmp_path / "out")
     assert (tmp_path / "out/resources/lie").stat().st_size <= 10
 
@@ -144,7 +144,7 @@ def test_a_file_that_is_also_a_folder(tmp_path):
 def test_an_encrypted_entry(tmp_path):
     path = make_fmu(tmp_path / "a.fmu")
     content = bytearray(path.read_bytes())
-    at = content.find(b"PK\x01\x02")
+    at = content.rfind(b"PK\x01\x02")  # the library
     content[at + 8] |= 1
     path.write_bytes(content)
     refused(path, "encrypted")
