@@ -81,7 +81,7 @@ def _cut(text: str, width: int = 32) -> str:
 
 PLACES: dict[Role, tuple[str, ...]] = {  # where a scenario speaks of such an FMU
     "plant": ("backend_options", "fmu"),
-    "winch": ("winch",),
+    "winch": ("actuators",),
     "controller": ("controller",),
 }
 
