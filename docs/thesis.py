@@ -47,6 +47,7 @@ ASSUMPTIONS = {
     ("as_written", ""): "as written",
     ("off_the_start", "0.3 m below"): "start 0.3 m below",
     ("off_the_start", "0.4 m inwards"): "start 0.4 m inwards",
+    ("off_the_start", "far away"): "start at [0, 0, 1.5] m",
     ("played_in_10_s", ""): "played in 10 s",
     ("held_10_ms", ""): "commands held 10 ms",
     ("friction", ""): "as written, with friction",

@@ -37,7 +37,7 @@ class Here(Runs):
         super().__init__(scenario, None, 1, None, lambda done, total: None)
 
     def make(self, wanted):
-        for one in wanted:
+        for one in map(self._plain, wanted):
             if one not in self._made:
                 self._made[one] = self._one(one)
 

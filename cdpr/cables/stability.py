@@ -52,6 +52,31 @@ class Oscillator:
             step = step + term
         return step
 
+    def gauss_seidel(self, h: float, n: int, semi_implicit: bool) -> Array:
+        """One step of the platform, the first n coordinates, and after it of the winches, (2 k, 2 k) on (z, z').
+
+        The platform moves under tensions that are held, by semi-implicit Euler or exactly; then the winches, by the
+        classical Runge-Kutta scheme, while the platform is held half way.
+        """
+        k = len(self.M)
+        x, v, s = slice(0, n), slice(k, k + n), [*range(n, k), *range(k + n, 2 * k)]
+        pull = -np.linalg.solve(self.M, np.hstack([self.K, self.C]))  # z'' of (z, z')
+        platform = np.eye(2 * k)
+        platform[v] += h * pull[:n]
+        platform[x, v] += h * np.eye(n)
+        platform[x] += h * h * (1.0 if semi_implicit else 0.5) * pull[:n]
+        half = np.eye(2 * k)
+        half[[*range(n), *range(k, k + n)]] = 0.5 * (platform + np.eye(2 * k))[[*range(n), *range(k, k + n)]]
+        A = np.zeros((2 * k, 2 * k))  # slope of the winches
+        A[n:k, k + n :] = np.eye(k - n)
+        A[k + n :] = pull[n:]
+        step = term = np.eye(2 * k)
+        for power in range(1, 5):
+            term = term @ (h * A) / power
+            step = step + term
+        platform[s] = step[s] @ half
+        return platform
+
 
 def oscillator(robot: Robot, state: Array) -> Oscillator:
     """Linearise a robot on winches about the pose of a state (13,), all cables taut."""

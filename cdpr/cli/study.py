@@ -117,10 +117,17 @@ def _print(results: Results) -> None:
     from cdpr.report.text import table
 
     rows = results.table.records()
-    heading = [*results.table.axes, "status", *HEADINGS]
-    shown = [heading, *([*labels, *figures] for labels, figures in (cells(results.table, row) for row in rows[:ROWS]))]
-    for line in table(shown, left=len(results.table.axes) + 1):
-        click.echo(line)
+    left = ROWS
+    for grid in results.study.blocks:
+        inside = [row for row in rows if row.get("block") == grid.name]
+        axes = [leaf.label for axis in grid.axes for leaf in axis.leaves()]
+        shown = [[*labels, *figures] for labels, figures in (cells(axes, row) for row in inside[:left])]
+        if grid.name is not None:
+            click.echo(f"{grid.name}: {len(inside)} cases")
+        if shown:
+            for line in table([[*axes, "status", *HEADINGS], *shown], left=len(axes) + 1):
+                click.echo(line)
+        left -= len(shown)
     if len(rows) > ROWS:
         click.echo(f"  and {len(rows) - ROWS} more")
     counts = ", ".join(f"{count} {status}" for status, count in results.counts.items())

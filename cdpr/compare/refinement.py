@@ -70,9 +70,8 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
         if not open_:
             break
         truth = Wanted(chosen.judge.name, solver, divide=TRUTH * base.divide, stretch=base.stretch)
-        runs.make([truth, *(_rung(base, engine, 1) for engine in open_.values())])
+        runs.make([truth, *(_rung(base, engine, divide) for engine in open_.values() for divide in LADDER)])
         above = [engine for engine in open_.values() if _promises(runs, base, truth, engine)]
-        runs.make([_rung(base, engine, divide) for engine in above for divide in LADDER])
         for engine in above:
             found[engine.name] = _measure(runs, base, truth, engine)
             del open_[engine.name]

@@ -1,9 +1,9 @@
-"""The runs of a comparison: each made once, in a process of its own."""
+"""The runs of a comparison: each made once, those of each engine in processes of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -84,11 +84,11 @@ class Runs:
 
     def __getitem__(self, wanted: Wanted) -> Made:
         """Return a run that has been made."""
-        return self._made[wanted]
+        return self._made[self._plain(wanted)]
 
     def make(self, wanted: Sequence[Wanted]) -> None:
-        """Make the runs that have not been made yet."""
-        fresh = {one.key: one for one in wanted if one not in self._made}
+        """Make the runs that have not been made yet, those of each engine in processes that no other engine sees."""
+        fresh = {one.key: one for one in map(self._plain, wanted) if one not in self._made}
         self._asked += len(fresh)
         self._progress(len(self._made), self._asked)
 
@@ -96,11 +96,18 @@ class Runs:
             self._made[fresh[outcome.key]] = read(outcome)
             self._progress(len(self._made), self._asked)
 
-        cases = [
-            Case(key, self.scenario.source, one.changes(self.scenario), str(self._folder / key), self._text)
-            for key, one in fresh.items()
-        ]
-        run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
+        for backend in dict.fromkeys(one.backend for one in fresh.values()):
+            cases = [
+                Case(key, self.scenario.source, one.changes(self.scenario), str(self._folder / key), self._text)
+                for key, one in fresh.items()
+                if one.backend == backend
+            ]
+            run_cases(cases, jobs=self._jobs, timeout=self._timeout, done=done)
+
+    def _plain(self, wanted: Wanted) -> Wanted:
+        """The same run as it is known: with the scenario's own step, where it has that."""
+        own = wanted.stretch == 1 and wanted.divide == self.scenario.simulation.substeps
+        return replace(wanted, divide=0) if own else wanted
 
 
 def read(outcome: Outcome) -> Made:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.errors import FmuError
-from cdpr.fmu.export.variables import Plant
+from cdpr.fmu.export import Plant
 from cdpr.fmu.instance import Setting, Value
 from cdpr.fmu.model import REALS, Element, ModelDescription, Variable
 from cdpr.fmu.units import alike, known_unit, si

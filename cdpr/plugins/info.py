@@ -24,6 +24,10 @@ class PluginOptions(BaseModel):
 
     _folder: str = PrivateAttr("")
 
+    def declares(self) -> Mapping[str, object]:
+        """Return the declared properties that are others with these options."""
+        return {}
+
     def starting_at(self, folder: str) -> Self:
         """Return a copy whose file names start at `folder`, that of the scenario; the loader calls this."""
         copy = self.model_copy()
@@ -33,10 +37,6 @@ class PluginOptions(BaseModel):
     def path(self, name: str) -> Path:
         """Return the file that an option names: relative names start where the scenario lies."""
         return Path(self._folder, name)
-
-    def declares(self) -> Mapping[str, object]:
-        """Return the declared properties that are others with these options."""
-        return {}
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,13 @@ from pathlib import Path
 
 from cdpr.errors import OutputError
 from cdpr.report.page import figure, page, section, table
-from cdpr.report.study_cells import FIGURES, Record, cells, value
+from cdpr.report.study_cells import FIGURES, Record, cells, label_text, value
 from cdpr.report.study_layout import Layout, layouts
 from cdpr.study import Results
 from cdpr.study.plan import Grid
 
 MOST_ROWS = 1000  # of the table on the page
+REM = 6.8  # widths of the page's letters to an inch of a figure
 
 
 def write_study(results: Results, path: Path) -> None:
@@ -55,7 +56,7 @@ def _about(results: Results) -> str:
     for grid in study.blocks:
         for axis, points in zip(grid.axes, grid.columns, strict=True):
             for leaf in axis.leaves():
-                places = dict.fromkeys(str(point.labels[leaf.label]) for point in points)
+                places = dict.fromkeys(label_text(point.labels[leaf.label]) for point in points)
                 some = list(places) if len(places) <= 12 else [*list(places)[:5], "...", list(places)[-1]]
                 rows.append((f"<code>{escape(leaf.label)}</code>", str(len(places)), escape(", ".join(some))))
     scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
@@ -80,9 +81,10 @@ def _figures(grid: Grid, records: Sequence[Record], key: str) -> list[str]:
             if all(not value(record, what) for record in records):
                 continue  # nothing to see: never any, or always zero
             name = f"{key}figure{i}_{k}"
-            svg = inline_svg(multiples(layout, records, what), name, what.title)
+            chart = multiples(layout, records, what)
+            svg = inline_svg(chart, name, what.title)
             # Wider than this its letters would be larger than the page's.
-            drawing = f'<div style="max-width: 68rem">{svg}</div>'
+            drawing = f'<div style="max-width: {REM * chart.get_figwidth():.4g}rem">{svg}</div>'
             out.append(figure(name, escape(what.title), drawing, escape(_caption(layout))))
     return out
 
@@ -96,7 +98,7 @@ def _caption(layout: Layout) -> str:
 def _table(results: Results) -> str:
     rows = []
     for case, record in zip(results.study.cases, results.table.records(), strict=True):
-        labels, found = cells(results.table, record)
+        labels, found = cells(results.table.axes, record)
         block = [case.block] if case.block is not None else []
         message = str(record["message"] or "")
         rows.append(tuple(map(escape, (case.id, *block, *labels, *found, message))))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from cdpr.report.tables import number
 from cdpr.study.points import Label
-from cdpr.study.table import Cell, Table
+from cdpr.study.table import Cell
 
 Record = Mapping[str, Cell]
 
@@ -40,10 +40,10 @@ def value(record: Record, figure: Figure) -> float | None:
     return None if cell is None or isinstance(cell, str) else figure.scale * cell
 
 
-def cells(table: Table, record: Record) -> tuple[list[str], list[str]]:
+def cells(axes: Iterable[str], record: Record) -> tuple[list[str], list[str]]:
     """The cells of a case: its place on each axis and status, and its figures."""
     values = [value(record, figure) for figure in FIGURES]
-    labels = [label_text(record[axis]) for axis in table.axes]
+    labels = [label_text(record[axis]) for axis in axes]
     return [*labels, str(record["status"])], ["-" if cell is None else number(cell) for cell in values]
 
 

@@ -17,6 +17,9 @@ WIDTH, HEIGHT = 2.35, 1.65  # of a panel
 LEFT, TOP, BOTTOM = 0.75, 0.4, 0.55
 GAP, ROW_GAP = 0.25, 0.62
 ACROSS = 4  # panels in a row
+LEAST = 5.0  # of a figure: the page widens smaller ones
+
+BESIDE = 0.1  # from one line's dots to the next one's, where x is a row of names
 
 DECADE = 30.0  # largest ratio on a linear scale
 MARK = 0.055  # height of a row of crosses, of the panel's
@@ -35,7 +38,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Char
     heading = [] if layout.line is None else [(shorten(layout.line), {"linestyle": ""})]
     ending = [("× no figure: diverged, died, ...", {"linestyle": ""})] if crosses else []
     legend = legend_width([text for text, _ in [*entries, *heading, *ending]]) if entries or crosses else 0.1
-    width = LEFT + across * WIDTH + (across - 1) * GAP + legend
+    width = max(LEFT + across * WIDTH + (across - 1) * GAP + legend, LEAST)
     height = TOP + down * HEIGHT + (down - 1) * ROW_GAP + BOTTOM
     height = max(height, TOP + LINE * (len(entries) + 3))
     chart = Chart(figsize=(width, height))
@@ -54,8 +57,9 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Char
         if k + across >= len(drawn):
             axes.set_xlabel(shorten(layout.x, 40))
         for i, curve in enumerate(curves):
-            _draw(axes, layout, curve, looks[curve.label], i, _positions(layout, drawn))
-    write_legend(chart, [*heading, *entries, *ending], (width - legend, height - TOP))
+            _draw(axes, layout, curve, looks[curve.label], (i, len(curves)), _positions(layout, drawn))
+    right = LEFT + across * WIDTH + (across - 1) * GAP
+    write_legend(chart, [*heading, *entries, *ending], (right, height - TOP))
     return chart
 
 
@@ -65,9 +69,18 @@ def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
     return last if 1 < last <= ACROSS else min(ACROSS, count)
 
 
-def _draw(axes: Axes, layout: Layout, curve: Curve, look: dict[str, Any], i: int, place: Mapping[Any, float]) -> None:
+def _draw(
+    axes: Axes,
+    layout: Layout,
+    curve: Curve,
+    look: dict[str, Any],
+    rank: tuple[int, int],  # of the curve, and how many there are
+    place: Mapping[Any, float],
+) -> None:
     """Dots, joined through the middle where a place has several; crosses at the top for cases without a figure."""
-    x = [place[at] for at in curve.x]
+    i, count = rank
+    aside = 0.0 if layout.numeric else BESIDE * (i - (count - 1) / 2)
+    x = [place[at] + aside for at in curve.x]
     middle = [sorted(values)[len(values) // 2] for values in curve.values]
     joined = "-" if layout.numeric and not layout.scattered else ""
     axes.add_artist(Line2D(x, middle, marker="o", markersize=3.2, linestyle=joined, linewidth=1.2, **look))
@@ -75,7 +88,7 @@ def _draw(axes: Axes, layout: Layout, curve: Curve, look: dict[str, Any], i: int
         if len(values) > 1:
             axes.add_artist(Line2D([at] * 2, [min(values), max(values)], linewidth=0.8, **look))
     heights = [0.965 - MARK * i] * len(curve.lost)
-    lost = [place[at] for at in curve.lost]
+    lost = [place[at] + aside for at in curve.lost]
     blended = axes.get_xaxis_transform()
     axes.add_artist(Line2D(lost, heights, marker="x", markersize=4.0, linestyle="", transform=blended, **look))
 

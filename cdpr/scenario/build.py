@@ -63,6 +63,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
                 "trajectory": trajectory,
                 "controlled": sections.controlled or robot.dof,
                 "events": events,
+                "actuators": sections.actuators and sections.actuators.starting_at(document.folder),
             }
         ),
         robot=robot.to_robot(),

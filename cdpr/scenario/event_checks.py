@@ -84,9 +84,14 @@ class EventChecks(Checks):
 
     def _need_ideal_cables(self, events: Places) -> None:
         model = self.document.get(("robot", "cable", "model"))
-        for i, event in events if model in ("rigid", "elastic") else ():
+        if self.document.get(("actuators",)) is not None:
+            text = "happens to ideal cables only, and there are actuators: remove it or them"
+        elif model in ("rigid", "elastic"):
+            text = f"happens to ideal cables only, and robot.cable.model is {model}: remove it or set that to ideal"
+        else:
+            return
+        for i, event in events:
             if isinstance(event, CableFault):
-                text = f"happens to ideal cables only, and robot.cable.model is {model}: remove it or set that to ideal"
                 self.say(("events", i, "type"), text)
 
     def _order(self, events: Places) -> None:

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import platform
 from contextlib import ExitStack
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
 import numpy as np
 
 from cdpr import __version__
-from cdpr.errors import CdprError, PluginError
+from cdpr.errors import PluginError
 from cdpr.log.run import Header
-from cdpr.model import Robot, kernel_cache
+from cdpr.model import kernel_cache
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
+from cdpr.simulation.actuators import actuated
+from cdpr.simulation.cables import check_cables
 from cdpr.simulation.loop import Parts
 from cdpr.simulation.schedule import stopped
 
@@ -41,19 +44,21 @@ def build(scenario: Scenario) -> Parts:
     }
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
-    _check_cable_model(chosen["backend"], robot)
+    check_cables(scenario, chosen["backend"])
     solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
     with ExitStack() as made:  # what was made is closed where the next fails
         controller: Controller = chosen["controller"].make(
             robot, gravity, simulation.control_step, scenario.controller_options
         )
         made.callback(controller.close)
+        plant = robot if scenario.actuators is None else replace(robot, cable_model="ideal")
         backend: Backend = chosen["backend"].make(
-            robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
+            plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
         made.callback(backend.close)
-        if robot.cable_model != "ideal":
-            _check_step(scenario, chosen["backend"])
+        if scenario.actuators is not None:
+            backend = actuated(scenario, backend, chosen["backend"])
+            made.callback(backend.close)
         backend.reset(scenario.initial.state())
         parts = Parts(
             robot=robot,
@@ -69,36 +74,10 @@ def build(scenario: Scenario) -> Parts:
             substeps=simulation.substeps,
             output=_output(chosen["controller"], controller),
             events=scenario.events,
+            ideal_cables=scenario.cable_model == "ideal",
         )
         made.pop_all()
     return parts
-
-
-def _check_cable_model(entry: Registered, robot: Robot) -> None:
-    """Refuse a backend that would move a robot on winches as if its cables were ideal."""
-    known = entry.info.properties.get("cable_models", ("ideal",))
-    if not isinstance(known, tuple | list) or robot.cable_model not in known:
-        raise PluginError(
-            f"backend '{entry.info.name}' does not know robot.cable.model {robot.cable_model}: choose another backend, "
-            "or set robot.cable.model to ideal"
-        )
-
-
-def _check_step(scenario: Scenario, backend: Registered) -> None:
-    """Refuse a physics step with which cables and drums would swing themselves up."""
-    from cdpr.cables.stability import longest, oscillator, stable
-
-    about, step = oscillator(scenario.robot, scenario.initial.state()), scenario.simulation.physics_step
-    options = scenario.backend_options(backend.info.name)
-    chosen = getattr(options, "scheme", backend.info.properties.get("scheme"))
-    scheme = about.runge_kutta if chosen == "rk4" else about.semi_implicit
-    if not stable(scheme(step)):
-        raise CdprError(
-            f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
-            f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
-            f"(step * omega = {step * about.fastest:.3g}), and damping and friction ask for short steps too; it is "
-            f"stable up to {longest(scheme, step):g} s"
-        )
 
 
 def _output(entry: Registered, controller: Controller) -> Output:
@@ -135,7 +114,7 @@ def make_header(scenario: Scenario) -> Header:
         controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
         versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
-        cable_model=robot.cable_model,
+        cable_model=scenario.cable_model,
     )
 
 

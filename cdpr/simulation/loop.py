@@ -52,6 +52,7 @@ class Parts:
     substeps: int  # physics steps in a control step
     output: Output = "wrench"  # what the controller puts out
     events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
+    ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
 
 
 class Loop:
@@ -67,8 +68,7 @@ class Loop:
         self.parts = parts
         self.count = 0
         robot, backend = parts.robot, parts.backend
-        ideal = robot.cable_model == "ideal"
-        layout = Layout(robot.m, ideal)
+        layout = Layout(robot.m, parts.ideal_cables)
         self.row = row = np.zeros(layout.width)
 
         def view(first: str, last: str | None = None) -> Array:
@@ -121,7 +121,7 @@ class Loop:
         self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
         self.distribute = self.schedule.distribute
-        if not ideal:
+        if not parts.ideal_cables:
             self._add_winches(view("cable_tension"), energies[2:3])
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:

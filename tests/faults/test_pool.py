@@ -137,7 +137,7 @@ def test_what_done_raises_ends_the_workers():
 PARENT = """
 import sys
 from cdpr.simulation.pool import Case, Worker
-changes = {"controller.type": "faulty", "controller.fault": "hang"}
+changes = {"controller.type": "faulty", "controller.fault": "hang", "controller.once": sys.argv[2]}
 worker = Worker()
 worker.begin(Case("hang", sys.argv[1], changes), None)
 print(worker._process.pid, flush=True)
@@ -146,11 +146,16 @@ worker.wait()
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_workers_end_with_their_parent(number):
+def test_workers_end_with_their_parent(number, tmp_path):
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(FAULTY), str(ROOT)])}
-    parent = subprocess.Popen([sys.executable, "-c", PARENT, CAROCA], stdout=subprocess.PIPE, text=True, env=env)
+    parent = subprocess.Popen(
+        [sys.executable, "-c", PARENT, CAROCA, tmp_path / "hangs"], stdout=subprocess.PIPE, text=True, env=env
+    )
     pid = int(parent.stdout.readline())
-    time.sleep(0.5)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "hangs").exists():  # in the midst of a case it reads nothing
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
     assert not gone(pid)
     parent.send_signal(number)
     parent.communicate()

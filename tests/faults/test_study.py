@@ -137,7 +137,7 @@ def test_two_studies_in_one_folder(tmp_path):
     out = tmp_path / "out"
     process = subprocess.Popen(command(study, out), env=environment(), cwd=ROOT, stderr=subprocess.PIPE)
     wait_until((out / "cases.jsonl").exists)
-    second = run(study, out)
+    second = run(study, out, "--timeout", "2")
     assert second.returncode == ExitCode.NOT_WRITABLE
     assert "another cdpr study is at work there" in second.stderr
     process.kill()

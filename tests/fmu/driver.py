@@ -79,7 +79,8 @@ class Driver:
         return np.array(self.fmu.getFloat64(self.references[name], nValues=self.sizes[name]))
 
     def state(self) -> np.ndarray:
-        return np.concatenate([self.get(name) for name in STATE])
+        """Pose and twist (13,), empty of winches alone."""
+        return np.concatenate([np.empty(0), *(self.get(name) for name in STATE if name in self.references)])
 
     def step(self, time: float, duration: float) -> None:
         self.fmu.doStep(time, duration)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from cdpr.fmu.export.archive import assemble
 from cdpr.fmu.export.library import FLAGS, sources
-from cdpr.fmu.export.variables import Plant, Variable
+from cdpr.fmu.export.models import Plant
+from cdpr.fmu.export.variables import Variable
 
 FAULTS = ("none", "discard", "error", "fatal", "nan", "segfault", "abort", "exit", "hang", "log", "print")
 

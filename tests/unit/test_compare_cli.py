@@ -82,6 +82,7 @@ def test_runs_are_kept_and_can_be_compared_again(compared):
     assert f"{ENGINES[0]}_qp: not judged: no other run has its scheme" in " ".join(said.split())
 
 
+@pytest.mark.slow
 def test_all_is_all_that_are_installed():
     rows = json.loads(cdpr("compare", CAROCA, *SHORT, "--json").stdout)["groups"][0]["engines"]
     assert {row["backend"] for row in rows} == set(ENGINES)

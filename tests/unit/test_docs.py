@@ -159,6 +159,17 @@ def test_what_the_thesis_page_says_of_the_table():
         if lp["status"] == qp["status"] == "finished"
     ]
     assert 1.5 < max(ratios) < 1.7
+    shown = {
+        "75 / 586 / 878": {"block": "off_the_start", "start": "far away", "geometry": "cube", "controlled": "six"},
+        "115 / 857 / 1281": {
+            "block": "or_lowest",
+            "start": "0.3 m inwards",
+            "geometry": "caroca",
+            "controlled": "three",
+        },
+    }
+    for text, case in shown.items():
+        assert thesis.cell(thesis.find(ROWS, **case, solver="lp")[:3]) == text
     assert all(row["status"] == "finished" for row in thesis.find(ROWS, block="friction"))
     assert "No assumption" in thesis.PAGE.read_text()
     assert all(float(line.split("|")[-2]) > 1.2 for line in thesis.nearest().splitlines()[2:])

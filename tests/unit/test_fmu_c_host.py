@@ -100,7 +100,7 @@ def test_a_damaged_configuration_is_refused(sanitized, tmp_path):
     changes = [
         *[("cables 8", f"cables {number}") for number in ("9", "999999", "-1")],
         *[("numbers ", "numbers 9"), ("variables ", "variables 9")],
-        *[(" mass 1 1 ", " mass 9999 1 "), (" mass 1 1 ", " mass 1 99999 ")],
+        *[(" mass 2 1 ", " mass 9999 1 "), (" mass 2 1 ", " mass 2 99999 ")],
         *[("parameter mass", f"{other}") for other in ("parameter masse", "nothing mass", "parameter gravity")],
     ]
     for old, new in changes:

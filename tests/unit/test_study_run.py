@@ -97,6 +97,8 @@ def test_only_what_is_missing_runs(results, tmp_path):
     again = (out / "cases.jsonl").read_bytes().splitlines(keepends=True)
     assert again[:3] == lines[:3]
     assert len(again) == 6
+    run_study(results.study, out, progress=lambda done, total, counts: calls.append(done))
+    assert calls[4:] == [6]  # nothing is left of the torn line
 
 
 def test_a_folder_belongs_to_one_study(results, tmp_path):

@@ -1,4 +1,4 @@
-"""Puts an exported FMU together: the same bytes for the same plant, source and compiler."""
+"""Puts an exported FMU together: the same bytes for the same model, source and compiler."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from cdpr.errors import OutputError
 from cdpr.fmu import trust
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
 from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, library, platform_folder, sources
-from cdpr.fmu.export.variables import Plant
+from cdpr.fmu.export.variables import Model
 
 # The earliest time that a zip archive can hold.
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def fmu_bytes(plant: Plant, fmi: int, source_only: bool = False) -> bytes:
-    """Return the plant as an FMU for co-simulation, FMI 2 or 3.
+def fmu_bytes(model: Model, fmi: int, source_only: bool = False) -> bytes:
+    """Return the model as an FMU for co-simulation, FMI 2 or 3.
 
     Raises:
         PluginError: there is no C compiler, it fails, or there are no binaries for this platform.
         OutputError: the user's cache cannot be written.
     """
-    return assemble(plant, fmi, sources(), () if source_only else FLAGS)
+    return assemble(model, fmi, sources(), () if source_only else FLAGS)
 
 
-def write_fmu(plant: Plant, fmi: int, out: Path, source_only: bool = False, force: bool = False) -> str:
+def write_fmu(model: Model, fmi: int, out: Path, source_only: bool = False, force: bool = False) -> str:
     """Write the FMU into the file `out`, put it on the user's list of trusted ones and return its sha256.
 
     Errors as for `fmu_bytes`, and OutputError where something cannot be written.
@@ -40,7 +40,7 @@ def write_fmu(plant: Plant, fmi: int, out: Path, source_only: bool = False, forc
         raise OutputError(f"{out}: is no regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
-    content = fmu_bytes(plant, fmi, source_only)
+    content = fmu_bytes(model, fmi, source_only)
     _write(out, content)
     sha256 = hashlib.sha256(content).hexdigest()
     if not source_only:
@@ -48,12 +48,12 @@ def write_fmu(plant: Plant, fmi: int, out: Path, source_only: bool = False, forc
     return sha256
 
 
-def cached_fmu(plant: Plant, fmi: int = 3) -> Path:
-    """Return the FMU of a plant in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
+def cached_fmu(model: Model, fmi: int = 3) -> Path:
+    """Return the FMU of a model in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
 
     Its name is its sha256, by which a caller may trust it.
     """
-    content = fmu_bytes(plant, fmi)
+    content = fmu_bytes(model, fmi)
     path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()}.fmu"
     if not path.is_file() or path.read_bytes() != content:
         _write(path, content)
@@ -72,17 +72,17 @@ def _write(out: Path, content: bytes) -> None:
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
 
 
-def assemble(plant: Plant, fmi: int, files: Sequence[Path], flags: Sequence[str]) -> bytes:
+def assemble(model: Model, fmi: int, files: Sequence[Path], flags: Sequence[str]) -> bytes:
     """Zip everything; with a binary made with the compiler's `flags`, without one if there are none."""
-    variables = plant.variables()
-    digest = hashlib.sha256(configuration(variables, plant.robot.m, "").encode())
+    variables = model.variables()
+    digest = hashlib.sha256(configuration(variables, model.robot.m, "").encode())
     for path in files:
         digest.update(path.read_bytes())
     token = f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
     compiled = [path.name for path in files if path.suffix == ".c"]
     entries = {
-        "modelDescription.xml": model_description(plant, variables, token, fmi, compiled),
-        "resources/plant.cfg": configuration(variables, plant.robot.m, token).encode(),
+        "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
+        "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
         "sources/buildDescription.xml": build_description(compiled),
         "documentation/licenses/FMI-headers.txt": (FOLDER / "LICENSE-FMI.txt").read_bytes(),
         **{f"sources/{path.name}": path.read_bytes() for path in files},

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from cdpr.fmu.export.variables import UNITS, Plant, Variable
+from cdpr.fmu.export.variables import UNITS, Model, Variable
 
 # Names the library, thus the same for all robots: the binary is generic.
 IDENTIFIER = "cdpr_plant"
@@ -29,21 +29,19 @@ def configuration(variables: Sequence[Variable], cables: int, token: str) -> str
 
 
 def model_description(
-    plant: Plant, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]
+    model: Model, variables: Sequence[Variable], token: str, fmi: int, sources: Sequence[str]
 ) -> bytes:
     """Return modelDescription.xml. In FMI 2 each number is a variable of its own, in FMI 3 arrays are."""
     public = [
         (reference, variable) for reference, variable in _referenced(variables) if variable.causality != "constant"
     ]
-    robot = plant.robot
     root = Element(
         "fmiModelDescription",
         {
             "fmiVersion": "2.0" if fmi == 2 else "3.0",
-            "modelName": robot.name,
+            "modelName": model.name,
             "guid" if fmi == 2 else "instantiationToken": token,
-            "description": f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along "
-            + ", ".join(robot.dof),
+            "description": model.description,
             "generationTool": f"cdpr {version('cdpr')}",
             "variableNamingConvention": "structured",
         },
@@ -66,7 +64,7 @@ def model_description(
     _units(root, public)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong, and what to do")
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME), stepSize=repr(plant.physics_step))
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME), stepSize=repr(model.physics_step))
     (_variables2 if fmi == 2 else _variables3)(root, public)
     return _text(root)
 

@@ -12,45 +12,49 @@
 
 static const char *const ROLES[] = {"independent", "parameter", "input", "output", "constant"};
 
+/* What a variable belongs to; it is there if all of that is. */
+enum { PLATFORM = 1, WINCH = 2, ELASTIC = 4, OPTIONAL = 8 };
+
 static const struct {
     const char *name;
     size_t width;
     bool per_cable;
+    int of;
 } KNOWN[FIELDS] = {
-    [TIME] = {"time", 1, false},
-    [MASS] = {"mass", 1, false},
-    [CENTER_OF_MASS] = {"center_of_mass", 3, false},
-    [INERTIA] = {"inertia", 9, false},
-    [GRAVITY] = {"gravity", 3, false},
-    [PHYSICS_STEP] = {"physics_step", 1, false},
-    [FRAME_ANCHORS] = {"frame_anchors", 3, true},
-    [PLATFORM_ANCHORS] = {"platform_anchors", 3, true},
-    [INITIAL_POSITION] = {"initial_position", 3, false},
-    [INITIAL_QUATERNION] = {"initial_quaternion", 4, false},
-    [INITIAL_VELOCITY] = {"initial_velocity", 3, false},
-    [INITIAL_ANGULAR_VELOCITY] = {"initial_angular_velocity", 3, false},
-    [CABLE_TENSION] = {"cable_tension", 1, true},
-    [EXTERNAL_WRENCH] = {"external_wrench", 6, false},
-    [POSITION] = {"position", 3, false},
-    [QUATERNION] = {"quaternion", 4, false},
-    [VELOCITY] = {"velocity", 3, false},
-    [ANGULAR_VELOCITY] = {"angular_velocity", 3, false},
-    [CABLE_LENGTH] = {"cable_length", 1, true},
-    [CABLE_RATE] = {"cable_rate", 1, true},
-    [COMMAND] = {"command", 1, true},
-    [DRUM_RADIUS] = {"winch.drum_radius", 1, true},
-    [DRUM_INERTIA] = {"winch.inertia", 1, true},
-    [VISCOUS_FRICTION] = {"winch.viscous_friction", 1, true},
-    [COULOMB_FRICTION] = {"winch.coulomb_friction", 1, true},
-    [COULOMB_SPEED] = {"winch.coulomb_speed", 1, true},
-    [UNILATERAL] = {"unilateral", 1, false},
-    [DRUM_SPEED] = {"drum_speed", 1, true},
-    [AXIAL_STIFFNESS] = {"cable.axial_stiffness", 1, true},
-    [DAMPING] = {"cable.damping", 1, true},
-    [UNSTRETCHED_LENGTH] = {"unstretched_length", 1, true},
-    [GUIDE] = {"guide", 6, false},
-    [FAULT] = {"fault", 1, false},
-    [FAULT_TIME] = {"fault_time", 1, false},
+    [TIME] = {"time", 1, false, 0},
+    [PHYSICS_STEP] = {"physics_step", 1, false, 0},
+    [CABLE_TENSION] = {"cable_tension", 1, true, 0},
+    [CABLE_LENGTH] = {"cable_length", 1, true, 0},
+    [CABLE_RATE] = {"cable_rate", 1, true, 0},
+    [MASS] = {"mass", 1, false, PLATFORM},
+    [CENTER_OF_MASS] = {"center_of_mass", 3, false, PLATFORM},
+    [INERTIA] = {"inertia", 9, false, PLATFORM},
+    [GRAVITY] = {"gravity", 3, false, PLATFORM},
+    [FRAME_ANCHORS] = {"frame_anchors", 3, true, PLATFORM},
+    [PLATFORM_ANCHORS] = {"platform_anchors", 3, true, PLATFORM},
+    [INITIAL_POSITION] = {"initial_position", 3, false, PLATFORM},
+    [INITIAL_QUATERNION] = {"initial_quaternion", 4, false, PLATFORM},
+    [INITIAL_VELOCITY] = {"initial_velocity", 3, false, PLATFORM},
+    [INITIAL_ANGULAR_VELOCITY] = {"initial_angular_velocity", 3, false, PLATFORM},
+    [EXTERNAL_WRENCH] = {"external_wrench", 6, false, PLATFORM},
+    [POSITION] = {"position", 3, false, PLATFORM},
+    [QUATERNION] = {"quaternion", 4, false, PLATFORM},
+    [VELOCITY] = {"velocity", 3, false, PLATFORM},
+    [ANGULAR_VELOCITY] = {"angular_velocity", 3, false, PLATFORM},
+    [GUIDE] = {"guide", 6, false, OPTIONAL},
+    [COMMAND] = {"command", 1, true, WINCH},
+    [DRUM_RADIUS] = {"winch.drum_radius", 1, true, WINCH},
+    [DRUM_INERTIA] = {"winch.inertia", 1, true, WINCH},
+    [VISCOUS_FRICTION] = {"winch.viscous_friction", 1, true, WINCH},
+    [COULOMB_FRICTION] = {"winch.coulomb_friction", 1, true, WINCH},
+    [COULOMB_SPEED] = {"winch.coulomb_speed", 1, true, WINCH},
+    [UNILATERAL] = {"unilateral", 1, false, WINCH},
+    [DRUM_SPEED] = {"drum_speed", 1, true, WINCH},
+    [AXIAL_STIFFNESS] = {"cable.axial_stiffness", 1, true, ELASTIC},
+    [DAMPING] = {"cable.damping", 1, true, ELASTIC},
+    [UNSTRETCHED_LENGTH] = {"unstretched_length", 1, true, ELASTIC},
+    [FAULT] = {"fault", 1, false, OPTIONAL},
+    [FAULT_TIME] = {"fault_time", 1, false, OPTIONAL},
 };
 
 static bool fails(char *message, const char *what, const char *name) {
@@ -100,7 +104,7 @@ static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, 
 
 static bool allocate(Plant *plant) {
     const size_t body = sizeof *plant->body / sizeof(double) + 3 * plant->cables;
-    plant->states = 13 + 2 * plant->cables; /* two a cable of elastic ones alone */
+    plant->states = 13 + 2 * plant->cables; /* at most */
     plant->count = plant->scalars + body + plant->states;
     plant->variable = calloc(plant->variables, sizeof *plant->variable);
     plant->owner = calloc(plant->scalars, sizeof *plant->owner);
@@ -113,12 +117,16 @@ static bool allocate(Plant *plant) {
     return true;
 }
 
-/* Whether there is all that the model with or without winches takes. */
+/* Whether there is all that the model takes: a platform, with winches or without, or elastic winches alone. */
 static bool complete(const Plant *plant, char *message) {
-    const bool winches = plant->field[COMMAND] != NULL, elastic = plant->field[AXIAL_STIFFNESS] != NULL;
-    const int end = !winches ? COMMAND : elastic ? GUIDE : AXIAL_STIFFNESS;
-    for (int i = 0; i < GUIDE; i++)
-        if ((plant->field[i] != NULL) != (i < end)) return fails(message, "missing or useless", KNOWN[i].name);
+    const bool platform = plant->field[MASS] != NULL, winch = plant->field[COMMAND] != NULL;
+    const bool elastic = plant->field[AXIAL_STIFFNESS] != NULL;
+    const int there = platform * PLATFORM + winch * WINCH + elastic * ELASTIC;
+    if (there == 0 || there == WINCH || there == ELASTIC || there == (PLATFORM | ELASTIC))
+        return fails(message, "no model has what is in", "it");
+    for (int i = 0; i < FIELDS; i++)
+        if (KNOWN[i].of != OPTIONAL && (plant->field[i] != NULL) != ((KNOWN[i].of & ~there) == 0))
+            return fails(message, "missing or useless", KNOWN[i].name);
     return true;
 }
 
@@ -134,8 +142,9 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
     for (size_t i = 0; i < plant->variables; i++)
         if (!read_variable(plant, file, i, &next, message)) return false;
     if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
-    if (!plant->field[AXIAL_STIFFNESS]) plant->states = 13;
-    return complete(plant, message);
+    if (!complete(plant, message)) return false;
+    plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[AXIAL_STIFFNESS] ? 2 * plant->cables : 0);
+    return true;
 }
 
 void plant_free(Plant *plant) {

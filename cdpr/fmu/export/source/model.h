@@ -8,13 +8,18 @@
    about the centre of mass, world axes, in the first case and the angular velocity in the second. */
 enum { P = 0, Q = 3, V = 7, L = 10, W = 10, WINCHES = 13 };
 
+/* A platform on cables with winches: winch.c. */
 Motion winch_motion(const double *y);
 void winch_slope(Plant *plant, const double *y, double *dy);
+void winch_publish(Plant *plant); /* tensions, unstretched lengths, drum speeds */
 
-/* Give elastic cables, where they have none yet, the states at which each tension is its command. */
-void winch_begin(Plant *plant);
-
-/* Write tensions, unstretched lengths and drum speeds. */
-void winch_publish(Plant *plant);
+/* Winches: drums.c. `y` holds the states of elastic cables; `at` is where the platform is, NULL for winches
+   alone, to which lengths and rates are given. */
+double drum_friction(const Plant *plant, size_t i, double speed);
+void elastic_tensions(Plant *plant, const Motion *at, const double *y);
+void drum_slopes(const Plant *plant, const double *y, double *dy);
+void elastic_begin(const Plant *plant, const Motion *at, double *y); /* if not begun: with each tension as commanded */
+void elastic_publish(Plant *plant, const Motion *at, double *y);
+void actuator_slope(Plant *plant, const double *y, double *dy);
 
 #endif

@@ -3,7 +3,7 @@
 
    On ideal cables, the state of a free platform is position, attitude and velocity of the body frame and its angular
    momentum in world axes, which a free body keeps to round-off; that of a guided one is position and velocity of the
-   origin, angle about the hinge and its rate. On winches see winch.c. */
+   origin, angle about the hinge and its rate. On winches see winch.c; for winches alone drums.c. */
 #include "plant.h"
 
 #include <math.h>
@@ -64,7 +64,8 @@ static void guided_slope(const Plant *plant, const double *y, double *dy) {
 }
 
 static void slope(Plant *plant, const double *y, double *dy) {
-    if (plant->field[COMMAND]) winch_slope(plant, y, dy);
+    if (!plant->field[MASS]) actuator_slope(plant, y, dy);
+    else if (plant->field[COMMAND]) winch_slope(plant, y, dy);
     else if (plant->field[GUIDE]) guided_slope(plant, y, dy);
     else free_slope(plant, y, dy);
 }
@@ -94,10 +95,10 @@ static void step(Plant *plant, double h) {
         }
     }
     for (size_t i = 0; i < n; i++) y0[i] += h / 6.0 * sum[i];
-    if (plant->field[COMMAND] || !plant->field[GUIDE]) normalise(y0 + Q);
+    if (plant->field[MASS] && (plant->field[COMMAND] || !plant->field[GUIDE])) normalise(y0 + Q);
 }
 
-void plant_publish(Plant *plant) {
+static void publish_platform(Plant *plant) {
     const Motion at = motion(plant, plant->state), platform = body_to_platform(plant->body, at);
     store(platform.position, plant->field[POSITION]);
     store_quaternion(platform.attitude, plant->field[QUATERNION]);
@@ -111,12 +112,28 @@ void plant_publish(Plant *plant) {
     if (plant->field[COMMAND]) winch_publish(plant);
 }
 
+void plant_publish(Plant *plant) {
+    if (plant->field[MASS]) publish_platform(plant);
+    else elastic_publish(plant, NULL, plant->state);
+}
+
+/* Before a step: elastic cables begin as they are commanded. */
+static void begin(Plant *plant) {
+    if (!plant->field[AXIAL_STIFFNESS]) return;
+    if (!plant->field[MASS]) {
+        elastic_begin(plant, NULL, plant->state);
+        return;
+    }
+    const Motion at = winch_motion(plant->state);
+    elastic_begin(plant, &at, plant->state + WINCHES);
+}
+
 void plant_advance(Plant *plant, double duration) {
     const double h = *plant->field[PHYSICS_STEP];
     double n = floor(duration / h + 0.5);
     const bool whole = n >= 1.0 && fabs(duration - n * h) <= WHOLE * duration;
     if (!whole) n = ceil(duration / h);
-    if (plant->field[AXIAL_STIFFNESS]) winch_begin(plant);
+    begin(plant);
     for (double i = 0.0; i < n; i += 1.0) step(plant, whole ? h : duration / n);
     plant_publish(plant);
 }
@@ -193,17 +210,22 @@ static void start_free(Plant *plant, Motion at) {
     store(winches ? at.omega : turned_product(plant->body->inertia, at.attitude, at.omega), plant->state + L);
 }
 
-bool plant_start(Plant *plant, char *message) {
+static bool start_platform(Plant *plant, char *message) {
     const double *q = plant->field[INITIAL_QUATERNION], *guide = plant->field[GUIDE];
-    if (!check(plant, message)) return false;
     if (!body_build(plant)) return fails(message, "inertia must be symmetric and positive definite (kg m2)");
     if (!(fabs(sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0) <= UNIT))
         return fails(message, "initial_quaternion (w, x, y, z) must have length 1 within 0.001");
     const Motion platform = initial(plant), at = body_from_platform(plant->body, platform);
     if (guide && !within_guide(guide, platform, message)) return false;
-    memset(plant->state, 0, plant->states * sizeof *plant->state);
     if (guide && !plant->field[COMMAND]) start_guided(plant, at);
     else start_free(plant, at);
+    return true;
+}
+
+bool plant_start(Plant *plant, char *message) {
+    memset(plant->state, 0, plant->states * sizeof *plant->state);
+    if (!check(plant, message)) return false;
+    if (plant->field[MASS] && !start_platform(plant, message)) return false;
     plant_publish(plant);
     if (!plant_sound(plant)) return fails(message, "the initial state is not finite");
     return true;

@@ -1,4 +1,5 @@
-/* The plant of cdpr in C: a rigid platform on cables, integrated as the backend `reference` of cdpr does.
+/* The plant of cdpr in C: a rigid platform on cables, with winches or without, or the winches alone, integrated as the
+   backend `reference` of cdpr does.
    SPDX-License-Identifier: Apache-2.0
 
    Conventions (cdpr/model/__init__.py): SI units, world axes, z up; quaternions are w, x, y, z; the wrench acts at the
@@ -12,14 +13,15 @@
 
 /* What the model knows by name. The configuration says which of them there are, where, and in which role. */
 typedef enum {
-    TIME, MASS, CENTER_OF_MASS, INERTIA, GRAVITY, PHYSICS_STEP, FRAME_ANCHORS, PLATFORM_ANCHORS,
+    TIME, PHYSICS_STEP, CABLE_TENSION, CABLE_LENGTH, CABLE_RATE,
+    /* of the platform */
+    MASS, CENTER_OF_MASS, INERTIA, GRAVITY, FRAME_ANCHORS, PLATFORM_ANCHORS,
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
-    CABLE_TENSION, EXTERNAL_WRENCH,
-    POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY, CABLE_LENGTH, CABLE_RATE,
-    /* only with winches; elastic cables alone have a stiffness, a damping, an unstretched length */
+    EXTERNAL_WRENCH, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
+    GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
+    /* of winches, and of those with elastic cables */
     COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, UNILATERAL, DRUM_SPEED,
     AXIAL_STIFFNESS, DAMPING, UNSTRETCHED_LENGTH,
-    GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
     FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
     FIELDS
 } Field;

@@ -1,9 +1,7 @@
-/* Cables on winches, free and guided platforms: the equations of cdpr/cables, integrated as `reference` does with them.
+/* A platform, free or guided, on cables with winches: cdpr/cables/plant.py, integrated as `reference` does.
    SPDX-License-Identifier: Apache-2.0
 
-   A drum of radius r turns at w, positive where it winds in; the command u is the tension that the motor would hold at
-   rest: I w' = r u - f(w) - r T. Rigid cables carry the drums with them, so these add to the inertia of the platform.
-   Elastic ones have two states each: unstretched lengths l0 (m), then drum speeds (m). l0 = 0 means: not begun. */
+   Rigid cables carry the drums with them, so these add to the inertia of the platform. */
 #include <math.h>
 #include <string.h>
 
@@ -12,32 +10,6 @@
 static const double SINGULAR = 1e-13; /* share of a pivot below which what is left of it is round-off */
 
 Motion winch_motion(const double *y) { return (Motion){vector(y + P), vector(y + V), vector(y + W), quaternion(y + Q)}; }
-
-static double friction(const Plant *plant, size_t i, double speed) {
-    return plant->field[VISCOUS_FRICTION][i] * speed
-        + plant->field[COULOMB_FRICTION][i] * tanh(speed / plant->field[COULOMB_SPEED][i]);
-}
-
-static bool unilateral(const Plant *plant) { return *plant->field[UNILATERAL] != 0.0; }
-
-static double elastic_tension(const Plant *plant, size_t i, const Line *line, double unstretched, double speed) {
-    const double stretch = line->length - unstretched;
-    if (stretch <= 0.0 && unilateral(plant)) return 0.0;
-    const double pull = plant->field[AXIAL_STIFFNESS][i] * stretch / unstretched
-        + plant->field[DAMPING][i] * (line->rate + plant->field[DRUM_RADIUS][i] * speed);
-    return pull < 0.0 && unilateral(plant) ? 0.0 : pull;
-}
-
-void winch_begin(Plant *plant) {
-    double *unstretched = plant->state + WINCHES, *speed = unstretched + plant->cables;
-    const Motion at = winch_motion(plant->state);
-    if (unstretched[0] != 0.0) return;
-    for (size_t i = 0; i < plant->cables; i++) {
-        const Line line = body_cable(plant, &at, i);
-        unstretched[i] = line.length / (1.0 + plant->field[COMMAND][i] / plant->field[AXIAL_STIFFNESS][i]);
-        speed[i] = -line.rate / plant->field[DRUM_RADIUS][i];
-    }
-}
 
 /* 1 along each of the six directions in which the platform moves, 0 where the guide holds it. */
 static void free_directions(const Plant *plant, double *free) {
@@ -111,7 +83,7 @@ static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
     for (size_t i = 0; i < n; i++) {
         const Line line = body_cable(plant, at, i);
         const double radius = plant->field[DRUM_RADIUS][i], m = plant->field[DRUM_INERTIA][i] / (radius * radius);
-        const double lost = friction(plant, i, -line.rate / radius) / radius;
+        const double lost = drum_friction(plant, i, -line.rate / radius) / radius;
         light[i] = plant->field[COMMAND][i] - lost + m * swing(at, &line);
         pulls[i] = 1.0;
         store(line.u, column + 6 * i);
@@ -135,7 +107,7 @@ static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
             double speeding = 0.0;
             for (int j = 0; j < 6; j++) speeding += w[j] * acceleration[j];
             T[i] = light[i] - plant->field[DRUM_INERTIA][i] / (radius * radius) * speeding;
-            const bool slack = T[i] < 0.0 && unilateral(plant);
+            const bool slack = T[i] < 0.0 && *plant->field[UNILATERAL] != 0.0;
             changed = changed || slack == (pulls[i] == 1.0);
             pulls[i] = slack ? 0.0 : 1.0;
             if (slack) T[i] = 0.0;
@@ -144,14 +116,8 @@ static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
 }
 
 static void tensions(Plant *plant, const Motion *at, const double *free, const double *winches) {
-    if (!plant->field[AXIAL_STIFFNESS]) {
-        rigid_tensions(plant, at, free);
-        return;
-    }
-    for (size_t i = 0; i < plant->cables; i++) {
-        const Line line = body_cable(plant, at, i);
-        plant->field[CABLE_TENSION][i] = elastic_tension(plant, i, &line, winches[i], winches[plant->cables + i]);
-    }
+    if (plant->field[AXIAL_STIFFNESS]) elastic_tensions(plant, at, winches);
+    else rigid_tensions(plant, at, free);
 }
 
 void winch_slope(Plant *plant, const double *y, double *dy) {
@@ -164,31 +130,18 @@ void winch_slope(Plant *plant, const double *y, double *dy) {
     store(at.velocity, dy + P);
     store_quaternion(spin(at.omega, at.attitude), dy + Q);
     memcpy(dy + V, acceleration, sizeof acceleration);
-    if (!plant->field[AXIAL_STIFFNESS]) return;
-    double *unstretched = dy + WINCHES, *drum = unstretched + plant->cables;
-    for (size_t i = 0; i < plant->cables; i++) {
-        const double radius = plant->field[DRUM_RADIUS][i], speed = y[WINCHES + plant->cables + i];
-        const double torque = radius * (plant->field[COMMAND][i] - plant->field[CABLE_TENSION][i]);
-        unstretched[i] = -radius * speed;
-        drum[i] = (torque - friction(plant, i, speed)) / plant->field[DRUM_INERTIA][i];
-    }
+    if (plant->field[AXIAL_STIFFNESS]) drum_slopes(plant, y + WINCHES, dy + WINCHES);
 }
 
 void winch_publish(Plant *plant) {
     const Motion at = winch_motion(plant->state);
-    const double *winches = plant->state + WINCHES;
     double free[6];
     free_directions(plant, free);
-    if (plant->field[AXIAL_STIFFNESS] && winches[0] == 0.0) { /* before the first step they would begin as commanded */
-        winch_begin(plant);
-        winch_publish(plant);
-        memset(plant->state + WINCHES, 0, 2 * plant->cables * sizeof(double));
+    if (plant->field[AXIAL_STIFFNESS]) {
+        elastic_publish(plant, &at, plant->state + WINCHES);
         return;
     }
-    tensions(plant, &at, free, winches);
-    for (size_t i = 0; i < plant->cables; i++) {
-        const double speed = -plant->field[CABLE_RATE][i] / plant->field[DRUM_RADIUS][i];
-        plant->field[DRUM_SPEED][i] = plant->field[AXIAL_STIFFNESS] ? winches[plant->cables + i] : speed;
-        if (plant->field[AXIAL_STIFFNESS]) plant->field[UNSTRETCHED_LENGTH][i] = winches[i];
-    }
+    rigid_tensions(plant, &at, free);
+    for (size_t i = 0; i < plant->cables; i++)
+        plant->field[DRUM_SPEED][i] = -plant->field[CABLE_RATE][i] / plant->field[DRUM_RADIUS][i];
 }
