@@ -58,7 +58,7 @@ def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Si
     parts: list[tuple[Role, Any]] = [
         ("plant", loaded.backend_options(name)) for name in loaded.sections.backend_options
     ]
-    for use, options in [*parts, ("controller", loaded.controller_options)]:
+    for use, options in [*parts, ("winch", loaded.actuators), ("controller", loaded.controller_options)]:
         if isinstance(options, FmuFile) and role in (None, use) and _same(options, fmu):
             return loaded.robot, use, options.signals
     return loaded.robot, role, None
