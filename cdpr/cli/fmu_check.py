@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import TYPE_CHECKING
+import os
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
+    from cdpr.fmu.options import Signals
     from cdpr.fmu.signals import Role
     from cdpr.model import Robot
 
@@ -27,14 +29,14 @@ AS = click.option(
 def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> None:
     """Check the FMU in FILE: its file, its binary, the letter of the standard and, for a robot, its signals.
 
-    The exit code is 2 if any check fails. Native code is not loaded.
+    What a scenario says of the signals of that FMU is followed. The exit code is 2 if any check fails. Native code is
+    not loaded.
     """
     from cdpr.fmu.archive import open_archive
     from cdpr.fmu.describe import check
-    from cdpr.fmu.options import Signals
 
     archive = open_archive(file)
-    results = list(check(archive, None if robot is None else load(robot), role, Signals()))
+    results = list(check(archive, *((None, role, None) if robot is None else load(robot, file, role))))
     if as_json:
         click.echo(json.dumps({"file": file, "checks": [dataclasses.asdict(each) for each in results]}, indent=2))
     else:
@@ -45,9 +47,23 @@ def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> N
         raise click.exceptions.Exit(ExitCode.BAD_INPUT)
 
 
-def load(file: str) -> Robot:
-    """Load a robot, or that of a scenario."""
+def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Signals | None]:
+    """Load a robot; of a scenario that names `fmu`, also what it says of that one."""
+    from cdpr.fmu.options import FmuFile
     from cdpr.scenario import Scenario, load_any
 
     loaded = load_any(file)
-    return loaded.robot if isinstance(loaded, Scenario) else loaded
+    if not isinstance(loaded, Scenario):
+        return loaded, role, None
+    parts: list[tuple[Role, Any]] = [
+        ("plant", loaded.backend_options(name)) for name in loaded.sections.backend_options
+    ]
+    for use, options in [*parts, ("winch", loaded.actuators), ("controller", loaded.controller_options)]:
+        if isinstance(options, FmuFile) and role in (None, use) and _same(options, fmu):
+            return loaded.robot, use, options.signals
+    return loaded.robot, role, None
+
+
+def _same(options: Any, fmu: str) -> bool:
+    """Tell whether the options name that file."""
+    return options.file is not None and os.path.realpath(options.path(options.file)) == os.path.realpath(fmu)

@@ -22,17 +22,18 @@ if TYPE_CHECKING:
 def command(file: str, robot: str, role: Role | None, as_json: bool) -> None:
     """Print which variables of the FMU in FILE are which signals, as YAML to paste into a scenario.
 
-    What cannot be told for certain is left to you, and the exit code is then 2. Native code is not loaded.
+    What a scenario says of the signals of that FMU is followed. What cannot be told for certain is left to you, and the
+    exit code is then 2. Native code is not loaded.
     """
     from cdpr.fmu.archive import open_archive
     from cdpr.fmu.describe import guess_role
     from cdpr.fmu.mapping import resolve
-    from cdpr.fmu.options import Signals
     from cdpr.report.fmu import yaml_lines
 
-    archive, model = open_archive(file), load(robot)
-    role = role or guess_role(archive, model, Signals())
-    mapping, problems = resolve(archive.description, model, Signals(), role)
+    archive = open_archive(file)
+    model, role, signals = load(robot, file, role)
+    role = role or guess_role(archive, model, signals)
+    mapping, problems = resolve(archive.description, model, signals, role)
     if as_json:
         click.echo(json.dumps({**mapping.describe(), "problems": list(problems)}, indent=2))
     else:

@@ -11,6 +11,7 @@ import io
 import platform
 import re
 import stat
+import struct
 import sys
 import zipfile
 import zlib
@@ -19,17 +20,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cdpr.errors import FmuError
-from cdpr.fmu.description import read_description, read_terminals
+from cdpr.fmu.description import parse, read_description, read_terminals
 from cdpr.fmu.model import ModelDescription
 
 DESCRIPTION = "modelDescription.xml"
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
+BUILD = "sources/buildDescription.xml"  # not used here, but FMPy reads it
 # Far beyond what FMUs of robots need, and within what a machine can take.
 MAX_FILE = 256 * 2**20
 MAX_TOTAL = 2**30
 MAX_ENTRIES = 20_000
 MAX_DIRECTORY = 8 * 2**20  # bytes of the zip's table of contents, read at once
-MAX_XML = 32 * 2**20
+MAX_XML = 16 * 2**20  # the worst of it takes 0.8 GB while it is read
 MAX_RATIO = 200  # of sizes; text shrinks to a tenth, a bomb to a thousandth
 SMALL = 2**20  # below this size the ratio does not matter
 CHUNK = 2**16
@@ -44,6 +46,8 @@ FOLDERS = {
     ("windows", "x86_64"): ("win64", "x86_64-windows"),
 }
 ELF_MACHINES = {"x86_64": 62, "aarch64": 183}
+# What zipfile raises where a file is not what it should be.
+DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, struct.error)
 EOCD, EOCD_SIZE, ZIP64_LOCATOR_SIZE = b"PK\x05\x06", 22, 20
 
 
@@ -66,6 +70,8 @@ def open_archive(path: str | Path) -> Archive:
             entries = _checked(archive)
             description = read_description(_xml(archive, entries, DESCRIPTION))
             terminals = read_terminals(_xml(archive, entries, TERMINALS)) if TERMINALS in entries else ()
+            if BUILD in entries:
+                parse(_xml(archive, entries, BUILD), BUILD)
     except FmuError as error:
         raise FmuError(f"{path}: {error}") from None
     names = list(entries)
@@ -99,7 +105,7 @@ def library(archive: Archive) -> str:
         try:
             with opened.open(name) as file:
                 head = file.read(20)
-        except (KeyError, zipfile.BadZipFile, zlib.error, EOFError) as error:
+        except (KeyError, *DAMAGE) as error:  # KeyError: a file of that folder, but not with the ending of this system
             raise FmuError(f"{archive.path}: {name} cannot be read: {error}; {_remedy(archive)}") from None
     if system == "linux" and not _elf(head, machine):
         raise FmuError(
@@ -112,8 +118,8 @@ def library(archive: Archive) -> str:
 def extract(archive: Archive, folder: str | Path) -> Path:
     """Write all files below `folder`, which must exist, and return the path of the library for this machine.
 
-    No entry may grow beyond what it declares, so that together they stay within what was checked. Raises FmuError;
-    what was written by then is left to the owner of the folder.
+    No entry grows beyond what it declares, so that together they stay within what was checked. Raises FmuError; what
+    was written by then is left to the owner of the folder.
     """
     folder = Path(folder).resolve(strict=True)
     name = library(archive)
@@ -161,7 +167,7 @@ def _opened(content: bytes) -> zipfile.ZipFile:
         raise FmuError(f"has a table of contents of more than {MAX_DIRECTORY // 2**20} MiB")
     try:
         return zipfile.ZipFile(io.BytesIO(content))
-    except (zipfile.BadZipFile, UnicodeDecodeError, NotImplementedError, ValueError) as error:
+    except DAMAGE as error:
         raise FmuError(f"is not a sound zip file: {error}") from None
 
 
@@ -194,7 +200,7 @@ def _check_entry(info: zipfile.ZipInfo) -> None:
         or any(letter in name for letter in "\\:")
         or not name.isprintable()
     ):
-        raise FmuError(f"has the entry {name[:80]!r}, which could be written outside its folder")
+        raise FmuError(f"has the entry {name[:80]!r}, which is no plain path: it could be written outside its folder")
     kind = stat.S_IFMT(info.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
         raise FmuError(f"has the entry {name[:80]!r}, which is a link or a device, not a file")
@@ -219,19 +225,13 @@ def _xml(archive: zipfile.ZipFile, entries: dict[str, zipfile.ZipInfo], name: st
 
 
 def _chunks(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Iterator[bytes]:
-    """Yield the bytes of one entry, never more than it declares."""
-    left = info.file_size
+    """Yield the bytes of one entry: zipfile stops at the declared size, and then finds the checksum wrong."""
     try:
         with archive.open(info) as file:
             while chunk := file.read(CHUNK):
-                left -= len(chunk)
-                if left < 0:
-                    raise FmuError(f"the entry {info.filename!r} holds more than it declares")
                 yield chunk
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+    except DAMAGE as error:
         raise FmuError(f"the entry {info.filename!r} is damaged: {error}") from None
-    if left:
-        raise FmuError(f"the entry {info.filename!r} holds less than it declares")
 
 
 def _machine() -> tuple[str, str]:

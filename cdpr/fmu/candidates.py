@@ -17,8 +17,15 @@ NUMBERED = re.compile(r"\{(i0?)\}")
 class Candidate:
     """Elements that may be a signal, in the order of the FMU's numbers or of the names of their components."""
 
-    name: str
     elements: tuple[Element, ...]
+
+    @property
+    def name(self) -> str:
+        """What to call it in messages."""
+        first, last = self.elements[0], self.elements[-1]
+        if self.elements == first.variable.elements:
+            return first.variable.name
+        return f"{first.name} ... {last.name}"
 
 
 def unique(candidates: Iterable[Candidate]) -> list[Candidate]:
@@ -51,20 +58,20 @@ class Finder:
         found = []
         variable = self.variables.get(base)
         if variable is not None and variable.size == count and sum(size > 1 for size in variable.shape) <= 1:
-            found.append(Candidate(base, variable.elements))
+            found.append(Candidate(variable.elements))
         for pattern in PATTERNS:
             found += self._family(lambda i, pattern=pattern: pattern.format(base, i), count)  # type: ignore[misc]
         for pattern in PARTS if components else ():
             names = [pattern.format(base, part) for part in components]
             if scalars := self._scalars(names):
-                found.append(Candidate(f"{names[0]} ... {names[-1]}", scalars))
+                found.append(Candidate(scalars))
         return unique(found)
 
     def pattern(self, pattern: str, count: int) -> list[Candidate]:
         """Return what a pattern with {i} or {i0} names, if all of it is there."""
         names = [NUMBERED.sub(lambda match: str(i + (match[1] == "i")), pattern) for i in range(count)]  # noqa: B023
         scalars = self._scalars(names)
-        return [Candidate(pattern, scalars)] if scalars else []
+        return [Candidate(scalars)] if scalars else []
 
     def _family(self, name: Callable[[int], str], count: int) -> list[Candidate]:
         """Members numbered from 0 or 1 without a gap, `count` of them and no more."""
@@ -75,7 +82,7 @@ class Finder:
             return []
         names = [name(first + i) for i in range(count)]
         scalars = self._scalars(names)
-        return [Candidate(f"{names[0]} ... {names[-1]}" if count > 1 else names[0], scalars)] if scalars else []
+        return [Candidate(scalars)] if scalars else []
 
     def _scalars(self, names: Sequence[str]) -> tuple[Element, ...] | None:
         variables = [self.variables.get(name) for name in names]

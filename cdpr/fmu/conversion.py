@@ -46,7 +46,8 @@ def convert(
                 undeclared.append(target or "SI")
         elif declared.exponents is None:
             unit = _named(declared.name, defined)
-            undefined.append(declared.name)
+            if any(unit.exponents or ()):  # "1" needs no definition
+                undefined.append(declared.name)
         else:
             unit = declared
         if target and not alike(unit, si(target)):
@@ -68,18 +69,19 @@ def convert(
 
 def declares(elements: Sequence[Element], wanted: Sequence[str]) -> bool:
     """Tell whether each element declares a unit of the wanted kind; what has no dimension may declare none."""
-    for element, target in zip(elements, wanted, strict=True):
-        unit = element.variable.unit
+    return all(_declares(element.variable.unit, target) for element, target in zip(elements, wanted, strict=True))
+
+
+def _declares(unit: Unit | None, target: str) -> bool:
+    if unit is not None and unit.exponents is None:
+        unit = known_unit(unit.name)
         if unit is None:
-            if target != "1":
-                return False
-        elif (
-            unit.exponents is None
-            or (target == "1" and any(unit.exponents))
-            or (target and not alike(unit, si(target)))
-        ):
             return False
-    return True
+    if unit is None:
+        return target == "1"
+    if target == "1":
+        return not any(unit.exponents or ())
+    return not target or alike(unit, si(target))
 
 
 def _named(name: str, defined: Mapping[str, Unit]) -> Unit:

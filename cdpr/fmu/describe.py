@@ -70,7 +70,7 @@ class Check:
     detail: str = ""
 
 
-def check(archive: Archive, robot: Robot | None, role: Role | None, signals: Signals) -> Iterator[Check]:
+def check(archive: Archive, robot: Robot | None, role: Role | None, signals: Signals | None) -> Iterator[Check]:
     """Yield what is right and wrong with an FMU whose archive is sound, for `robot` if there is one."""
     yield Check("archive", "passed", "names, sizes and description are sound")
     try:
@@ -107,9 +107,14 @@ def _standard(archive: Archive) -> Iterator[Check]:
         yield Check("standard", "passed", f"FMI {archive.description.fmi}, by FMPy")
 
 
-def guess_role(archive: Archive, robot: Robot, signals: Signals) -> Role:
-    """Return the role in which least is wrong, the first of ROLES among equals."""
-    return min(ROLES, key=lambda role: len(resolve(archive.description, robot, signals, role)[1]))
+def guess_role(archive: Archive, robot: Robot, signals: Signals | None) -> Role:
+    """Return the role in which most is found and least is wrong, the first of ROLES among equals."""
+
+    def merit(role: Role) -> int:
+        mapping, problems = resolve(archive.description, robot, signals, role)
+        return len(mapping.inputs.ports) + len(mapping.outputs.ports) - len(problems)
+
+    return max(ROLES, key=merit)
 
 
 def summary(mapping: Mapping) -> str:

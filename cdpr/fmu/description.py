@@ -62,15 +62,15 @@ def read_description(content: bytes) -> ModelDescription:
     experiment = root.find("DefaultExperiment")
     return ModelDescription(
         fmi=fmi,
-        name=root.get("modelName", ""),
+        name=_text(root, "modelName"),
         token=root.get("guid" if fmi == "2.0" else "instantiationToken", ""),
         identifier=identifier,
         variables=tuple(variables),
         capabilities=_capabilities(interface, fmi),
         units=units,
         default_step=None if experiment is None else _number(experiment, "stepSize"),
-        description=root.get("description", ""),
-        tool=root.get("generationTool", ""),
+        description=_text(root, "description"),
+        tool=_text(root, "generationTool"),
     )
 
 
@@ -78,10 +78,7 @@ def read_terminals(content: bytes) -> tuple[dict[str, str], ...]:
     """Return the terminals that terminalsAndIcons.xml groups variables in. Raises FmuError."""
     root = parse(content, "terminalsAndIcons.xml")
     return tuple(
-        {
-            node.get("memberName", ""): node.get("variableName", "")
-            for node in terminal.iterfind("TerminalMemberVariable")
-        }
+        {_text(node, "memberName"): _text(node, "variableName") for node in terminal.iterfind("TerminalMemberVariable")}
         for terminal in root.iterfind("Terminals//Terminal")
     )
 
@@ -129,7 +126,7 @@ def _capabilities(node: Node, fmi: str) -> Capabilities:
 
 
 def _unit(node: Node) -> Unit:
-    name, base = node.get("name", ""), node.find("BaseUnit")
+    name, base = _text(node, "name"), node.find("BaseUnit")
     if base is None:
         return Unit(name)
     factor, offset = _number(base, "factor"), _number(base, "offset")
@@ -152,7 +149,7 @@ def _variable(node: Node, fmi: str, types: dict[str, Node], units: dict[str, Uni
     value = next((child for child in node if child.tag in kinds), None) if fmi == "2.0" else node
     if value is None or value.tag not in kinds:
         return None  # an annotation, or a kind of variable that a later version adds
-    name = node.get("name")
+    name = _text(node, "name")
     if not name:
         raise FmuError("modelDescription.xml: a variable has no name")
     reference = _integer(node, "valueReference", None)
@@ -163,7 +160,7 @@ def _variable(node: Node, fmi: str, types: dict[str, Node], units: dict[str, Uni
     natural = "fixed" if fixed and fmi == "3.0" else "continuous" if fmi == "2.0" or value.tag in FLOATS else "discrete"
     declared = types.get(value.get("declaredType", ""))
     given = [each for each in (value, declared) if each is not None]
-    symbol = next((each.get("unit") for each in given if each.get("unit")), None) if value.tag in FLOATS else None
+    symbol = next((_text(each, "unit") for each in given if each.get("unit")), None) if value.tag in FLOATS else None
     start = value.get("start")
     variable = Variable(
         name=name,
@@ -174,8 +171,8 @@ def _variable(node: Node, fmi: str, types: dict[str, Node], units: dict[str, Uni
         unit=None if symbol is None else units.get(symbol, Unit(symbol)),
         start=None if start is None else tuple(start.split()) if fmi == "3.0" else (start,),
         relative=any(each.get("relativeQuantity") in TRUE for each in given),
-        aliases=tuple(alias.get("name", "") for alias in node.iterfind("Alias")),
-        description=node.get("description", ""),
+        aliases=tuple(_text(alias, "name") for alias in node.iterfind("Alias")),
+        description=_text(node, "description"),
     )
     return variable, node
 
@@ -191,7 +188,7 @@ def _with_shapes(read: list[tuple[Variable, Node]]) -> list[Variable]:
                 size = _integer(dimension, "start", None)
             else:
                 start = starts.get(_integer(dimension, "valueReference", None))
-                if start is None or len(start) != 1 or not start[0].isdecimal():
+                if start is None or not re.fullmatch(r"[0-9]{1,18}", " ".join(start)):
                     raise FmuError(f"modelDescription.xml: a dimension of '{variable.name}' has no size")
                 size = int(start[0])
             shape.append(size)
@@ -239,6 +236,11 @@ def _refuse_doubles(variables: list[Variable]) -> None:
         seen.add(variable.name)
 
 
+def _text(node: Node, key: str) -> str:
+    """A text, without letters that a terminal would obey."""
+    return "".join(letter if letter.isprintable() else " " for letter in node.get(key, ""))
+
+
 def _integer(node: Node, key: str, default: int | None) -> int:
     text = node.get(key)
     if text is None and default is not None:
@@ -246,7 +248,8 @@ def _integer(node: Node, key: str, default: int | None) -> int:
     try:
         return int(text or "")
     except ValueError:
-        raise FmuError(f"modelDescription.xml: {_place(node)} needs a whole number as {key}, got {text!r}") from None
+        shown = None if text is None else text[:40]
+        raise FmuError(f"modelDescription.xml: {_place(node)} needs a whole number as {key}, got {shown!r}") from None
 
 
 def _number(node: Node, key: str) -> float | None:

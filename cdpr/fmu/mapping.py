@@ -14,7 +14,7 @@ from cdpr.errors import FmuError
 from cdpr.fmu.model import ModelDescription
 from cdpr.fmu.options import Signals
 from cdpr.fmu.ports import Side
-from cdpr.fmu.resolver import Resolver
+from cdpr.fmu.resolver import NONE, Resolver
 from cdpr.fmu.signals import Role
 from cdpr.model import Robot
 
@@ -42,16 +42,17 @@ def map_signals(
     description: ModelDescription, robot: Robot, options: Signals | None = None, role: Role = "plant"
 ) -> Mapping:
     """Return the mapping; FmuError with all that is wrong, one line each."""
-    mapping, problems = resolve(description, robot, options or Signals(), role)
+    mapping, problems = resolve(description, robot, options, role)
     if problems:
         raise FmuError("\n".join(problems))
     return mapping
 
 
 def resolve(
-    description: ModelDescription, robot: Robot, options: Signals, role: Role
+    description: ModelDescription, robot: Robot, options: Signals | None, role: Role
 ) -> tuple[Mapping, tuple[str, ...]]:
     """Return what can be mapped, and what is wrong with the rest."""
+    options = options or Signals()
     order = options.cable_order
     if order is not None and sorted(order) != list(range(1, robot.m + 1)):
         problem = f"signals.cable_order: the numbers from 1 to {robot.m}, each once, are expected, got {list(order)}"
@@ -61,7 +62,13 @@ def resolve(
     sides = [Side.of(inputs.run()), Side.of(outputs.run())]
     notices = [*inputs.notices, *outputs.notices]
     taken = set(sides[0].value_references)
-    idle = [v.name for v in description.variables if v.causality == "input" and v.value_reference not in taken]
+    known = tuple(name for name, given in options.inputs.items() if given == NONE)  # meant to be left alone
+    idle = [
+        variable.name
+        for variable in description.variables
+        if variable.causality == "input" and variable.value_reference not in taken
+        if not variable.name.startswith(known)
+    ]
     if idle:
         shown = ", ".join(idle[:8]) + (f" and {len(idle) - 8} more" if len(idle) > 8 else "")
         notices.append(f"inputs that keep their start value: {shown}")

@@ -86,13 +86,13 @@ class Parameters:
         """Return the real parameters that make up `name`, row by row; None where not all are there."""
         whole = self.description.by_name.get(name)
         if whole is not None and whole.size == math.prod(shape):
-            return [Element(whole, i) for i in range(whole.size)] if _fillable(whole) else None
+            return list(whole.elements) if _fillable(whole) else None
         elements = []
         for place in np.ndindex(*shape):
             each = self.description.by_name.get(f"{name}[{','.join(str(i + 1) for i in place)}]")
             if each is None or not _fillable(each) or each.size != 1:
                 return None
-            elements.append(Element(each, 0))
+            elements.append(each.elements[0])
         return elements
 
     def _put(self, variable: Variable, index: int, value: Value) -> None:

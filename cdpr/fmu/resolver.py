@@ -196,9 +196,10 @@ class Resolver:
 
     def _near(self, name: str) -> str:
         """List the variables whose names are closest, or the first few."""
-        names = sorted({variable.name for variable in self.finder.variables.values()})
-        near = difflib.get_close_matches(name, names, 4, 0.5) or names[:8]
-        return f"; {self.side} of the FMU: {', '.join(near)}" if near else f"; the FMU has no real {self.side}"
+        sizes = {variable.name: variable.size for variable in self.finder.variables.values()}
+        near = difflib.get_close_matches(name, sizes, 4, 0.5) or list(sizes)[:8]
+        shown = ", ".join(each + (f" ({sizes[each]} numbers)" if sizes[each] > 1 else "") for each in near)
+        return f"; {self.side} of the FMU: {shown}" if near else f"; the FMU has no real {self.side}"
 
     def _problem(self, key: str, text: str) -> None:
         self.problems.append(f"signals.{self.side}.{key}: {text}")

@@ -52,7 +52,12 @@ class RunningFmu:
         self.archive, self.name, self.options = archive, name, options
         self.filled: list[str] = []
         self.isolation = options.isolation or isolation
-        self.mapping = map_signals(archive.description, robot, options.signals, role)
+        try:
+            self.mapping = map_signals(archive.description, robot, options.signals, role)
+        except FmuError as error:
+            raise FmuError("\n".join(f"FMU '{name}': {line}" for line in str(error).splitlines())) from None
+        for notice in self.mapping.notices:
+            warnings.warn(f"FMU '{name}': {notice}", stacklevel=2)
         self.instance = self._instance(step)
         self.instance.inputs[:] = self.mapping.inputs.start()
 

@@ -38,20 +38,27 @@ def _wrench(name: str, need: Need, *synonyms: str) -> Signal:
     return Signal(name, 6, "N", need, FORCE_MOMENT, synonyms)
 
 
-def _platform(need: Need, prefix: str = "", *, synonyms: bool = False) -> tuple[Signal, ...]:
-    """Pose and twist."""
-    rows: tuple[tuple[str, str, tuple[str, ...], tuple[str, ...]], ...] = (
-        ("position", "m", XYZ, ("p", "pos", "r", "x")),
-        ("quaternion", "1", WXYZ, ("orientation", "quat", "q")),
-        ("velocity", "m/s", XYZ, ("v", "vel")),
-        ("angular_velocity", "rad/s", XYZ, ("omega", "w", "ang_vel")),
-    )
-    return tuple(
-        Signal(prefix + name, len(parts), unit, need, parts, others if synonyms else (f"{name}_{prefix[:-1]}",))
-        for name, unit, parts, others in rows
+def _state(need: Need) -> tuple[Signal, ...]:
+    return (
+        Signal("position", 3, "m", need, XYZ, ("p", "pos", "r", "x")),
+        Signal("quaternion", 4, "1", need, WXYZ, ("orientation", "quat", "q")),
+        Signal("velocity", 3, "m/s", need, XYZ, ("v", "vel")),
+        Signal("angular_velocity", 3, "rad/s", need, XYZ, ("omega", "w", "ang_vel")),
     )
 
 
+def _desired(name: str, size: int, unit: str, components: tuple[str, ...], *synonyms: str) -> Signal:
+    return Signal(f"desired_{name}", size, unit, "optional", components, (f"{name}_desired", *synonyms))
+
+
+DESIRED = (
+    _desired("position", 3, "m", XYZ),
+    _desired("quaternion", 4, "1", WXYZ, "desired_orientation", "orientation_desired"),
+    _desired("velocity", 3, "m/s", XYZ),
+    _desired("angular_velocity", 3, "rad/s", XYZ),
+    _desired("acceleration", 3, "m/s^2", XYZ),
+    _desired("angular_acceleration", 3, "rad/s^2", XYZ),
+)
 LENGTHS = (
     Signal("cable_length", 0, "m", synonyms=("length", "lengths", "l")),
     Signal("cable_rate", 0, "m/s", synonyms=("rate", "rates", "cable_velocity", "ldot")),
@@ -65,18 +72,10 @@ INPUTS: dict[Role, tuple[Signal, ...]] = {
         _wrench("external_wrench", "optional", "wrench_external", "disturbance"),
     ),
     "winch": (Signal("command", 0, "", "required"), *LENGTHS),
-    "controller": (
-        *_platform("optional", synonyms=True),
-        *_platform("optional", "desired_"),
-        Signal("desired_acceleration", 3, "m/s^2", components=XYZ, synonyms=("acceleration_desired",)),
-        Signal(
-            "desired_angular_acceleration", 3, "rad/s^2", components=XYZ, synonyms=("angular_acceleration_desired",)
-        ),
-        *LENGTHS,
-    ),
+    "controller": (*_state("optional"), *DESIRED, *LENGTHS),
 }
 OUTPUTS: dict[Role, tuple[Signal, ...]] = {
-    "plant": (*_platform("required", synonyms=True), *LENGTHS),
+    "plant": (*_state("required"), *LENGTHS),
     "winch": (
         Signal("cable_tension", 0, "N", "required", synonyms=TENSIONS),
         Signal("motor_angle", 0, "rad"),

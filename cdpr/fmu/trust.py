@@ -66,7 +66,9 @@ def add(sha256: str, name: str) -> None:
 
 
 def remove(sha256: str) -> None:
-    """Take an FMU off the user's list."""
+    """Take an FMU off the user's list. Raises FmuError where it is not there."""
+    if sha256 not in trusted():
+        raise FmuError(f"{sha256}: is not on the list of trusted FMUs, {list_path()}")
     _write([line for line in _lines() if not line.startswith(sha256)])
 
 

@@ -17,7 +17,6 @@ from cdpr.fmu.signals import INPUTS, OUTPUTS, Role, Signal
 from cdpr.report.text import row, table, wrapped
 
 SHOWN = ("input", "output", "parameter", "structuralParameter")  # the rest is for the FMU's author
-WIDEST = 32  # letters of start values, descriptions are cut by the table's own width
 
 
 def lines(figures: dict[str, Any]) -> Iterator[str]:
@@ -72,17 +71,17 @@ def _group(variables: list[dict[str, Any]]) -> list[list[str]]:
         last, first = family, each["name"][len(base) :]
         shape = " x ".join(map(str, each["shape"]))
         kind = each["kind"] + (f" ({shape})" if shape else "")
-        rows.append([each["name"], kind, unit, _cut(" ".join(each["start"] or [])), each["description"][:60]])
+        rows.append([each["name"], kind, unit, _cut(" ".join(each["start"] or [])), _cut(each["description"], 60)])
     return rows
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= WIDEST else text[: WIDEST - 4].rsplit(" ", 1)[0].removesuffix(" ...") + " ..."
+def _cut(text: str, width: int = 32) -> str:
+    return text if len(text) <= width else text[: width - 4].rsplit(" ", 1)[0].removesuffix(" ...") + " ..."
 
 
 PLACES: dict[Role, tuple[str, ...]] = {  # where a scenario speaks of such an FMU
     "plant": ("backend_options", "fmu"),
-    "winch": ("winch",),
+    "winch": ("actuators",),
     "controller": ("controller",),
 }
 
@@ -106,8 +105,10 @@ def yaml_lines(archive: Archive, mapping: Mapping) -> Iterator[str]:
         ("outputs", OUTPUTS[mapping.role], mapping.outputs.ports),
     ):
         yield f"{indent}  {side}:" + ("" if ports else " {}")
+        chosen = any(signal.need == "choice" and signal.name in ports for signal in signals)
         for signal in signals:
-            yield f"{indent}    {_signal(signal, ports.get(signal.name))}"
+            if signal.name in ports or not (chosen and signal.need == "choice"):
+                yield f"{indent}    {_signal(signal, ports.get(signal.name))}"
     for notice in mapping.notices:
         yield f"# {notice}"
 

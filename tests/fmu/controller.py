@@ -15,7 +15,7 @@ ROWS = (
     ("velocity", "input", 3, "m/s"),
     ("desired_position", "input", 3, "m"),
     ("desired_velocity", "input", 3, "m/s"),
-    ("wrench", "output", 6, None),
+    ("wrench", "output", 6, ("N",) * 3 + ("N.m",) * 3),
     ("mass", "parameter", 0, None),
     ("gravity", "parameter", 3, None),
     ("kp", "parameter", 0, None),
@@ -34,7 +34,8 @@ def write_controller(path: Path, fmi: int, *flags: str, **capabilities: object) 
     )
     variables: list[str] = []
     for name, causality, size, unit in ROWS:
-        for each in [f"{name}[{i + 1}]" for i in range(size)] or [name]:
-            variables.append(variable(fmi, each, len(variables), causality, unit=unit))
+        for i, each in enumerate([f"{name}[{i + 1}]" for i in range(size)] or [name]):
+            own = unit[i] if isinstance(unit, tuple) else unit
+            variables.append(variable(fmi, each, len(variables), causality, unit=own))
     xml = description(fmi, variables, identifier="controller", **capabilities)
     return make_fmu(path, xml, fmi=fmi, library=library.read_bytes(), identifier="controller")
