@@ -66,4 +66,4 @@ def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Si
 
 def _same(options: Any, fmu: str) -> bool:
     """Tell whether the options name that file."""
-    return options.file is not None and os.path.realpath(options.path(options.file)) == os.path.realpath(fmu)
+    return options.file is not None and os.path.realpath(options.file.path) == os.path.realpath(fmu)

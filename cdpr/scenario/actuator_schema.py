@@ -7,15 +7,14 @@ from typing import Literal
 from pydantic import Field
 
 from cdpr.fmu.options import FmuFile
-from cdpr.plugins import PluginOptions
+from cdpr.plugins import FileName, PluginOptions
 
 
 class Actuators(PluginOptions, FmuFile):
     """Winches that come as one FMU for all cables: commands in, tensions out."""
 
-    file: str | None = Field(
+    file: FileName | None = Field(
         None,
-        min_length=1,
         description="the FMU, relative to this file; unless given, cdpr exports winches and elastic cables with the "
         "values of the robot and keeps them in the user's cache",
     )

@@ -63,7 +63,6 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
                 "trajectory": trajectory,
                 "controlled": sections.controlled or robot.dof,
                 "events": events,
-                "actuators": sections.actuators and sections.actuators.starting_at(document.folder),
             }
         ),
         robot=robot.to_robot(),
@@ -99,7 +98,7 @@ def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, An
 def validate(model: type[M], data: dict[str, Any], document: Document, problems: Problems) -> M | None:
     """Check `data`; as JSON, since strict models then take lists for tuples but convert nothing else."""
     try:
-        return model.model_validate_json(json.dumps(data))
+        return model.model_validate_json(json.dumps(data), context={"folder": document.folder})
     except ValidationError as error:
         for message in explain(error, model, data):
             mark = document.key_mark(message.path) if message.at_key else document.mark(message.path)

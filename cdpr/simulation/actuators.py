@@ -34,7 +34,7 @@ def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
     if options.file is None:
         archive = _exported(robot, step)
     else:
-        archive = open_archive(options.path(options.file))
+        archive = open_archive(options.file.path)
         require_trust(archive, options.sha256)
     name = "winches as exported" if own else options.file or ""
     fmu = RunningFmu(archive, name, "winch", robot, step, options, "inproc" if own else "process")
