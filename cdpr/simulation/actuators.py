@@ -27,7 +27,7 @@ def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
     """Put the scenario's actuators before a plant. Raises CdprError where that cannot be or would not be stable."""
     options, robot, step = scenario.actuators, scenario.robot, scenario.simulation.physics_step
     assert options is not None
-    about = {"coupling": options.coupling}
+    about: dict[str, Any] = {"coupling": options.coupling, "stability": "no feedback, nothing to swing"}
     if options.coupling == "gauss_seidel":
         about |= _stability(scenario, entry)
     own = options.file is None

@@ -149,6 +149,8 @@ class _Attempt:
                 except (Exception, SystemExit) as foreign:
                     text = f"the {role} raised {describe(foreign)} while closing"
                     events.append(Event(self.time, "warning", text))
+        if coupled := plugins.get("backend", {}).get("actuators"):
+            events.insert(0, Event(0.0, "actuators", f"{coupled['coupling']}: {coupled['stability']}"))
         outcome, message = "finished", ""
         if error is not None:
             outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")

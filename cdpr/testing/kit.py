@@ -19,6 +19,7 @@ from cdpr.testing import (
     backend_guided,
     backend_interface,
     backend_physics,
+    backend_winches,
     controller,
     solver_answers,
     solver_interface,
@@ -28,7 +29,12 @@ from cdpr.testing.subjects import BackendSubject, ControllerSubject, SolverSubje
 
 S = TypeVar("S")
 
-BACKEND: list[Check[BackendSubject]] = [*backend_interface.CHECKS, *backend_physics.CHECKS, *backend_guided.CHECKS]
+BACKEND: list[Check[BackendSubject]] = [
+    *backend_interface.CHECKS,
+    *backend_physics.CHECKS,
+    *backend_winches.CHECKS,
+    *backend_guided.CHECKS,
+]
 SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
 CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS
 
