@@ -59,12 +59,6 @@ def test_an_fmu_may_put_out_commands(files):
     parts.backend.close()
 
 
-def test_what_was_assumed_is_told(files):
-    signals = {"inputs": {"desired_velocity": "none"}}
-    with pytest.warns(UserWarning, match=r"inputs that keep their start value: desired_velocity\[1\], "):
-        build(load_scenario(SCENARIO, overrides={"controller": options(files[3], signals=signals)})).controller.close()
-
-
 def test_it_may_end_the_run(files):
     with pytest.raises(PlantEnded, match=r"t = 0\.002 s: FMU '.*' asked for the end") as caught:
         run(options(files[3], parameters={**GAINS, "mode": ENDS}))
