@@ -213,8 +213,8 @@ def check_leaks(path, isolation, first, then):
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_a_hundred_cycles_leave_nothing(files, fmi):
-    check_leaks(files[fmi], "inproc", 50, 100)
+def test_forty_cycles_leave_nothing(files, fmi):
+    check_leaks(files[fmi], "inproc", 20, 40)
 
 
 def test_a_few_processes_leave_nothing(files):
