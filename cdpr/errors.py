@@ -49,6 +49,10 @@ class OutputError(CdprError):
     exit_code = ExitCode.NOT_WRITABLE
 
 
+class FmuError(CdprError):
+    """An FMU cannot be used: its file is unsound, not trusted, for another machine, or does not fit the robot."""
+
+
 class LogError(CdprError):
     """A run folder or its log cannot be read."""
 
@@ -67,6 +71,18 @@ class Diverged(SimulationStopped):
     """The state left what a sound simulation can reach: NaN, absurd speed, an engine that reset itself."""
 
     exit_code = ExitCode.DIVERGED
+
+
+class BackendDied(SimulationStopped):
+    """What a plant or a controller runs in failed, crashed, ended or hangs."""
+
+    exit_code = ExitCode.BACKEND_DIED
+
+
+class PlantEnded(SimulationStopped):
+    """A plant or a controller asked for the end of the simulation, which is no fault."""
+
+    exit_code = ExitCode.OK
 
 
 class Interrupted(SimulationStopped):

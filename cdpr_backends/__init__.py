@@ -6,7 +6,10 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
+from cdpr.fmu.options import FmuFile
+from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
+
+CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; tendons and legs are ideal only
 
 # Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.
 EULER = "semi_implicit_euler"
@@ -77,6 +80,41 @@ class DartOptions(PluginOptions):
         return _legs(self.cables)
 
 
+class ExportOptions(PluginOptions):
+    """How cdpr is to export the robot."""
+
+    fmi: Literal[2, 3] = Field(3, description="version of the standard")
+
+
+class FmuOptions(PluginOptions, FmuFile):
+    """Options of the backend `fmu`."""
+
+    file: FileName | None = Field(
+        None, description="the FMU, relative to this file; the scenario's robot is exported unless given"
+    )
+    export: ExportOptions | None = Field(
+        None, description="the scenario's robot, exported by cdpr and kept in the user's cache"
+    )
+    step: float | None = Field(
+        None,
+        gt=0.0,
+        description="communication step, physics_step divided by an integer; physics_step unless given",
+        json_schema_extra={"unit": "s"},
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> FmuOptions:
+        if self.file is not None and self.export is not None:
+            raise ValueError("file and export exclude each other")
+        if self.file is None and self.sha256 is not None:
+            raise ValueError("sha256 is that of a file; give file, too")
+        return self
+
+    def declares(self) -> dict[str, Any]:
+        """Of a stranger's FMU nothing is known before it runs."""
+        return {"order": 0, "scheme": ""} if self.file is not None else {}
+
+
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
     """Return the built-in backends."""
@@ -85,7 +123,13 @@ def cdpr_backends() -> list[PluginInfo]:
             name="reference",
             factory="cdpr_backends.reference:make",
             summary="own Runge-Kutta integrator, fourth order, the judge of the others",
-            properties={"order": 4, "snapshot": True, "scheme": "rk4", "schemes": ["rk4", EULER]},
+            properties={
+                "order": 4,
+                "snapshot": True,
+                "cable_models": CABLE_MODELS,
+                "scheme": "rk4",
+                "schemes": ["rk4", EULER],
+            },
             options=ReferenceOptions,
         ),
         PluginInfo(
@@ -94,7 +138,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="MuJoCo, semi-implicit Euler (rk4 with its own tendons)",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
-            properties={"order": 1, "snapshot": True, "scheme": EULER},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
             options=MujocoOptions,
         ),
         PluginInfo(
@@ -103,7 +147,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="PyBullet, semi-implicit Euler",
             requires=("pybullet",),
             extra="cdpr[bullet]",
-            properties={"order": 1, "snapshot": True, "scheme": EULER},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
             options=BulletOptions,
         ),
         PluginInfo(
@@ -112,7 +156,16 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="DART, semi-implicit Euler",
             requires=("dartpy",),
             extra="cdpr[dart]",
-            properties={"order": 1, "snapshot": True, "scheme": EULER},
+            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
             options=DartOptions,
+        ),
+        PluginInfo(
+            name="fmu",
+            factory="cdpr_backends.fmu:FmuBackend",
+            summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
+            requires=("fmpy",),
+            extra="cdpr[fmu]",
+            properties={"order": 4, "snapshot": True, "scheme": "rk4"},
+            options=FmuOptions,
         ),
     ]

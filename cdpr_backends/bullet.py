@@ -69,18 +69,19 @@ class BulletBackend(RigidBodyBackend):
 
     def snapshot(self) -> object:
         """Return Bullet's state and our arrays."""
-        return SavedState(self.client), save(self._arrays)
+        return SavedState(self.client), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
         engine, arrays = snapshot
         engine.restore()
-        put_back(arrays, self._arrays)
+        put_back(arrays, self.arrays)
         self.read()
 
     @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self.state, self._plant.home
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold besides Bullet's own state."""
+        return *super().arrays, self._plant.home
 
     def close(self) -> None:
         """Disconnect the client."""

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.model.robot import Array
 from cdpr_backends.bullet import UPRIGHT, Client, Free, SavedState, chain, pybullet
 from cdpr_backends.snapshots import put_back, save
 from cdpr_backends.ups import MASS, Leg, UpsBackend
@@ -50,19 +49,15 @@ class BulletUps(UpsBackend):
 
     def snapshot(self) -> object:
         """Return the world as it was built, Bullet's state and our arrays."""
-        return (self._client, self._platform, self._legs), SavedState(self._client), save(self._arrays)
+        return (self._client, self._platform, self._legs), SavedState(self._client), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
         world, engine, arrays = snapshot
         self._use(*world)
         engine.restore()
-        put_back(arrays, self._arrays)
+        put_back(arrays, self.arrays)
         self.read()
-
-    @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self.state
 
     def close(self) -> None:
         """Close the client."""

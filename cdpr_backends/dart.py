@@ -103,20 +103,21 @@ class DartBackend(RigidBodyBackend):
     def snapshot(self) -> object:
         """Return joint coordinates and rates, DART's time and our arrays."""
         motion = self.skeleton.getPositions(), self.skeleton.getVelocities()
-        return motion, self.world.getTime(), self._sane, save(self._arrays)
+        return motion, self.world.getTime(), self._sane, save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
         motion, time, self._sane, arrays = snapshot
-        put_back(arrays, self._arrays)
+        put_back(arrays, self.arrays)
         self.world.setTime(time)
         if self.frame.guide is not None:
             put_root(self.skeleton, self._home)
         set_motion(self.skeleton, *motion)
 
     @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self.state, self._home
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold besides DART's own state."""
+        return *super().arrays, self._home
 
 
 def make_world(gravity: Array, step: float) -> Any:

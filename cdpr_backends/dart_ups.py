@@ -7,7 +7,6 @@ from typing import Any
 import dartpy
 import numpy as np
 
-from cdpr.model.robot import Array
 from cdpr_backends.dart import (
     add_platform,
     chain,
@@ -87,7 +86,7 @@ class DartUps(UpsBackend):
     def snapshot(self) -> object:
         """Return the world as it was built, joint coordinates and rates, DART's time and our arrays."""
         motion = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._skeletons]
-        return self._world, self._skeletons, motion, self._world.getTime(), self._sane, save(self._arrays)
+        return self._world, self._skeletons, motion, self._world.getTime(), self._sane, save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
@@ -96,8 +95,4 @@ class DartUps(UpsBackend):
         world.setTime(time)
         for skeleton, (q, u) in zip(skeletons, motion, strict=True):
             set_motion(skeleton, q, u)
-        put_back(arrays, self._arrays)
-
-    @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self.state
+        put_back(arrays, self.arrays)

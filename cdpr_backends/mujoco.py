@@ -16,6 +16,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
+from cdpr_backends.ideal import require_ideal
 from cdpr_backends.snapshots import put_back, save
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
@@ -37,8 +38,10 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
         from cdpr_backends.mujoco_ups import MujocoUps
 
         return MujocoUps(robot, gravity, physics_step, options)
-    kind = MujocoTendons if options.cables == "native" else MujocoBackend
-    return kind(robot, gravity, physics_step, options)
+    if options.cables == "native":
+        require_ideal(robot, options.cables)
+        return MujocoTendons(robot, gravity, physics_step, options)
+    return MujocoBackend(robot, gravity, physics_step, options)
 
 
 class MujocoBackend(RigidBodyBackend):
@@ -78,17 +81,13 @@ class MujocoBackend(RigidBodyBackend):
 
     def snapshot(self) -> object:
         """Return MuJoCo's state and our arrays."""
-        return self._world.save(), save(self._arrays)
+        return self._world.save(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
         engine, arrays = snapshot
         self._world.put_back(engine)
-        put_back(arrays, self._arrays)
-
-    @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self.state
+        put_back(arrays, self.arrays)
 
 
 class MujocoTendons(Backend):

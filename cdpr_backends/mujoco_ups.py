@@ -7,7 +7,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cdpr.model.robot import Array
 from cdpr_backends.mujoco import PLATFORM, World, describe
 from cdpr_backends.snapshots import put_back, save
 from cdpr_backends.ups import MASS, Leg, UpsBackend
@@ -58,18 +57,14 @@ class MujocoUps(UpsBackend):
 
     def snapshot(self) -> object:
         """Return the world as it was built, its state and our arrays."""
-        return self._world, self._world.save(), save(self._arrays)
+        return self._world, self._world.save(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
         world, engine, arrays = snapshot
         self._use(world)
         world.put_back(engine)
-        put_back(arrays, self._arrays)
-
-    @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self.state
+        put_back(arrays, self.arrays)
 
 
 def add_leg(spec: mujoco.MjSpec, i: int, leg: Leg, step: float) -> None:

@@ -18,11 +18,15 @@ from cdpr_backends.snapshots import put_back, save
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
-    """Return the integrator of the chosen scheme for a free or a guided platform."""
+    """Return the integrator of the chosen scheme for a free or a guided platform, or for cables on winches."""
     if options is not None and options.scheme == "semi_implicit_euler":
         from cdpr_backends.reference_euler import SemiImplicitEuler
 
         return SemiImplicitEuler(robot, gravity, physics_step, options)
+    if robot.cable_model != "ideal":
+        from cdpr_backends.reference_winches import WinchReference
+
+        return WinchReference(robot, gravity, physics_step, options)
     from cdpr_backends.reference_guided import GuidedReference
 
     return (ReferenceBackend if robot.n == 6 else GuidedReference)(robot, gravity, physics_step, options)

@@ -60,15 +60,16 @@ class SemiImplicitEuler(RigidBodyBackend):
 
     def snapshot(self) -> object:
         """Return a copy of everything."""
-        return save(self._arrays)
+        return save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        put_back(snapshot, self._arrays)
+        put_back(snapshot, self.arrays)
 
     @property
-    def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.body, self._motion, self.state
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold."""
+        return *super().arrays, self._motion
 
 
 @kernel

@@ -18,6 +18,7 @@ from cdpr.model import Robot, rotations
 from cdpr.model.body_frame import applied_wrench
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
+from cdpr_backends.ideal import require_ideal
 
 MASS = 1e-3  # kg, of a leg
 
@@ -75,6 +76,7 @@ class UpsBackend(RigidBodyBackend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         if robot.n < 6:
             raise PluginError(f"cables: ups needs a free platform; robot '{robot.name}' has dof {', '.join(robot.dof)}")
+        require_ideal(robot, "ups")
         super().__init__(robot, gravity, physics_step, options)
         frame = self.frame
         slack = np.zeros(robot.m)  # the slides already pull

@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
+from cdpr.fmu.options import FmuFile
+from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
@@ -93,6 +94,12 @@ class CableLengthOptions(PluginOptions):
     )
 
 
+class FmuOptions(PluginOptions, FmuFile):
+    """Options of the controller `fmu`."""
+
+    file: FileName = Field(description="the FMU, relative to this file")
+
+
 @hookimpl
 def cdpr_controllers() -> list[PluginInfo]:
     """Return the built-in controllers."""
@@ -124,5 +131,14 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="PID per cable on length and rate about holding tensions; needs no pose (forward kinematics)",
             properties={"output": "command"},
             options=CableLengthOptions,
+        ),
+        PluginInfo(
+            name="fmu",
+            factory="cdpr_controllers.fmu:FmuController",
+            summary="a controller as an FMU (FMI 2.0 or 3.0, co-simulation) that puts out a wrench or commands",
+            requires=("fmpy",),
+            extra="cdpr[fmu]",
+            properties={"output": "wrench or command"},
+            options=FmuOptions,
         ),
     ]

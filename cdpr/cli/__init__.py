@@ -7,6 +7,7 @@ import os
 import sys
 import warnings
 from importlib import import_module
+from typing import Any
 
 import click
 
@@ -28,6 +29,7 @@ COMMANDS = {
     "study": "Run a scenario with any of its keys varied, on all cores or a cluster.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
+    "fmu": "Look at FMUs, map their signals, trust them.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",
     "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
     "repair": "Make the log of a killed run whole again.",
@@ -35,26 +37,34 @@ COMMANDS = {
 
 
 class LazyGroup(click.Group):
-    """Imports a command when it is used."""
+    """Imports a command when it is used: the object `command` of the module `cdpr.cli.<prefix><name>`.
+
+    `table` holds name and one line of help of each.
+    """
+
+    def __init__(self, *args: Any, table: dict[str, str], prefix: str = "", **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.table = table
+        self.prefix = prefix
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of COMMANDS."""
-        return list(COMMANDS)
+        """Names in the order of the table."""
+        return list(self.table)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
-        if cmd_name not in COMMANDS:
+        if cmd_name not in self.table:
             return None
-        command: click.Command = import_module(f"cdpr.cli.{cmd_name}").command
+        command: click.Command = import_module(f"cdpr.cli.{self.prefix}{cmd_name}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list from COMMANDS alone."""
+        """Write the list from the table alone."""
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl(list(self.table.items()))
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=LazyGroup, table=COMMANDS, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cdpr")
 def cli() -> None:
     """Simulate and analyse cable-driven parallel robots."""

@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,6 +28,7 @@ PROGRESS_SECONDS = 0.1  # between two updates of the bar
 @click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
 @click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
@@ -38,6 +39,7 @@ def command(
     solver: str | None,
     controller: str | None,
     changes: tuple[str, ...],
+    trust_fmu: bool,
     out: str | None,
     real_time: bool,
     report: bool,
@@ -50,6 +52,7 @@ def command(
 
     loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     # Only a sound scenario is worth the time that these take to import.
+    from cdpr.fmu.trust import any_fmu
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RunFolder
     from cdpr.log.run_json import plain
@@ -70,7 +73,8 @@ def command(
                 bar(done, total)
 
             try:
-                run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
+                with any_fmu() if trust_fmu else nullcontext():
+                    run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
             except CdprError as error:
                 if not isinstance(error.run, Run) or not len(error.run.rows):
                     raise

@@ -13,7 +13,6 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from cdpr.errors import OutputError, PluginError
-from cdpr.log.layout import FIELDS
 from cdpr.log.run import Header, Run
 from cdpr.log.writer import unwritable
 
@@ -41,6 +40,7 @@ _COLUMNS = {
     "potential": "potential_J",
     "cable_work": "cable_work_J",
     "external_work": "external_work_J",
+    "cable_tension": "cable_tension_{}_N",
 }
 _WRENCH = [f"{{}}_force_{axis}_N" for axis in "xyz"] + [f"{{}}_moment_{axis}_Nm" for axis in "xyz"]
 
@@ -75,7 +75,7 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
 def column_names(header: Header) -> list[str]:
     """Return the names of a row's columns, with their units; the time is `t`."""
     names: list[str] = []
-    for field, width in FIELDS:
+    for field, width in header.layout.fields:
         parts = header.cables if width == 0 else tuple("wxyz" if width == 4 else "xyz"[:width])
         if width == 6:
             names += [name.format(field) for name in _WRENCH]
@@ -122,7 +122,7 @@ EXPORTS: dict[str, Callable[[Run, BinaryIO], None]] = {
 
 
 def _fields(run: Run) -> dict[str, Any]:
-    fields: dict[str, Any] = {name: run[name] for name, _ in FIELDS}
+    fields: dict[str, Any] = {name: run[name] for name, _ in run.header.layout.fields}
     fields["solver_status"] = fields.pop("status")
     known = {"header": json.dumps(run.header.to_dict()), "cables": list(run.header.cables)}
     return fields | known | {"status": run.status, "message": run.message}

@@ -33,20 +33,28 @@ FIELDS: tuple[tuple[str, int], ...] = (
     ("cable_work", 1),
     ("external_work", 1),
 )
+# Besides, where cables are not ideal: there a tension is not what was commanded.
+WINCHED: tuple[tuple[str, int], ...] = (("cable_tension", 0),)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Columns of a row for a robot with m cables."""
+    """Columns of a row for a robot with m cables, ideal ones or not."""
 
     m: int
+    ideal: bool = True
+
+    @property
+    def fields(self) -> tuple[tuple[str, int], ...]:
+        """Names and widths in the order of the columns; 0 stands for m."""
+        return FIELDS if self.ideal else FIELDS + WINCHED
 
     @cached_property
     def columns(self) -> dict[str, slice]:
         """Columns of each field by name."""
         columns: dict[str, slice] = {}
         start = 0
-        for name, width in FIELDS:
+        for name, width in self.fields:
             stop = start + (width or self.m)
             columns[name] = slice(start, stop)
             start = stop
@@ -55,7 +63,7 @@ class Layout:
     @property
     def width(self) -> int:
         """Number of columns."""
-        return sum(width or self.m for _, width in FIELDS)
+        return sum(width or self.m for _, width in self.fields)
 
     def span(self, first: str, last: str) -> slice:
         """Columns from the field `first` to the field `last`, both included."""

@@ -62,6 +62,7 @@ def load_run(path: str | Path) -> Run:
             events=tuple(Event(**event) for event in known.get("events", ())),
             timings=dict(known.get("timings", {})),
             unused=tuple(known.get("unused", ())),
+            plugins=dict(known.get("plugins", {})),
             folder=None if folder is None else str(folder),
         )
     except (KeyError, TypeError, ValueError) as error:

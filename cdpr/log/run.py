@@ -38,11 +38,12 @@ class Header:
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
     controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
+    cable_model: str = "ideal"
 
     @property
     def layout(self) -> Layout:
         """Columns of the rows."""
-        return Layout(len(self.cables))
+        return Layout(len(self.cables), self.cable_model == "ideal")
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON."""
@@ -70,8 +71,8 @@ class Event:
 class Run:
     """One run, K samples of a robot with m cables; sample k was taken at time k * control_step.
 
-    Frames and signs as `cdpr.model` says. `status` is "finished", "diverged", "infeasible", "interrupted", "failed" or
-    "running" (killed while it ran).
+    Frames and signs as `cdpr.model` says. `status` is "finished", "ended" (as the plant asked), "diverged",
+    "infeasible", "interrupted", "failed" or "running" (killed while it ran).
     """
 
     header: Header
@@ -81,6 +82,7 @@ class Run:
     events: tuple[Event, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
+    plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
 
     def __repr__(self) -> str:
@@ -177,8 +179,13 @@ class Run:
 
     @property
     def tension(self) -> Array:
-        """Tension of each cable, held until the next sample, (K, m), N."""
+        """Tension that is commanded of each cable, held until the next sample, (K, m), N."""
         return self["tension"]
+
+    @property
+    def cable_tension(self) -> Array:
+        """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
+        return self["tension" if self.header.cable_model == "ideal" else "cable_tension"]
 
     @property
     def length(self) -> Array:

@@ -29,6 +29,7 @@ def describe(run: Run) -> dict[str, Any]:
         "events": [asdict(event) for event in run.events],
         "timings": run.timings,
         "unused": list(run.unused),
+        "plugins": run.plugins,
         "header": header,
     }
 

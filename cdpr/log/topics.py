@@ -40,7 +40,7 @@ def run_topics(header: Header) -> Group:
 
     The time column is not among them: it is k * control_step, k the sequence number of the messages.
     """
-    layout = Layout(len(header.cables))
+    layout = header.layout
     m, c = len(header.cables), layout.columns
     joints = {**STAMPED, "name": header.cables}
     topics = (
@@ -49,9 +49,9 @@ def run_topics(header: Header) -> Group:
             "/cdpr/cable_states",
             "sensor_msgs/JointState",
             {**joints, "position": [0.0] * m, "velocity": [0.0] * m, "effort": [0.0] * m},
-            {"position": (c["length"],), "velocity": (c["rate"],), "effort": (c["tension"],)},
+            {"position": (c["length"],), "velocity": (c["rate"],), "effort": (c.get("cable_tension", c["tension"]),)},
         ),
-        # Cables are ideal so far: what is commanded is the tension, but where an event broke or jammed one.
+        # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
         Topic(
             "/cdpr/cable_commands",
             "sensor_msgs/JointState",

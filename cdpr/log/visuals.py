@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.log.layout import Layout
 from cdpr.log.run import Header
 from cdpr.log.topics import STAMPED, Group, Topic, ros_pose
 from cdpr.model import rotations
@@ -21,7 +20,7 @@ _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
     """Return /tf and /cdpr/markers, on the channels from `channel` on; they follow from the rows."""
-    layout = Layout(len(header.cables))
+    layout = header.layout
     transform = Topic(
         "/tf",
         "tf2_msgs/TFMessage",
@@ -91,7 +90,8 @@ def _marker_rows(header: Header, rows: Array) -> Array:
         points[:, :, 1] = rows[:, None, layout.columns["position"]]
         for j in range(3):  # R @ B_i, without matmul, whose last bit depends on the machine
             points[:, :, 1] += R[:, None, j].T * anchors[:, None, 3 + j]
-        colours[:] = _ramp(rows[:, layout.columns["tension"]], header)[:, :, None]
+        tension = layout.columns.get("cable_tension", layout.columns["tension"])
+        colours[:] = _ramp(rows[:, tension], header)[:, :, None]
     return source
 
 

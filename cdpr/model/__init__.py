@@ -19,6 +19,6 @@ Conventions, stated here once and used everywhere:
   square of `|B_i|`.
 """
 
-from cdpr.model.robot import DOF_NAMES, Box, Cable, Platform, Robot, Sphere
+from cdpr.model.robot import DOF_NAMES, Box, Cable, Platform, Robot, Sphere, Winch
 
-__all__ = ["DOF_NAMES", "Box", "Cable", "Platform", "Robot", "Sphere"]
+__all__ = ["DOF_NAMES", "Box", "Cable", "Platform", "Robot", "Sphere", "Winch"]

@@ -30,6 +30,10 @@ from cdpr.model.robot import Array, Robot
 # axes stay where they are.
 DIAGONAL = 1e-14
 
+# Principal axes point to this side, so that they do not depend on who computes them. It is no direction that a platform
+# is likely to have an axis square to.
+SIDE = np.array([1.0, 0.59, 0.37])
+
 
 class BodyFrame:
     """A robot's platform as engines should build it.
@@ -72,7 +76,8 @@ def principal_axes(inertia: Array) -> tuple[Array, Array]:
     if np.abs(off_diagonal).max() <= DIAGONAL * np.trace(inertia):
         return np.diag(inertia).copy(), np.eye(3)
     moments, axes = np.linalg.eigh(inertia)
-    axes[:, 0] *= np.sign(np.linalg.det(axes))  # eigenvectors may be left-handed
+    axes *= np.where(SIDE @ axes < 0.0, -1.0, 1.0)
+    axes[:, 0] *= np.sign(np.linalg.det(axes))  # they may be left-handed
     return moments, axes
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.errors import CdprError
+from cdpr.model.cholesky import factorise, solve
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry, exponential, multiply, quaternion
 from cdpr.model.robot import Array, Robot
@@ -25,8 +26,6 @@ LAST_STEP = 1e-9
 # Close to the optimum the sum of squares changes by less than its round-off: a step may raise it by this share.
 ROUND_OFF = 1e-10
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-7, 1e8
-# A direction whose remaining curvature is below this share counts as unobservable: round-off of the factorisation.
-SINGULAR = 1e-13
 UNIT_TOLERANCE = 1e-3  # of |q|
 
 
@@ -138,8 +137,8 @@ def fit(
     while count < MOST_ITERATIONS and damping <= MOST_DAMPING and not converged:
         count += 1
         cost = _linearise(anchors, rows, target, state, geometry, A, gradient)
-        if _factorise(A, damping):
-            _solve(A, gradient, step)
+        if factorise(A, damping):
+            solve(A, gradient, step)
             size = 0.0
             for k in range(n):
                 size += (scale[k] * step[k]) ** 2
@@ -154,11 +153,11 @@ def fit(
     for i in range(7):
         pose[i] = state[i]
     cost = _linearise(anchors, rows, target, state, geometry, A, gradient)
-    determined = _factorise(A, 0.0)
+    determined = factorise(A, 0.0)
     for k in range(n):
         for j in range(n):
             gradient[j] = 1.0 if j == k else 0.0
-        _solve(A, gradient, step)
+        solve(A, gradient, step)
         for j in range(n):
             inverse[j, k] = step[j] if determined else math.inf
     return count if converged else -count, math.sqrt(cost)
@@ -196,42 +195,6 @@ def _linearise(
                 s += W[rows[k], i] * W[rows[j], i]
             A[k, j] = s
     return cost
-
-
-@kernel
-def _factorise(A: Array, damping: float) -> bool:
-    """Replace the lower half of A by the Cholesky factor of A + damping diag(A); False where it is singular."""
-    for k in range(A.shape[0]):
-        for j in range(k + 1):
-            s = A[k, j]
-            if j == k:
-                s *= 1.0 + damping
-            least = SINGULAR * s
-            for i in range(j):
-                s -= A[k, i] * A[j, i]
-            if j < k:
-                A[k, j] = s / A[j, j]
-            elif s > least:
-                A[k, k] = math.sqrt(s)
-            else:
-                return False
-    return True
-
-
-@kernel
-def _solve(L: Array, b: Array, x: Array) -> None:
-    """Write x with L L^T x = b, each (n,)."""
-    n = b.shape[0]
-    for k in range(n):
-        s = b[k]
-        for j in range(k):
-            s -= L[k, j] * x[j]
-        x[k] = s / L[k, k]
-    for k in range(n - 1, -1, -1):
-        s = x[k]
-        for j in range(k + 1, n):
-            s -= L[j, k] * x[j]
-        x[k] = s / L[k, k]
 
 
 @kernel

@@ -36,13 +36,18 @@ def digest() -> str:
     return result.hexdigest()[:16]
 
 
+def user_cache() -> Path:
+    """Return the folder that cdpr may keep in the user's cache; it need not exist."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cdpr"
+
+
 def folder() -> str:
     """Return the folder for compiled kernels, made if need be.
 
     It lies in NUMBA_CACHE_DIR or the user's cache; where neither can be written, in a temporary folder, with a warning.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    root = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cdpr"
+    root = Path(chosen) if chosen else user_cache()
     path = root / f"kernels-{digest()}"
     try:
         path.mkdir(parents=True, exist_ok=True)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+CableModel = Literal["ideal", "rigid", "elastic"]
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -29,6 +31,17 @@ def read_only(array: Array) -> Array:
     return view
 
 
+@dataclass(frozen=True)
+class Winch:
+    """A motor and the drum on which it winds a cable."""
+
+    drum_radius: float  # m, unstretched cable per radian
+    inertia: float  # kg m^2, of all that turns, about the drum's axis
+    viscous_friction: float = 0.0  # N m s
+    coulomb_friction: float = 0.0  # N m
+    coulomb_speed: float = 0.1  # rad/s, at which Coulomb friction reaches 76 % (tanh 1) of its value
+
+
 @dataclass(frozen=True, eq=False)
 class Cable:
     """One cable between the frame and the platform.
@@ -43,10 +56,12 @@ class Cable:
     tension_max: float  # N
     diameter: float | None = None  # m
     axial_stiffness: float | None = None  # N, the product E A
+    damping: float = 0.0  # N s/m, along the cable
     linear_density: float | None = None  # kg/m
     length_min: float | None = None  # m
     length_max: float | None = None  # m
     speed_max: float | None = None  # m/s
+    winch: Winch | None = None
 
 
 @dataclass(frozen=True)
@@ -90,6 +105,7 @@ class Robot:
     dof: tuple[str, ...] = DOF_NAMES
     unilateral: bool = True  # False: rigid legs that may also push
     home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
+    cable_model: CableModel = "ideal"  # how commands become tensions: see `cdpr.cables`
 
     @property
     def m(self) -> int:

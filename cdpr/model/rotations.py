@@ -10,6 +10,8 @@ from cdpr.model.robot import DOF_NAMES, Array
 
 # Entries of a quaternion below this are zero as typed: rounding of decimals, no rotation.
 HELD = 1e-9
+# Closer than this (rad) to aligned axes, two Euler angles are lost in round-off.
+ALIGNED = 1e-7
 
 
 def multiply(a: Array, b: Array) -> Array:
@@ -97,3 +99,36 @@ def held_upright(dof: Sequence[str], quaternion: Array) -> bool:
     """Tell whether an attitude (4,) differs from upright only about the axes that `dof` leaves free."""
     held = np.array([name not in dof for name in DOF_NAMES[3:]])
     return not held.any() or not bool((held & (np.abs(quaternion[1:]) > HELD)).any())
+
+
+def to_euler(q: Array, order: str) -> Array:
+    """Angles (3,), rad, of successive turns that make a unit quaternion (4,); the inverse of `from_euler`.
+
+    Where the middle turn aligns the axes of the others, only their sum or difference is determined: the third is 0.
+    Bernardes and Viollet, "Quaternion to Euler angles conversion", 2022.
+    """
+    moving = order.isupper()
+    i, j, k = ("xyz".index(axis) for axis in order.lower()[:: -1 if moving else 1])
+    first, last = (2, 0) if moving else (0, 2)  # as fixed axes, moving ones come in reverse
+    proper = i == k
+    if proper:
+        k = 3 - i - j
+    sign = (i - j) * (j - k) * (k - i) // 2
+    w, x = q[0], q[1:]
+    if proper:
+        a, b, c, d = w, x[i], x[j], sign * x[k]
+    else:
+        a, b, c, d = w - x[j], x[i] + sign * x[k], x[j] + w, sign * x[k] - x[i]
+    angles = np.zeros(3)
+    angles[1] = 2.0 * np.arctan2(np.hypot(c, d), np.hypot(a, b))
+    plus, minus = np.arctan2(b, a), np.arctan2(d, c)
+    if abs(angles[1]) < ALIGNED:
+        angles[0] = 2.0 * plus
+    elif abs(angles[1] - np.pi) < ALIGNED:
+        angles[0] = 2.0 * minus * (1 if moving else -1)
+    else:
+        angles[first], angles[last] = plus - minus, plus + minus
+    if not proper:
+        angles[last] *= sign
+        angles[1] -= 0.5 * np.pi
+    return (angles + np.pi) % (2.0 * np.pi) - np.pi

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cdpr.plugins.info import INTERFACE_VERSION, PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins.info import INTERFACE_VERSION, FileName, PluginInfo, PluginOptions, hookimpl
 
 if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
@@ -29,6 +29,7 @@ __all__ = [
     "Backend",
     "CompiledSolver",
     "Controller",
+    "FileName",
     "PluginInfo",
     "PluginOptions",
     "RigidBodyBackend",

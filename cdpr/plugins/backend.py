@@ -22,6 +22,7 @@ class Backend(ABC):
         command: (m,) tension of each cable, N.
         external: (6,) further wrench on the platform at its origin, world axes: force, N, then moment, N m.
         state: (13,) the platform, laid out as `cdpr.model` says; live: current after `reset` and after `step`.
+        highest: (m,) what no tension has exceeded in size since `reset`, N: with ideal cables the command itself.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -32,6 +33,7 @@ class Backend(ABC):
         self.command = np.zeros(robot.m)
         self.external = np.zeros(6)
         self.state = np.zeros(13)
+        self.highest = self.command
 
     @abstractmethod
     def reset(self, state: Array) -> None:
@@ -40,6 +42,18 @@ class Backend(ABC):
     @abstractmethod
     def step(self, n: int) -> None:
         """Advance by n physics steps. It checks nothing: the caller checks `state` after each call."""
+
+    def read_tension(self, tension: Array) -> None:
+        """Write the tension of each cable (m,) at `state` under `command`, N: with ideal cables the command itself.
+
+        A backend that knows other cables declares them in the property `cable_models`, see `cdpr.cables`, and tells
+        tensions, `highest` and `cable_work`.
+        """
+        tension[:] = self.command
+
+    def cable_work(self) -> float:
+        """Return the work of the cables on the platform since `reset`, J; not asked of ideal cables."""
+        raise PluginError(f"{type(self).__name__} knows ideal cables only")
 
     def engine_time(self) -> float | None:
         """Return the time since `reset` by the engine's own clock, s, or None where it has none.
@@ -58,6 +72,10 @@ class Backend(ABC):
     def restore(self, snapshot: object) -> None:
         """Go back to a snapshot of this backend: what follows is the same to the bit."""
         raise PluginError(f"{type(self).__name__} cannot restore snapshots")
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the record of a run should say of it beyond its options: plain data, as JSON holds it."""
+        return {}
 
     def close(self) -> None:  # noqa: B027 - an optional hook
         """Free what the engine holds; the backend is not used afterwards."""

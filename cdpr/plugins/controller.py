@@ -17,10 +17,12 @@ class Controller(ABC):
 
     Its `PluginInfo` says which, as `properties={"output": "wrench"}` or `{"output": "command"}`. A wrench is
     distributed among the cables by the tension stage. Commands go to the cables directly, clipped to their limits:
-    no solver takes part.
+    no solver takes part. Where that depends on its options, the attribute `output` of the controller says it.
 
     `gravity` is (3,), m/s^2, world; `control_step` is the time between two calls, s.
     """
+
+    output: Output | None = None
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         self.robot = robot
@@ -47,3 +49,10 @@ class Controller(ABC):
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the record of a run should say of it beyond its options: plain data, as JSON holds it."""
+        return {}
+
+    def close(self) -> None:  # noqa: B027 - an optional hook
+        """Free what the controller holds; it is not used afterwards."""

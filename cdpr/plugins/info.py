@@ -2,16 +2,42 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import pluggy
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema
+from pydantic_core.core_schema import with_info_after_validator_function
 
 INTERFACE_VERSION = 1
 
 hookspec = pluggy.HookspecMarker("cdpr")
 hookimpl = pluggy.HookimplMarker("cdpr")
+
+
+class FileName(str):
+    """Type of an option that names a file: a relative name starts at the folder of the scenario.
+
+    Attributes:
+        path: the file.
+    """
+
+    path: Path
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Take a text; the loader gives the folder as context."""
+        return with_info_after_validator_function(cls._located, handler(str))
+
+    @classmethod
+    def _located(cls, name: str, info: ValidationInfo) -> FileName:
+        made = cls(name)
+        made.path = Path(os.path.abspath((info.context or {}).get("folder", "")), name)
+        return made
 
 
 class PluginOptions(BaseModel):

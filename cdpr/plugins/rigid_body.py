@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from cdpr.cables.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model.robot import Array
@@ -18,14 +20,16 @@ class RigidBodyBackend(Backend):
     """A backend on an engine that integrates a rigid body under an applied wrench.
 
     The engine's file implements `build`, `write`, `read` and `advance`; here the cable geometry and the tensions are
-    evaluated once a physics step. The body to build is described by `frame`: for a free platform its frame lies at the
-    centre of mass along the principal axes; a platform with a guide (`frame.guide`) has its frame at the origin and
-    moves by slides along world axes and then a hinge, joints of the engine.
+    evaluated once a physics step, for all cable models (declare them as the property `cable_models`). The body to build
+    is described by `frame`: for a free platform its frame lies at the centre of mass along the principal axes; a
+    platform with a guide (`frame.guide`) has its frame at the origin and moves by slides along world axes and then a
+    hinge, joints of the engine.
 
     Attributes:
         frame: mass, centre, principal moments and axes, anchors and guide of the body.
         body: (13,) its state: position of the body frame's origin (world), attitude w, x, y, z, velocity of that
             origin (world), angular velocity (world).
+        winches: what turns commands into tensions; None where cables are ideal.
         applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the body
             frame's origin, world axes. With a guide, `cdpr.model.guide.onto_coordinates` gives the joints' forces.
     """
@@ -37,10 +41,16 @@ class RigidBodyBackend(Backend):
         self.applied = np.zeros(6)
         self.build()
         frame = self.frame
-        self._pull = partial(
+        self._pull: Callable[[], None] = partial(
             applied_wrench, frame.anchors, frame.offset, self.command, self.external, self.body, self.applied
         )
         self._publish = partial(to_platform, frame.offset, self.body, self.state)
+        self.winches: Winches | None = None
+        if robot.cable_model != "ideal":
+            self.winches = winches = Winches(
+                robot, frame, self.gravity, self.command, self.external, self.body, self.applied, physics_step
+            )
+            self._pull, self.highest = winches.step, winches.live.highest
 
     @abstractmethod
     def build(self) -> None:
@@ -64,6 +74,8 @@ class RigidBodyBackend(Backend):
         self.write()
         self.read()
         self._publish()
+        if self.winches is not None:
+            self.winches.reset()
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
@@ -72,3 +84,24 @@ class RigidBodyBackend(Backend):
             self.advance()
             self.read()
         self._publish()
+
+    def read_tension(self, tension: Array) -> None:
+        """Write the tensions (m,)."""
+        if self.winches is None:
+            super().read_tension(tension)
+        else:
+            self.winches.settle()
+            tension[:] = self.winches.live.tension
+
+    def cable_work(self) -> float:
+        """Return the work of the cables on the platform, J."""
+        if self.winches is None:
+            return super().cable_work()
+        self.winches.settle()
+        return float(self.winches.live.work[0])
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold besides the engine's own state."""
+        own = self.command, self.external, self.body, self.state
+        return own if self.winches is None else (*own, *self.winches.arrays)

@@ -17,6 +17,7 @@ MOST_EVENTS = 200
 
 BANNERS = {
     "finished": ("good", "Finished"),
+    "ended": ("good", "Ended by the plant"),
     "diverged": ("bad", "Diverged"),
     "infeasible": ("bad", "Stopped as infeasible"),
     "interrupted": ("warn", "Interrupted"),

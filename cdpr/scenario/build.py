@@ -98,7 +98,7 @@ def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, An
 def validate(model: type[M], data: dict[str, Any], document: Document, problems: Problems) -> M | None:
     """Check `data`; as JSON, since strict models then take lists for tuples but convert nothing else."""
     try:
-        return model.model_validate_json(json.dumps(data))
+        return model.model_validate_json(json.dumps(data), context={"folder": document.folder})
     except ValidationError as error:
         for message in explain(error, model, data):
             mark = document.key_mark(message.path) if message.at_key else document.mark(message.path)

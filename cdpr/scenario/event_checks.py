@@ -44,6 +44,7 @@ class EventChecks(Checks):
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, named(event, names)) for i, event in events if self._cable_exists(i, event, names)]
         known.sort(key=lambda place: place[1].time)
+        self._need_ideal_cables(known)
         self._order(known)
         common = self.section(TensionSection, ("robot", "tension"))
         given = () if common is None else (common.min, common.max)
@@ -86,6 +87,18 @@ class EventChecks(Checks):
             self.say(("events", i, "cable"), text)
             return False
         return True
+
+    def _need_ideal_cables(self, events: Places) -> None:
+        model = self.document.get(("robot", "cable", "model"))
+        if self.document.get(("actuators",)) is not None:
+            text = "happens to ideal cables only, and there are actuators: remove it or them"
+        elif model in ("rigid", "elastic"):
+            text = f"happens to ideal cables only, and robot.cable.model is {model}: remove it or set that to ideal"
+        else:
+            return
+        for i, event in events:
+            if isinstance(event, CableFault):
+                self.say(("events", i, "type"), text)
 
     def _order(self, events: Places) -> None:
         """Report what cannot happen after what has happened; `events` stand in the order of time."""

@@ -68,7 +68,8 @@ class OptionsReader:
         try:
             try:
                 # Strict also where the plugin's author did not ask for it: no silent conversions.
-                return model.model_validate_json(json.dumps(data), strict=True)
+                context = {"folder": self.document.folder}  # where the files start that they name
+                return model.model_validate_json(json.dumps(data), strict=True, context=context)
             except ValidationError as error:
                 messages = explain(error, model, data, core_keys)
         except Exception as error:  # the model is foreign code

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from cdpr.model import Box, Cable, Platform, Robot, Sphere
-from cdpr.model.robot import frozen_array
+from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
+from cdpr.model.robot import CableModel, frozen_array
 from cdpr.model.rotations import held_upright
 from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
@@ -19,7 +19,16 @@ MAX_CABLES = 256
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
-OPTIONAL_PROPERTIES = ("diameter", "axial_stiffness", "linear_density", "length", "speed_max")
+# Properties of cables that a run takes no notice of, by cable model.
+UNUSED = {
+    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "length", "speed_max", "winch"),
+    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density", "length", "speed_max"),
+    "elastic": ("diameter", "linear_density", "length", "speed_max"),
+}
+
+# What each cable model must know of every cable.
+NEEDED: dict[str, tuple[str, ...]] = {"ideal": (), "rigid": ("winch",), "elastic": ("winch", "axial_stiffness")}
+NEEDS = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -139,6 +148,47 @@ class LengthLimits(Section):
         return self
 
 
+class WinchSection(Section):
+    """A motor and the drum on which it winds a cable."""
+
+    drum_radius: Positive = Field(
+        description="radius of the drum: unstretched cable that it winds, per radian", json_schema_extra=unit("m")
+    )
+    inertia: Positive = Field(
+        description="moment of inertia of all that turns, motor and gear included, about the drum's axis",
+        json_schema_extra=unit("kg m^2"),
+    )
+    viscous_friction: NonNegative = Field(
+        0.0, description="friction torque per drum speed", json_schema_extra=unit("N m s")
+    )
+    coulomb_friction: NonNegative = Field(
+        0.0, description="friction torque of a drum that turns", json_schema_extra=unit("N m")
+    )
+    coulomb_speed: Positive = Field(
+        0.1,
+        description="drum speed at which Coulomb friction reaches 76 % of its value: it grows as tanh(speed / this)",
+        json_schema_extra=unit("rad/s"),
+    )
+
+    def build(self) -> Winch:
+        """Return the winch of the model."""
+        return Winch(**self.model_dump())
+
+
+class CablesSection(Section):
+    """What all cables have in common."""
+
+    model: CableModel = Field(
+        "ideal",
+        description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
+        "or by a winch and the cable's elasticity (elastic)",
+    )
+    axial_stiffness: Positive | None = Field(
+        None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
+    )
+    damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
+
+
 class CableSection(Section):
     """One cable between the frame and the platform."""
 
@@ -150,9 +200,11 @@ class CableSection(Section):
     axial_stiffness: Positive | None = Field(
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
     )
+    damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
     linear_density: NonNegative | None = Field(None, description="mass per length", json_schema_extra=unit("kg/m"))
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
+    winch: WinchSection | None = Field(None, description="winch of this cable alone; the robot's unless said")
 
 
 class Home(Section):
@@ -175,6 +227,10 @@ class RobotSection(Section):
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
     home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot")
+    cable: CablesSection = Field(
+        CablesSection(), description="what all cables have in common; a cable's own values come first"
+    )
+    winch: WinchSection | None = Field(None, description="the winch of every cable that names none of its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
     @model_validator(mode="after")
@@ -192,6 +248,18 @@ class RobotSection(Section):
             )
         return self
 
+    @model_validator(mode="after")
+    def _model_has_its_values(self) -> RobotSection:
+        for name in NEEDED[self.cable.model]:
+            lacking = [cable_name(cable, i) for i, cable in enumerate(self.cables) if self._own(cable, name) is None]
+            if lacking:
+                common = "winch" if name == "winch" else f"cable.{name}"
+                raise ValueError(
+                    f"cable.model {self.cable.model} needs {NEEDS[name]} of each cable: give {common} for all, or "
+                    f"{name} of cable {', '.join(lacking[:5])}{', ...' if len(lacking) > 5 else ''}"
+                )
+        return self
+
     def to_robot(self) -> Robot:
         """Return the robot as the frozen arrays that the simulation takes."""
         platform = self.platform
@@ -207,6 +275,7 @@ class RobotSection(Section):
             dof=self.dof,
             unilateral=self.unilateral,
             home=frozen_array([*self.home.position, *self.home.orientation.quaternion()]) if self.home else None,
+            cable_model=self.cable.model,
         )
 
     def named(self) -> RobotSection:
@@ -215,17 +284,27 @@ class RobotSection(Section):
         return self.model_copy(update={"cables": cables})
 
     def unused(self) -> list[str]:
-        """Return the properties, given for some cable, that no cable model uses yet: `cables[*].diameter`."""
-        return [
-            f"cables[*].{name}"
-            for name in OPTIONAL_PROPERTIES
-            if any(getattr(cable, name) is not None for cable in self.cables)
-        ]
+        """Return the properties, given for some cable or for all, that the cable model does not use."""
+        keys = []
+        for name in UNUSED[self.cable.model]:
+            if any(getattr(cable, name) is not None for cable in self.cables):
+                keys.append(f"cables[*].{name}")
+            if name == "winch" and self.winch is not None:
+                keys.append(name)
+            elif getattr(self.cable, name, None) is not None:
+                keys.append(f"cable.{name}")
+        return keys
+
+    def _own(self, cable: CableSection, name: str) -> Any:
+        """A cable's own value of a property that all may share, else the common one."""
+        own = getattr(cable, name)
+        return own if own is not None else self.winch if name == "winch" else getattr(self.cable, name)
 
     def _cable(self, i: int) -> Cable:
         cable = self.cables[i]
         low, high = limits(self.tension, cable, i)
         length = cable.length or LengthLimits()
+        winch = self._own(cable, "winch")
         return Cable(
             name=cable_name(cable, i),
             frame=frozen_array(cable.frame),
@@ -233,11 +312,13 @@ class RobotSection(Section):
             tension_min=low,
             tension_max=high,
             diameter=cable.diameter,
-            axial_stiffness=cable.axial_stiffness,
+            axial_stiffness=self._own(cable, "axial_stiffness"),
+            damping=self._own(cable, "damping") or 0.0,
             linear_density=cable.linear_density,
             length_min=length.min,
             length_max=length.max,
             speed_max=cable.speed_max,
+            winch=winch.build() if winch else None,
         )
 
 

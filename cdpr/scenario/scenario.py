@@ -13,6 +13,7 @@ from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins.registry import Registry
+from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_schema import ScenarioEvent
 from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
@@ -95,6 +96,16 @@ class Scenario:
     def events(self) -> tuple[ScenarioEvent, ...]:
         """What happens during the run, each cable by its name."""
         return tuple(self.sections.events)
+
+    @property
+    def actuators(self) -> Actuators | None:
+        """The FMU between commands and cables, if there is one."""
+        return self.sections.actuators
+
+    @property
+    def cable_model(self) -> str:
+        """What turns commands into tensions: the robot's model, or "fmu"."""
+        return self.robot.cable_model if self.actuators is None else "fmu"
 
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from cdpr.model.robot import Array
+from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.event_schema import MAX_EVENTS, AnyEvent
 from cdpr.scenario.fields import ZERO, Name, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
@@ -101,6 +102,9 @@ class ScenarioSection(Section):
     )
     controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
+    actuators: Actuators | None = Field(
+        None, description="winches as an FMU between the commands and the cables, in place of robot.cable.model"
+    )
     events: list[AnyEvent] = Field(
         [], max_length=MAX_EVENTS, description="what happens to the robot during the run: pushes, faults, stops"
     )

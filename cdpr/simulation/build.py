@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import platform
+from contextlib import ExitStack
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
@@ -17,6 +19,8 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.motion import make_trajectory
+from cdpr.simulation.actuators import actuated
+from cdpr.simulation.cables import check_cables
 from cdpr.simulation.loop import Parts
 from cdpr.simulation.schedule import stopped
 
@@ -40,33 +44,44 @@ def build(scenario: Scenario) -> Parts:
     }
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
+    check_cables(scenario, chosen["backend"])
     solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
-    controller: Controller = chosen["controller"].make(
-        robot, gravity, simulation.control_step, scenario.controller_options
-    )
-    backend: Backend = chosen["backend"].make(
-        robot, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
-    )
-    backend.reset(scenario.initial.state())
-    return Parts(
-        robot=robot,
-        controlled=scenario.controlled,
-        trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
-        controller=controller,
-        solver=solver,
-        solver_name=scenario.solver.type,
-        respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
-        policy=scenario.solver.infeasible,
-        backend=backend,
-        control_step=simulation.control_step,
-        substeps=simulation.substeps,
-        output=_output(chosen["controller"]),
-        events=scenario.events,
-    )
+    with ExitStack() as made:  # what was made is closed where the next fails
+        controller: Controller = chosen["controller"].make(
+            robot, gravity, simulation.control_step, scenario.controller_options
+        )
+        made.callback(controller.close)
+        plant = robot if scenario.actuators is None else replace(robot, cable_model="ideal")
+        backend: Backend = chosen["backend"].make(
+            plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
+        )
+        made.callback(backend.close)
+        if scenario.actuators is not None:
+            backend = actuated(scenario, backend, chosen["backend"])
+            made.callback(backend.close)
+        backend.reset(scenario.initial.state())
+        parts = Parts(
+            robot=robot,
+            controlled=scenario.controlled,
+            trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
+            controller=controller,
+            solver=solver,
+            solver_name=scenario.solver.type,
+            respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
+            policy=scenario.solver.infeasible,
+            backend=backend,
+            control_step=simulation.control_step,
+            substeps=simulation.substeps,
+            output=_output(chosen["controller"], controller),
+            events=scenario.events,
+            ideal_cables=scenario.cable_model == "ideal",
+        )
+        made.pop_all()
+    return parts
 
 
-def _output(entry: Registered) -> Output:
-    declared = entry.info.properties.get("output", "wrench")
+def _output(entry: Registered, controller: Controller) -> Output:
+    declared = controller.output or entry.info.properties.get("output", "wrench")
     for known in get_args(Output):
         if declared == known:
             return cast("Output", known)
@@ -99,6 +114,7 @@ def make_header(scenario: Scenario) -> Header:
         controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
         versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
+        cable_model=scenario.cable_model,
     )
 
 

@@ -10,7 +10,7 @@ from time import monotonic, sleep
 
 import numpy as np
 
-from cdpr.errors import Diverged, Infeasible, PluginError, SimulationStopped
+from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.log.mcap_file import BLOCK
 from cdpr.model import Robot
@@ -52,6 +52,7 @@ class Parts:
     substeps: int  # physics steps in a control step
     output: Output = "wrench"  # what the controller puts out
     events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
+    ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
 
 
 class Loop:
@@ -67,7 +68,7 @@ class Loop:
         self.parts = parts
         self.count = 0
         robot, backend = parts.robot, parts.backend
-        layout = Layout(robot.m)
+        layout = Layout(robot.m, parts.ideal_cables)
         self.row = row = np.zeros(layout.width)
 
         def view(first: str, last: str | None = None) -> Array:
@@ -113,11 +114,15 @@ class Loop:
             backend.external,
         )
         bounds = acceleration_bounds(robot, backend.gravity)
-        plant = (bounds, backend.command, backend.external, backend.state)
-        results = (self.state, self.W, view("length"), view("rate"), view("kinetic", "external_work"))
+        plant = (bounds, backend.highest, backend.external, backend.state)
+        energies = view("kinetic", "external_work")
+        results = (self.state, self.W, view("length"), view("rate"), energies)
         body = (robot.anchors, robot.inertial, backend.gravity)
-        self.observe = partial(observe, *body, parts.control_step, *plant, *results)
+        self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
+        self.distribute = self.schedule.distribute
+        if not parts.ideal_cables:
+            self._add_winches(view("cable_tension"), energies[2:3])
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -144,8 +149,11 @@ class Loop:
                 self.stage.warm_up_policy()
             self.schedule.warm_up()
             parts.backend.command[...] = self.tension
+            parts.backend.read_tension(self.tension)
             parts.backend.step(parts.substeps)
             self.observe()
+        except BackendDied:
+            raise  # it would only die again, or hang as long again
         except SimulationStopped:
             pass  # the run itself will say so, at its proper time
         self.row[:] = 0.0
@@ -173,7 +181,7 @@ class Loop:
         state, desired, out = self.given_state, self.given_desired, self.out
         tension, command, advance = self.tension, backend.command, backend.step
         sample, control, look = self.sample, parts.controller.control, self.observe
-        act, distribute = self.schedule.act, self.schedule.distribute
+        act, distribute = self.schedule.act, self.distribute
         clock = backend.engine_time
         last = len(rows) - 1
         self.count = 0
@@ -222,6 +230,23 @@ class Loop:
             raise type(stop)(f"t = {time:.6g} s: {stop}") from stop
         finally:
             self.count = k
+
+    def _add_winches(self, cable_tension: Array, cable_work: Array) -> None:
+        """Read what only the plant knows where cables are not ideal: their tensions (m,) and their work (1,)."""
+        backend, tension = self.parts.backend, self.tension
+        distribute, look = self.distribute, self.observe
+
+        def distribute_and_read() -> None:
+            distribute()
+            backend.command[...] = tension
+            backend.read_tension(cable_tension)
+
+        def look_and_read() -> int:
+            fault = look()
+            cable_work[0] = backend.cable_work()
+            return fault
+
+        self.distribute, self.observe = distribute_and_read, look_and_read
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state

@@ -58,7 +58,7 @@ def observe(
     gravity: Array,
     period: float,
     bounds: Array,
-    command: Array,
+    highest: Array,
     external: Array,
     live: Array,
     state: Array,
@@ -70,9 +70,10 @@ def observe(
     """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
 
     `state` (13,) and `length` hold those of one control `period` (s) ago, `state` becomes a copy of `live`; `bounds`
-    are as `acceleration_bounds` says; `command` (m,) and `external` (6,) acted in between. `energies` (4,) becomes
-    kinetic and potential energy, and the work so far of cables and external wrench, J: a tension that is held does
-    exactly tension times shortening. A period of 0 sets the works to 0.
+    are as `acceleration_bounds` says; `external` (6,) acted in between, and no tension above `highest` (m,), which with
+    ideal cables is what they had. `energies` (4,) becomes kinetic and potential energy, and the work so far of ideal
+    cables and external wrench, J: a tension that is held does exactly tension times shortening. A period of 0 sets the
+    works to 0.
     """
     fault = 0
     for i in range(13):
@@ -94,7 +95,7 @@ def observe(
             torque += external[3 + i] ** 2
         pull = math.sqrt(push)
         for i in range(anchors.shape[0]):
-            pull += abs(command[i])
+            pull += abs(highest[i])
         arm = bounds[2]
         angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
         linear = pull * bounds[0] + bounds[1] + arm * (angular + spin)
@@ -108,10 +109,10 @@ def observe(
             fault = 4
         work = 0.0
         for i in range(anchors.shape[0]):
-            work += command[i] * length[i]
+            work += highest[i] * length[i]
         cable_geometry(anchors, live, W, length, rate)
         for i in range(anchors.shape[0]):
-            work -= command[i] * length[i]
+            work -= highest[i] * length[i]
             if not length[i] > LENGTH_MIN:
                 fault = 5
         energies[0], energies[1] = energy(inertial, gravity, live)

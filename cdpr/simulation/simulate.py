@@ -10,17 +10,23 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputError, PluginError
+from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputError, PlantEnded, PluginError
 from cdpr.log.recorder import Recorder
 from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.plugins import Backend, Controller
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.events import scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
 
-STATUS: dict[type[BaseException], str] = {Diverged: "diverged", Infeasible: "infeasible", Interrupted: "interrupted"}
+STATUS: dict[type[BaseException], str] = {
+    Diverged: "diverged",
+    Infeasible: "infeasible",
+    Interrupted: "interrupted",
+    PlantEnded: "ended",
+}
 
 
 def simulate(
@@ -124,16 +130,27 @@ class _Attempt:
                 self.recorder.close(self.loop.count)
             except OutputError as unwritable:
                 error = unwritable
-        events = []
+        events: list[Event] = []
+        plugins: dict[str, Any] = {}
         if self.parts is not None:
             status = rows[:, self.header.layout.columns["status"]][:, 0]
             events = scheduled_events(self.parts.events, rows, self.header)
             events += tension_events(status, self.header.control_step, self.parts)
             events.sort(key=lambda event: event.time)
-            try:
-                self.parts.backend.close()
-            except (Exception, SystemExit) as foreign:
-                events.append(Event(self.time, "warning", f"the backend raised {describe(foreign)} while closing"))
+            parts: dict[str, Backend | Controller] = {
+                "backend": self.parts.backend,
+                "controller": self.parts.controller,
+            }
+            for role, part in parts.items():
+                try:
+                    if about := part.describe():
+                        plugins[role] = about
+                    part.close()
+                except (Exception, SystemExit) as foreign:
+                    text = f"the {role} raised {describe(foreign)} while closing"
+                    events.append(Event(self.time, "warning", text))
+        if coupled := plugins.get("backend", {}).get("actuators"):
+            events.insert(0, Event(0.0, "actuators", f"{coupled['coupling']}: {coupled['stability']}"))
         outcome, message = "finished", ""
         if error is not None:
             outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")
@@ -149,6 +166,7 @@ class _Attempt:
             events=tuple(events),
             timings={"setup_s": self.started - self.begun, "loop_s": looped - self.started},
             unused=self.scenario.unused,
+            plugins=plugins,
             folder=None if self.folder is None else str(self.folder.path),
         )
         if self.folder is not None:

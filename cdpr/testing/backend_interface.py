@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import tempfile
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cdpr.errors import CdprError
 from cdpr.model.robot import Array
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
@@ -133,7 +135,8 @@ def keeps_quiet(subject: BackendSubject) -> None:
         backend = subject.make(samples.state(np.random.default_rng(7)))
         backend.step(10)
         backend.external[0] = np.nan
-        backend.step(3)
+        with contextlib.suppress(CdprError):  # it may refuse
+            backend.step(3)
         backend.reset(samples.state(np.random.default_rng(8)))
         subject.close(backend)
         gc.collect()

@@ -8,7 +8,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from cdpr.errors import CdprError
+from pydantic import ValidationError
+
+from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver
@@ -17,6 +19,7 @@ from cdpr.testing import (
     backend_guided,
     backend_interface,
     backend_physics,
+    backend_winches,
     controller,
     solver_answers,
     solver_interface,
@@ -26,7 +29,12 @@ from cdpr.testing.subjects import BackendSubject, ControllerSubject, SolverSubje
 
 S = TypeVar("S")
 
-BACKEND: list[Check[BackendSubject]] = [*backend_interface.CHECKS, *backend_physics.CHECKS, *backend_guided.CHECKS]
+BACKEND: list[Check[BackendSubject]] = [
+    *backend_interface.CHECKS,
+    *backend_physics.CHECKS,
+    *backend_winches.CHECKS,
+    *backend_guided.CHECKS,
+]
 SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
 CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS
 
@@ -156,7 +164,12 @@ def check_plugin(role: Role, name: str) -> list[CheckResult]:
 def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, str]) -> list[Case[Any]]:
     entry = registry().get(role, name)
     factory = entry.load()
-    chosen: PluginOptions = entry.info.options() if options is None else options
+    try:
+        chosen: PluginOptions = entry.info.options() if options is None else options
+    except ValidationError:
+        raise PluginError(
+            f"{role} '{name}' needs options, such as a file: check it from Python, {role}_checks('{name}', options=...)"
+        ) from None
     properties = entry.properties(chosen)
     checks, kind = ROLES[role]
     _refuse_unknown(checks, expected_failures)

@@ -23,7 +23,7 @@ class _Subject:
 
     def __init__(self, factory: Callable[..., Any], properties: Mapping[str, Any], options: Any) -> None:
         self.factory, self.properties, self.options = factory, properties, options
-        self._open: list[Backend] = []
+        self._open: list[Backend | Controller] = []
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -111,6 +111,7 @@ class ControllerSubject(_Subject):
     def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
         """Make a controller, connected to a tension stage that has nothing to report."""
         controller: Controller = self.factory(robot, gravity, step, self.options)
+        self._open.append(controller)
         controller.connect(np.zeros(4))
         return controller
 

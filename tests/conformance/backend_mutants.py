@@ -7,6 +7,7 @@ too, stand in tests/plugins/traps: wrong frame, damping, speed clamp, persistent
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -239,6 +240,13 @@ class NoGuides(Wrapped):
         super().__init__(robot, *rest)
 
 
+class IdealAnyway(Wrapped):
+    """It says that it knows winches, and moves on ideal cables."""
+
+    def __init__(self, robot, *rest):
+        super().__init__(replace(robot, cable_model="ideal"), *rest)
+
+
 ORDER = {"order": 4}
 
 # Broken backend -> what it declares, and the checks that must fail. It may fail others too.
@@ -274,5 +282,6 @@ MUTANTS = {
     LeakingFiles: ({}, ["nothing_leaks"]),
     LeakingMemory: ({}, ["nothing_leaks"]),
     Unguided: ({}, ["held_directions_stay", "guided_wrench_accelerates"]),
+    IdealAnyway: ({"cable_models": ["ideal", "elastic"]}, ["winches_pull_as_told"]),
     WrongHinge: ({}, ["guided_state_round_trip"]),
 }

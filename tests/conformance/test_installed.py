@@ -13,11 +13,16 @@ from cdpr.testing import backend_checks, check_solver, controller_checks, solver
 
 FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": controller_checks}
 
+
+def needs_options(entry):
+    return any(field.is_required() for field in entry.info.options.model_fields.values())
+
+
 CASES = [
     pytest.param(case, id=f"{role}-{name}-{case}")
     for role in ROLES
     for name, entry in sorted(registry().plugins[role].items())
-    if entry.distribution == OWN_DISTRIBUTION and not entry.missing
+    if entry.distribution == OWN_DISTRIBUTION and not entry.missing and not needs_options(entry)
     for case in FORMS[role](name)
 ]
 
@@ -75,6 +80,12 @@ def test_command_prints_json():
     outcomes = {check["id"]: check["outcome"] for check in told["checks"]}
     assert outcomes["answers_balance"] == "passed"
     assert outcomes["answers_are_within_the_limits"] == "n/a"
+
+
+def test_one_that_needs_options_says_so():
+    done = cdpr("check", "controller", "fmu")
+    assert done.returncode == 3
+    assert "controller 'fmu' needs options, such as a file" in done.stderr
 
 
 def test_unknown_name_is_told_as_everywhere():

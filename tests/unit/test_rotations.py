@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -65,3 +67,24 @@ def test_exponential_and_logarithm_undo_each_other(size):
     q = kernels.exponential(tuple(v))
     assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
     np.testing.assert_allclose(kernels.logarithm(q), v, rtol=1e-14, atol=1e-310)
+
+
+FIXED = ["".join(axes) for axes in itertools.product("xyz", repeat=3) if axes[0] != axes[1] != axes[2]]
+ORDERS = [*FIXED, *map(str.upper, FIXED)]
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_euler_angles_there_and_back(order):
+    rng = np.random.default_rng(3)
+    aligned = [0.0, np.pi] if order[0] == order[2] else [0.5 * np.pi, -0.5 * np.pi]
+    for middle in [*rng.uniform(-3, 3, 20), *aligned, *aligned]:
+        q = rotations.from_euler(np.array([rng.uniform(-3, 3), middle, rng.uniform(-3, 3)]), order)
+        back = rotations.from_euler(rotations.to_euler(q, order), order)
+        assert same_rotation(back, q)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_euler_angles_are_those_of_scipy(order):
+    q = np.random.default_rng(4).normal(size=4)
+    q /= np.linalg.norm(q)
+    np.testing.assert_allclose(rotations.to_euler(q, order), scipy_rotation(q).as_euler(order), atol=EXACT)

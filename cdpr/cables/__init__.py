@@ -1,0 +1,21 @@
+"""From the command of each cable to its tension: the cable models.
+
+A winch winds its cable on a drum of radius r (m), which turns at w (rad/s), positive where it winds in. The command u
+(N) is the tension that the motor would hold at rest: its torque is r u. Friction takes f(w) = b w + c tanh(w / w_c) of
+it (N m), viscous and Coulomb's, the latter smoothed about rest. With I the inertia about the drum's axis (kg m^2):
+
+    I w' = r u - f(w) - r T
+
+- `ideal`: T = u. No winch takes part.
+- `rigid`: the cable does not stretch, so the drum goes with the cable, l' = -r w, and
+  T = u - f(-l'/r) / r + (I / r^2) l''. Since l' = -W^T twist, the inertias of the drums add to the platform's:
+  (M + W m W^T) twist' = W (u - f/r - m W'^T twist) + everything else, m = diag(I / r^2). Thesis 2.20-2.24, with
+  the term of W' that it leaves out. A cable that would have to push hangs slack, and its drum takes up what it leaves.
+- `elastic`: two states a cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. The tension
+  is E A (l - l0) / l0 + d (l' - l0') where the cable is stretched, l > l0, and at least 0; a slack cable has none. It
+  starts with the tension that is commanded first, winding as fast as the length changes.
+
+Rigid legs (`unilateral: false`) may also push: nothing is cut off at 0. All of it is evaluated wherever the integrator
+evaluates the acceleration: once a step in semi-implicit engines, which then advance w and after it l0, and at every
+stage of `reference`.
+"""

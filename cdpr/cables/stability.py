@@ -1,0 +1,116 @@
+"""Which steps are short enough for a platform on elastic cables and drums.
+
+About a pose, with z the platform's free directions and the unstretched lengths, M z'' + C z' + K z = 0: elongations are
+-B^T z with B = [W; 1], and K = B k B^T, C = B d B^T + friction, M the platform's inertia and I / r^2 of each drum. With
+rigid cables the drums move with the platform, and only friction is left. The stiffness that tensions lend to directions
+across the cables is far below k and left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.dynamics import required_wrench
+from cdpr.model.kinematics import STILL, lengths, wrench_matrix
+from cdpr.model.robot import Array
+
+# Motion that nothing resists has the growth 1 twice over, which eigenvalues render to the root of their round-off.
+GROWTH = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Oscillator:
+    """M z'' + C z' + K z = 0, each matrix (k, k)."""
+
+    M: Array
+    C: Array
+    K: Array
+
+    @property
+    def fastest(self) -> float:
+        """Largest natural frequency without damping, rad/s."""
+        return float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(self.M, self.K))).max()))
+
+    def semi_implicit(self, h: float) -> Array:
+        """One step of semi-implicit Euler, (2 k, 2 k) on (z, z')."""
+        one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
+        pull = np.linalg.solve(self.M, np.hstack([self.K, self.C]))
+        rates = np.hstack([zero, one]) - h * pull
+        return np.vstack([np.hstack([one, zero]) + h * rates, rates])
+
+    def runge_kutta(self, h: float) -> Array:
+        """One step of the classical Runge-Kutta scheme, (2 k, 2 k) on (z, z')."""
+        one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
+        A = h * np.vstack([np.hstack([zero, one]), -np.linalg.solve(self.M, np.hstack([self.K, self.C]))])
+        step = term = np.eye(len(A))
+        for power in range(1, 5):
+            term = term @ A / power
+            step = step + term
+        return step
+
+    def gauss_seidel(self, h: float, n: int, semi_implicit: bool) -> Array:
+        """One step of the platform, the first n coordinates, and after it of the winches, (2 k, 2 k) on (z, z').
+
+        The platform moves under tensions that are held, by semi-implicit Euler or exactly; then the winches, by the
+        classical Runge-Kutta scheme, while the platform is held half way.
+        """
+        k = len(self.M)
+        x, v, s = slice(0, n), slice(k, k + n), [*range(n, k), *range(k + n, 2 * k)]
+        pull = -np.linalg.solve(self.M, np.hstack([self.K, self.C]))  # z'' of (z, z')
+        platform = np.eye(2 * k)
+        platform[v] += h * pull[:n]
+        platform[x, v] += h * np.eye(n)
+        platform[x] += h * h * (1.0 if semi_implicit else 0.5) * pull[:n]
+        half = np.eye(2 * k)
+        half[[*range(n), *range(k, k + n)]] = 0.5 * (platform + np.eye(2 * k))[[*range(n), *range(k, k + n)]]
+        A = np.zeros((2 * k, 2 * k))  # slope of the winches
+        A[n:k, k + n :] = np.eye(k - n)
+        A[k + n :] = pull[n:]
+        step = term = np.eye(2 * k)
+        for power in range(1, 5):
+            term = term @ (h * A) / power
+            step = step + term
+        platform[s] = step[s] @ half
+        return platform
+
+
+def oscillator(robot: Robot, state: Array) -> Oscillator:
+    """Linearise a robot on winches about the pose of a state (13,), all cables taut."""
+    rows, W, length = robot.rows, wrench_matrix(robot, state)[robot.rows], lengths(robot, state)
+    still = np.concatenate([state[:7], np.zeros(6)])
+    columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
+    mass = np.array(columns).T[rows]
+    winches = [cable.winch for cable in robot.cables if cable.winch is not None]
+    drums = np.array([winch.inertia / winch.drum_radius**2 for winch in winches])
+    slopes = [winch.viscous_friction + winch.coulomb_friction / winch.coulomb_speed for winch in winches]
+    losses = np.array([slope / winch.drum_radius**2 for slope, winch in zip(slopes, winches, strict=True)])
+    if robot.cable_model == "rigid":
+        return Oscillator(mass + W * drums @ W.T, W * losses @ W.T, np.zeros_like(mass))
+    n, m = W.shape
+    B = np.vstack([W, np.eye(m)])
+    M, C = np.zeros((n + m, n + m)), np.zeros((n + m, n + m))
+    M[:n, :n], M[n:, n:] = mass, np.diag(drums)
+    C[n:, n:] = np.diag(losses)
+    stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables]) / length
+    damping = np.array([cable.damping for cable in robot.cables])
+    return Oscillator(M, C + B * damping @ B.T, B * stiffness @ B.T)
+
+
+def stable(step: Array) -> bool:
+    """Whether repeated steps (k, k) do not grow."""
+    return bool(np.abs(np.linalg.eigvals(step)).max() <= 1.0 + GROWTH)
+
+
+def longest(scheme: Callable[[float], Array], too_long: float) -> float:
+    """Longest stable step, s, to two digits and rounded down, below one that is not; 0 if there is none above 1e-9."""
+    step = too_long
+    while step > 1e-9 and not stable(scheme(step)):
+        step *= 0.9
+    if step <= 1e-9:
+        return 0.0
+    digit = 10.0 ** (np.floor(np.log10(step)) - 1.0)
+    return float(np.floor(step / digit) * digit)

@@ -1,0 +1,71 @@
+"""`cdpr fmu export`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+DEFAULT_STEP = 0.001  # s, of a robot without a scenario
+
+
+@click.command("export")
+@click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
+@click.option("--out", "-o", required=True, type=click.Path(path_type=Path), help="The FMU to write.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
+@click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
+@click.option(
+    "--only-winch", is_flag=True, help="Winches and elastic cables alone: commands and lengths in, tensions out."
+)
+@click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
+@click.option("--step", type=float, help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.")
+@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(
+    file: str,
+    out: Path,
+    fmi: str,
+    with_winch: bool,
+    only_winch: bool,
+    source_only: bool,
+    step: float | None,
+    changes: tuple[str, ...],
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write a robot as an FMU for co-simulation: its platform on its cables, as the backend `reference` moves it.
+
+    Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and
+    1 ms. All are parameters of the FMU. The C source is inside; the binary for this platform is made from it by the C
+    compiler, $CC or cc. The FMU joins the list of trusted ones (cdpr fmu trust).
+    """
+    from cdpr.scenario import Scenario, World, load_any
+
+    loaded = load_any(file, overrides=changes)
+    import numpy as np
+
+    from cdpr.fmu.export import Actuator, Plant, write_fmu
+    from cdpr.model.kinematics import make_state
+    from cdpr.model.properties import home_pose
+
+    if with_winch and only_winch:
+        raise click.UsageError("--with-winch and --only-winch exclude each other")
+    if step is not None and not 0.0 < step < np.inf:
+        raise click.BadParameter(f"a finite number greater than 0 (s) is expected, got {step:g}", param_hint="--step")
+    if isinstance(loaded, Scenario):
+        robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
+        step = step or loaded.simulation.physics_step
+    else:
+        pose, _ = home_pose(loaded)
+        robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
+    step = step or DEFAULT_STEP
+    model = Actuator(robot, step) if only_winch else Plant(robot, gravity, step, state, winches=with_winch)
+    sha256 = write_fmu(model, int(fmi), out, source_only, force)
+    if as_json:
+        facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}
+        click.echo(json.dumps({**facts, "robot": robot.name, "step": step, "binary": not source_only}))
+    else:
+        size = out.stat().st_size / 1000
+        click.echo(f"{out}: FMI {fmi}, {model.name}, {robot.m} cables, {size:.0f} kB, sha256 {sha256}")

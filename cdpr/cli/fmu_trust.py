@@ -1,0 +1,43 @@
+"""`cdpr fmu trust`."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+
+@click.command("trust")
+@click.argument("file", required=False, type=click.Path())
+@click.option("--remove", is_flag=True, help="Take FILE, or the FMU with that sha256, off the list.")
+@click.option("--json", "as_json", is_flag=True, help="Print the list as JSON.")
+def command(file: str | None, remove: bool, as_json: bool) -> None:
+    """Let the native code of the FMU in FILE run on this account from now on; without FILE, list what may.
+
+    Native code can do whatever you can. What is trusted is the content: a changed file must be trusted anew.
+    """
+    import re
+
+    from cdpr.fmu import trust
+    from cdpr.fmu.archive import open_archive
+
+    if file is None and remove:
+        raise click.UsageError("--remove needs FILE or a sha256")
+    if file is not None:
+        given = re.fullmatch(r"[0-9a-f]{64}", file)
+        sha256 = file if remove and given else open_archive(file).sha256
+        if remove:
+            trust.remove(sha256)
+        else:
+            trust.add(sha256, file)
+        click.echo(f"{'no longer trusted' if remove else 'trusted'}: {sha256}  {file}", err=True)
+        click.echo(f"list: {trust.list_path()}", err=True)
+        return
+    found = trust.trusted()
+    if as_json:
+        click.echo(json.dumps([{"sha256": sha256, "name": name} for sha256, name in found.items()], indent=2))
+    else:
+        for sha256, name in found.items():
+            click.echo(f"{sha256}  {name}")
+        if not found:
+            click.echo(f"no FMU is trusted; list: {trust.list_path()}", err=True)

@@ -1,0 +1,270 @@
+"""Reads modelDescription.xml.
+
+With the standard library, not with FMPy: nothing here may load native code or a second XML parser, every fault must be
+one clear line, and `cdpr fmu info` is to work where the extra is not installed. `cdpr fmu check` asks FMPy as well.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+from dataclasses import replace
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element as Node
+
+from cdpr.errors import FmuError
+from cdpr.fmu.model import BASE_UNITS, REALS, Capabilities, ModelDescription, Unit, Variable
+
+MAX_ELEMENTS = 1_000_000  # of one array: a thousand times what a robot needs, too few to fill the memory
+MAX_REFERENCE = 2**32 - 1  # value references are 32 bit
+KINDS_2 = ("Real", "Integer", "Boolean", "String", "Enumeration")
+KINDS_3 = (
+    "Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
+    "Boolean", "String", "Binary", "Enumeration", "Clock",
+)  # fmt: skip
+FLOATS = ("Real", "Float32", "Float64")
+TRUE = ("true", "1")
+# The name of a file in the archive, and of functions: anything else could lead out of the archive.
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+
+
+def read_description(content: bytes) -> ModelDescription:
+    """Return what modelDescription.xml says.
+
+    Raises FmuError where it is not sound, or where the FMU is not one for co-simulation in FMI 2.0 or 3.0.
+    """
+    root = parse(content, "modelDescription.xml")
+    if root.tag != "fmiModelDescription":
+        raise FmuError(f"modelDescription.xml: the root is <{root.tag[:40]}>, <fmiModelDescription> is expected")
+    version = root.get("fmiVersion", "")
+    fmi = "2.0" if version == "2.0" else "3.0" if re.fullmatch(r"3\.0(\.\d+)?", version) else None
+    if fmi is None:
+        raise FmuError(
+            f"this is an FMU of FMI {version or 'without version'}; cdpr takes FMI 2.0 and 3.0: "
+            "export it again for one of them"
+        )
+    interface = _interface(root, fmi)
+    identifier = interface.get("modelIdentifier", "")
+    if not IDENTIFIER.fullmatch(identifier):
+        raise FmuError(
+            f"modelDescription.xml: modelIdentifier {identifier[:60]!r} is not a C identifier (letters, digits, _); "
+            "it names the library to load, so it could lead out of the archive"
+        )
+    units = {unit.name: unit for unit in map(_unit, root.iterfind("UnitDefinitions/Unit"))}
+    types = _types(root, fmi)
+    nodes = root.find("ModelVariables")
+    read = [_variable(node, fmi, types, units) for node in (nodes if nodes is not None else ())]
+    variables = _with_shapes([each for each in read if each is not None])
+    if fmi == "2.0":
+        variables = _with_aliases(variables)
+    _refuse_doubles(variables)
+    experiment = root.find("DefaultExperiment")
+    return ModelDescription(
+        fmi=fmi,
+        name=_text(root, "modelName"),
+        token=root.get("guid" if fmi == "2.0" else "instantiationToken", ""),
+        identifier=identifier,
+        variables=tuple(variables),
+        capabilities=_capabilities(interface, fmi),
+        units=units,
+        default_step=None if experiment is None else _number(experiment, "stepSize"),
+        description=_text(root, "description"),
+        tool=_text(root, "generationTool"),
+    )
+
+
+def read_terminals(content: bytes) -> tuple[dict[str, str], ...]:
+    """Return the terminals that terminalsAndIcons.xml groups variables in. Raises FmuError."""
+    root = parse(content, "terminalsAndIcons.xml")
+    return tuple(
+        {_text(node, "memberName"): _text(node, "variableName") for node in terminal.iterfind("TerminalMemberVariable")}
+        for terminal in root.iterfind("Terminals//Terminal")
+    )
+
+
+def parse(content: bytes, name: str) -> Node:
+    """Parse XML without DOCTYPE, and so without entities; FmuError otherwise."""
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FmuError(f"{name}: is not in UTF-8, as FMI demands (byte {error.start})") from None
+    if "<!DOCTYPE" in text:
+        raise FmuError(f"{name}: has a DOCTYPE, which can define entities; FMI needs none, so it is refused")
+    try:
+        # From text: an encoding that the file declares cannot make it mean something else.
+        return ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise FmuError(f"{name}: is not sound XML: {error}") from None
+    except ValueError as error:  # a NUL, a lone surrogate
+        raise FmuError(f"{name}: is not sound XML: {error}") from None
+
+
+def _interface(root: Node, fmi: str) -> Node:
+    node = root.find("CoSimulation")
+    if node is not None:
+        return node
+    for other, words in (("ModelExchange", "Model Exchange"), ("ScheduledExecution", "Scheduled Execution")):
+        if root.find(other) is not None:
+            raise FmuError(
+                f"this FMU (FMI {fmi}) is for {words} only, and brings no solver of its own; cdpr takes "
+                "Co-Simulation: export it again as that"
+            )
+    raise FmuError("modelDescription.xml: has no <CoSimulation>; cdpr takes Co-Simulation FMUs")
+
+
+def _capabilities(node: Node, fmi: str) -> Capabilities:
+    state = "FMUstate" if fmi == "2.0" else "FMUState"
+    return Capabilities(
+        get_set_state=node.get(f"canGetAndSet{state}") in TRUE,
+        serialize_state=node.get(f"canSerialize{state}") in TRUE,
+        variable_step=node.get("canHandleVariableCommunicationStepSize") in TRUE,
+        once_per_process=node.get("canBeInstantiatedOnlyOncePerProcess") in TRUE,
+        needs_tool=node.get("needsExecutionTool") in TRUE,
+        fixed_internal_step=_number(node, "fixedInternalStepSize"),
+    )
+
+
+def _unit(node: Node) -> Unit:
+    name, base = _text(node, "name"), node.find("BaseUnit")
+    if base is None:
+        return Unit(name)
+    factor, offset = _number(base, "factor"), _number(base, "offset")
+    if factor == 0.0:
+        raise FmuError(f"modelDescription.xml: the unit '{name}' has the factor 0")
+    exponents = tuple(_integer(base, key, 0) for key in BASE_UNITS)
+    return Unit(name, exponents, 1.0 if factor is None else factor, offset or 0.0)
+
+
+def _types(root: Node, fmi: str) -> dict[str, Node]:
+    """Declared types that may carry a unit, by name."""
+    if fmi == "3.0":
+        return {node.get("name", ""): node for node in root.iterfind("TypeDefinitions/*")}
+    return {node.get("name", ""): node[0] for node in root.iterfind("TypeDefinitions/SimpleType") if len(node)}
+
+
+def _variable(node: Node, fmi: str, types: dict[str, Node], units: dict[str, Unit]) -> tuple[Variable, Node] | None:
+    """Read one variable; its shape is known only once all are."""
+    kinds = KINDS_2 if fmi == "2.0" else KINDS_3
+    value = next((child for child in node if child.tag in kinds), None) if fmi == "2.0" else node
+    if value is None or value.tag not in kinds:
+        return None  # an annotation, or a kind of variable that a later version adds
+    name = _text(node, "name")
+    if not name:
+        raise FmuError("modelDescription.xml: a variable has no name")
+    reference = _integer(node, "valueReference", None)
+    if not 0 <= reference <= MAX_REFERENCE:
+        raise FmuError(f"modelDescription.xml: '{name}' has the value reference {reference}, which is not one")
+    causality = node.get("causality", "local")
+    fixed = causality.lower().endswith("parameter")
+    natural = "fixed" if fixed and fmi == "3.0" else "continuous" if fmi == "2.0" or value.tag in FLOATS else "discrete"
+    declared = types.get(value.get("declaredType", ""))
+    given = [each for each in (value, declared) if each is not None]
+    symbol = next((_text(each, "unit") for each in given if each.get("unit")), None) if value.tag in FLOATS else None
+    start = value.get("start")
+    variable = Variable(
+        name=name,
+        value_reference=reference,
+        kind=value.tag,
+        causality=causality,
+        variability=node.get("variability", natural),
+        unit=None if symbol is None else units.get(symbol, Unit(symbol)),
+        start=None if start is None else tuple(start.split()) if fmi == "3.0" else (start,),
+        relative=any(each.get("relativeQuantity") in TRUE for each in given),
+        aliases=tuple(_text(alias, "name") for alias in node.iterfind("Alias")),
+        description=_text(node, "description"),
+    )
+    return variable, node
+
+
+def _with_shapes(read: list[tuple[Variable, Node]]) -> list[Variable]:
+    """Fill in the shapes; a dimension is a number, or the start value of another variable."""
+    starts = {variable.value_reference: variable.start for variable, _ in read}
+    result = []
+    for variable, node in read:
+        shape = []
+        for dimension in node.iterfind("Dimension"):
+            if dimension.get("start") is not None:
+                size = _integer(dimension, "start", None)
+            else:
+                start = starts.get(_integer(dimension, "valueReference", None))
+                if start is None or not re.fullmatch(r"[0-9]{1,18}", " ".join(start)):
+                    raise FmuError(f"modelDescription.xml: a dimension of '{variable.name}' has no size")
+                size = int(start[0])
+            shape.append(size)
+        if any(size < 1 for size in shape) or math.prod(shape) > MAX_ELEMENTS:
+            raise FmuError(
+                f"modelDescription.xml: '{variable.name}' is {' x '.join(map(str, shape))}; "
+                f"1 to {MAX_ELEMENTS} elements are expected"
+            )
+        variable = replace(variable, shape=tuple(shape))
+        _check_start(variable)
+        result.append(variable)
+    return result
+
+
+def _check_start(variable: Variable) -> None:
+    if variable.kind not in REALS or variable.start is None:
+        return
+    try:
+        sound = len(variable.start) == variable.size and all(math.isfinite(float(text)) for text in variable.start)
+    except ValueError:
+        sound = False
+    if not sound:
+        shown = " ".join(variable.start)[:60]
+        raise FmuError(
+            f"modelDescription.xml: '{variable.name}' starts with {shown!r}; {variable.size} numbers are expected"
+        )
+
+
+def _with_aliases(variables: list[Variable]) -> list[Variable]:
+    """FMI 2: variables of one value reference and kind are aliases."""
+    same: dict[tuple[int, str], list[str]] = defaultdict(list)
+    for variable in variables:
+        same[variable.value_reference, variable.kind].append(variable.name)
+    return [
+        replace(each, aliases=tuple(name for name in same[each.value_reference, each.kind] if name != each.name))
+        for each in variables
+    ]
+
+
+def _refuse_doubles(variables: list[Variable]) -> None:
+    seen: set[str] = set()
+    for variable in variables:
+        if variable.name in seen:
+            raise FmuError(f"modelDescription.xml: there are two variables '{variable.name}'")
+        seen.add(variable.name)
+
+
+def _text(node: Node, key: str) -> str:
+    """A text, without letters that a terminal would obey."""
+    return "".join(letter if letter.isprintable() else " " for letter in node.get(key, ""))
+
+
+def _integer(node: Node, key: str, default: int | None) -> int:
+    text = node.get(key)
+    if text is None and default is not None:
+        return default
+    try:
+        return int(text or "")
+    except ValueError:
+        shown = None if text is None else text[:40]
+        raise FmuError(f"modelDescription.xml: {_place(node)} needs a whole number as {key}, got {shown!r}") from None
+
+
+def _number(node: Node, key: str) -> float | None:
+    text = node.get(key)
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise FmuError(f"modelDescription.xml: {_place(node)} needs a number as {key}, got {text[:40]!r}")
+    return value
+
+
+def _place(node: Node) -> str:
+    name = node.get("name")
+    return f"<{node.tag}>" if name is None else f"<{node.tag} name={name[:60]!r}>"

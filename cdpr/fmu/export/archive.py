@@ -1,0 +1,104 @@
+"""Puts an exported FMU together: the same bytes for the same model, source and compiler."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import os
+import uuid
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from cdpr.errors import OutputError
+from cdpr.fmu import trust
+from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
+from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, keep_newest, library, platform_folder, sources
+from cdpr.fmu.export.variables import Model
+
+# The earliest time that a zip archive can hold.
+EPOCH = (1980, 1, 1, 0, 0, 0)
+
+# FMUs in the user's cache, some 80 kB each: enough for a study, which makes one for each variant of its robot.
+KEPT = 1000
+
+
+def fmu_bytes(model: Model, fmi: int, source_only: bool = False) -> bytes:
+    """Return the model as an FMU for co-simulation, FMI 2 or 3.
+
+    Raises:
+        PluginError: there is no C compiler, it fails, or there are no binaries for this platform.
+        OutputError: the user's cache cannot be written.
+    """
+    return assemble(model, fmi, sources(), () if source_only else FLAGS)
+
+
+def write_fmu(model: Model, fmi: int, out: Path, source_only: bool = False, force: bool = False) -> str:
+    """Write the FMU into the file `out`, put it on the user's list of trusted ones and return its sha256.
+
+    Errors as for `fmu_bytes`, and OutputError where something cannot be written.
+    """
+    if out.exists() and not out.is_file():
+        raise OutputError(f"{out}: is no regular file; choose another --out")
+    if out.exists() and not force:
+        raise OutputError(f"{out}: exists; choose another --out or give --force")
+    content = fmu_bytes(model, fmi, source_only)
+    _write(out, content)
+    sha256 = hashlib.sha256(content).hexdigest()
+    if not source_only:
+        trust.add(sha256, out.name)
+    return sha256
+
+
+def cached_fmu(model: Model, fmi: int = 3) -> Path:
+    """Return the FMU of a model in the user's cache, made where it is not there yet; errors as for `fmu_bytes`.
+
+    Its name is its sha256, by which a caller may trust it.
+    """
+    content = fmu_bytes(model, fmi)
+    path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()}.fmu"
+    if not path.is_file() or path.read_bytes() != content:
+        _write(path, content)
+        keep_newest(path.parent, ".fmu", KEPT)
+    return path
+
+
+def _write(out: Path, content: bytes) -> None:
+    temporary = out.with_name(f"{out.name}.{os.getpid()}.tmp")  # so that no half-written file ever bears the name
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(content)
+        os.replace(temporary, out)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
+
+
+def assemble(model: Model, fmi: int, files: Sequence[Path], flags: Sequence[str]) -> bytes:
+    """Zip everything; with a binary made with the compiler's `flags`, without one if there are none."""
+    variables = model.variables()
+    digest = hashlib.sha256(configuration(variables, model.robot.m, "").encode())
+    for path in files:
+        digest.update(path.read_bytes())
+    token = f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
+    compiled = [path.name for path in files if path.suffix == ".c"]
+    entries = {
+        "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
+        "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
+        "sources/buildDescription.xml": build_description(compiled),
+        "documentation/licenses/license.txt": (FOLDER / "LICENSE.txt").read_bytes(),
+        **{f"sources/{path.name}": path.read_bytes() for path in files},
+    }
+    if flags:
+        entries[f"binaries/{platform_folder(fmi)}/{IDENTIFIER}.so"] = library(files, flags)
+    result = io.BytesIO()
+    with zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in entries.items():
+            info = zipfile.ZipInfo(name, EPOCH)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.create_system = 3  # Unix, wherever it is made
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, content)
+    return result.getvalue()

@@ -1,0 +1,121 @@
+"""Compiles the C source of the plant with the system's compiler, once for each state of the source."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from cdpr.errors import OutputError, PluginError
+from cdpr.fmu.export.description import IDENTIFIER
+from cdpr.model.kernel_cache import user_cache
+
+FOLDER = Path(__file__).parent / "source"
+
+# The plant's arithmetic must be that of `reference` operation by operation: products are not fused with sums. Nothing
+# but the functions of FMI can be seen from outside, so that several such libraries live in one process.
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+
+KEPT = 20  # libraries of other states of the source, or by other compilers
+TIMEOUT = 120.0  # s; it takes about one
+
+# How FMI 2 calls a platform; FMI 3 says MACHINE-linux.
+PLATFORMS = {"x86_64": "linux64", "i686": "linux32"}
+
+REMEDY = "give --source-only for an FMU with its C source alone, to be compiled where it is used"
+
+
+def sources() -> list[Path]:
+    """Return all C files and headers, in the order of their names."""
+    return sorted(path for path in FOLDER.iterdir() if path.suffix in (".c", ".h"))
+
+
+def platform_folder(fmi: int) -> str:
+    """Return the folder for binaries of this platform inside an FMU."""
+    machine = platform.machine()
+    if sys.platform != "linux" or (fmi == 2 and machine not in PLATFORMS):
+        raise PluginError(f"FMI {fmi} binaries are not made on {sys.platform} {machine}: {REMEDY}")
+    return PLATFORMS[machine] if fmi == 2 else f"{machine}-linux"
+
+
+def compiler() -> list[str]:
+    """Return the command of the C compiler, $CC or cc, its program as a whole path."""
+    words = shlex.split(os.environ.get("CC") or "cc")
+    program = shutil.which(words[0])
+    if program is None:
+        raise PluginError(
+            f"there is no C compiler: '{words[0]}' is not found; install one (such as the package gcc with libc6-dev), "
+            f"set CC, or {REMEDY}"
+        )
+    return [program, *words[1:]]
+
+
+def library(files: Sequence[Path], flags: Sequence[str] = FLAGS) -> bytes:
+    """Return the shared library made from the C files among `files`; from the user's cache where it is there."""
+    command = [*compiler(), *flags]
+    digest = hashlib.sha256(repr((command, platform.machine())).encode())
+    for path in files:
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    folder = fmu_cache()
+    cached = folder / f"{IDENTIFIER}-{digest.hexdigest()[:32]}.so"
+    if not cached.is_file():
+        with tempfile.TemporaryDirectory(dir=folder) as name:
+            os.replace(_compile(command, files, Path(name)), cached)
+        keep_newest(folder, ".so", KEPT)
+    return cached.read_bytes()
+
+
+def fmu_cache() -> Path:
+    """Return the folder for libraries and FMUs in the user's cache, made if need be."""
+    folder = user_cache() / "fmu"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(
+            f"{folder}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to a folder that can"
+        ) from error
+    return folder
+
+
+def keep_newest(folder: Path, ending: str, number: int) -> None:
+    """Remove all but the newest files with that ending."""
+    with contextlib.suppress(OSError):  # another process may do the same
+        found = sorted(folder.glob(f"*{ending}"), key=lambda path: path.stat().st_mtime, reverse=True)
+        for path in found[number:]:
+            path.unlink()
+
+
+def _compile(command: Sequence[str], files: Sequence[Path], folder: Path) -> Path:
+    """Compile in `folder` under plain names, so that the bytes do not depend on where anything lies."""
+    for path in files:
+        shutil.copyfile(path, folder / path.name)
+    names = [path.name for path in files if path.suffix == ".c"]
+    result = f"{IDENTIFIER}.so"
+    try:
+        done = subprocess.run(
+            [*command, "-o", result, *names, "-lm"],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=TIMEOUT,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise PluginError(f"the C compiler does not run: {error}; set CC to another, or {REMEDY}") from error
+    if done.returncode != 0 or not (folder / result).is_file():
+        said = done.stderr.strip()[-2000:] or f"exit code {done.returncode}"
+        raise PluginError(
+            f"the C compiler '{shlex.join(command)}' fails; set CC to another, or {REMEDY}. It says:\n{said}"
+        )
+    return folder / result

@@ -1,0 +1,189 @@
+"""What can be exported: a robot, or its winches alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cdpr.cables.winch import COULOMB, COULOMB_SPEED, DAMPING, INERTIA, RADIUS, STIFFNESS, VISCOUS, pack
+from cdpr.errors import CdprError
+from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
+from cdpr.model import Robot
+from cdpr.model.guide import Guide
+from cdpr.model.kinematics import lengths, make_state
+from cdpr.model.properties import home_pose
+from cdpr.model.robot import Array
+
+COMMAND = "tension that the motor of each winch would hold at rest"
+DRUM_SPEED = "speed of each drum, positive where it winds in"
+UNSTRETCHED = "unstretched length between drum and platform"
+
+
+@dataclass(frozen=True, eq=False)
+class Plant(Model):
+    """A robot: the platform on its cables, with all that its motion depends on.
+
+    Attributes:
+        gravity: (3,), m/s^2, world.
+        state: (13,) initial state, laid out as `cdpr.model` says.
+        winches: with the robot's winches, which take commands; without them the plant takes tensions.
+    """
+
+    robot: Robot
+    gravity: Array
+    physics_step: float
+    state: Array
+    winches: bool = False
+
+    @property
+    def name(self) -> str:
+        """The robot's."""
+        return self.robot.name
+
+    @property
+    def description(self) -> str:
+        """One line on the robot."""
+        robot = self.robot
+        return f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along {', '.join(robot.dof)}"
+
+    def variables(self) -> list[Variable]:
+        """All variables; CdprError where winches are to be exported that the robot does not have."""
+        if self.winches and self.robot.cable_model == "ideal":
+            raise CdprError(
+                f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
+                "or elastic and give the winch, or export without winches"
+            )
+        return [
+            *_times(self.physics_step),
+            *self._platform(),
+            *(_winches(self.robot) if self.winches else []),
+            *self._inputs(),
+            *self._outputs(),
+            *self._constants(),
+        ]
+
+    def _platform(self) -> list[Variable]:
+        robot, state = self.robot, self.state
+        platform, m = robot.platform, robot.m
+        return [
+            parameter("mass", (), "kg", [platform.mass], "mass of the platform"),
+            parameter(
+                "center_of_mass", (3,), "m", platform.center_of_mass, "centre of mass from the origin, platform axes"
+            ),
+            parameter("inertia", (3, 3), "kg.m2", platform.inertia, "inertia about the centre of mass, platform axes"),
+            parameter("gravity", (3,), "m/s2", self.gravity, "acceleration of gravity, world axes"),
+            parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
+            parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
+            parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world"),
+            parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, w, x, y, z"),
+            parameter("initial_velocity", (3,), "m/s", state[7:10], "velocity of the origin at the start, world axes"),
+            parameter(
+                "initial_angular_velocity", (3,), "rad/s", state[10:], "angular velocity at the start, world axes"
+            ),
+        ]
+
+    def _inputs(self) -> list[Variable]:
+        m = self.robot.m
+        wrench = entrance(
+            "external_wrench",
+            ["N"] * 3 + ["N.m"] * 3,
+            "further force (3) and moment (3) on the platform at its origin, world axes",
+        )
+        pull = (
+            entrance("command", ["N"] * m, COMMAND)
+            if self.winches
+            else entrance("cable_tension", ["N"] * m, "tension of each cable")
+        )
+        return [pull, wrench]
+
+    def _outputs(self) -> list[Variable]:
+        m = self.robot.m
+        outputs = [
+            output("position", 3, "m", "position of the platform's origin, world"),
+            output("quaternion", 4, "", "attitude, platform to world, w, x, y, z"),
+            output("velocity", 3, "m/s", "velocity of the origin, world axes"),
+            output("angular_velocity", 3, "rad/s", "angular velocity, world axes"),
+            output("cable_length", m, "m", "distance between the anchors of each cable"),
+            output("cable_rate", m, "m/s", "rate of change of cable_length"),
+        ]
+        if not self.winches:
+            return outputs
+        # The inertia of drums on rigid cables reacts to command and wrench at once.
+        rigid = self.robot.cable_model == "rigid"
+        outputs.append(output("cable_tension", m, "N", "tension of each cable", direct=rigid))
+        outputs.append(output("drum_speed", m, "rad/s", DRUM_SPEED))
+        if not rigid:
+            outputs.append(output("unstretched_length", m, "m", UNSTRETCHED))
+        return outputs
+
+    def _constants(self) -> list[Variable]:
+        constants = [_unilateral(self.robot)] if self.winches else []
+        if self.robot.n < 6:
+            guide = tuple(Guide(self.robot).packed.tolist())
+            constants.append(Variable("guide", "constant", (6,), "", guide, "free axes (3), axis of the hinge (3)"))
+        return constants
+
+
+@dataclass(frozen=True, eq=False)
+class Actuator(Model):
+    """The winches of a robot and its elastic cables, without the platform: commands and lengths in, tensions out.
+
+    Lengths and rates are held during a step. Whatever the robot's cable model is, they are elastic.
+    """
+
+    robot: Robot
+    physics_step: float
+
+    @property
+    def name(self) -> str:
+        """After the robot's."""
+        return f"{self.robot.name} winches"
+
+    @property
+    def description(self) -> str:
+        """One line on them."""
+        return (
+            f"winches and elastic cables of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
+        )
+
+    def variables(self) -> list[Variable]:
+        """All variables; CdprError where a winch or a stiffness is not known."""
+        m = self.robot.m
+        home, _ = home_pose(self.robot)
+        start = lengths(self.robot, make_state(home[:3], home[3:]))
+        return [
+            *_times(self.physics_step),
+            *_winches(replace(self.robot, cable_model="elastic")),
+            entrance("command", ["N"] * m, COMMAND),
+            entrance("cable_length", ["m"] * m, "distance between the anchors of each cable", start),
+            entrance("cable_rate", ["m/s"] * m, "rate of change of cable_length"),
+            output("cable_tension", m, "N", "tension of each cable", direct=True),
+            output("drum_speed", m, "rad/s", DRUM_SPEED),
+            output("unstretched_length", m, "m", UNSTRETCHED),
+            _unilateral(self.robot),
+        ]
+
+
+def _times(physics_step: float) -> list[Variable]:
+    return [
+        Variable("time", "independent", (), "s", (0.0,), "time"),
+        parameter("physics_step", (), "s", [physics_step], "step of the integrator"),
+    ]
+
+
+def _winches(robot: Robot) -> list[Variable]:
+    packed = pack(robot)
+    rows = [
+        ("winch.drum_radius", "m", RADIUS, "radius of the drum"),
+        ("winch.inertia", "kg.m2", INERTIA, "inertia of motor and drum about the drum's axis"),
+        ("winch.viscous_friction", "N.m.s/rad", VISCOUS, "friction torque per drum speed"),
+        ("winch.coulomb_friction", "N.m", COULOMB, "friction torque of a drum that turns"),
+        ("winch.coulomb_speed", "rad/s", COULOMB_SPEED, "drum speed at which that reaches 76 % of its value"),
+    ]
+    if robot.cable_model == "elastic":
+        rows.append(("cable.axial_stiffness", "N", STIFFNESS, "axial stiffness, E A"))
+        rows.append(("cable.damping", "N.s/m", DAMPING, "damping along the cable"))
+    return [parameter(name, (robot.m,), unit, packed[:, column], text) for name, unit, column, text in rows]
+
+
+def _unilateral(robot: Robot) -> Variable:
+    return Variable("unilateral", "constant", (), "", (float(robot.unilateral),), "1 if cables only pull")

@@ -1,0 +1,158 @@
+/* Reads resources/plant.cfg, which the exporter writes from the same data as the start values of the model description.
+   SPDX-License-Identifier: Apache-2.0
+
+   One line a variable: role, name, value reference, number of values, values. A value stands as the 16 hexadecimal
+   digits of its IEEE 754 bits: exact, and read alike whatever the locale of the host. */
+#include "plant.h"
+
+#include <inttypes.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const ROLES[] = {"independent", "parameter", "input", "output", "constant"};
+
+/* What a variable belongs to; it is there if all of that is. */
+enum { PLATFORM = 1, WINCH = 2, ELASTIC = 4, OPTIONAL = 8 };
+
+static const struct {
+    const char *name;
+    size_t width;
+    bool per_cable;
+    int of;
+} KNOWN[FIELDS] = {
+    [TIME] = {"time", 1, false, 0},
+    [PHYSICS_STEP] = {"physics_step", 1, false, 0},
+    [CABLE_TENSION] = {"cable_tension", 1, true, 0},
+    [CABLE_LENGTH] = {"cable_length", 1, true, 0},
+    [CABLE_RATE] = {"cable_rate", 1, true, 0},
+    [MASS] = {"mass", 1, false, PLATFORM},
+    [CENTER_OF_MASS] = {"center_of_mass", 3, false, PLATFORM},
+    [INERTIA] = {"inertia", 9, false, PLATFORM},
+    [GRAVITY] = {"gravity", 3, false, PLATFORM},
+    [FRAME_ANCHORS] = {"frame_anchors", 3, true, PLATFORM},
+    [PLATFORM_ANCHORS] = {"platform_anchors", 3, true, PLATFORM},
+    [INITIAL_POSITION] = {"initial_position", 3, false, PLATFORM},
+    [INITIAL_QUATERNION] = {"initial_quaternion", 4, false, PLATFORM},
+    [INITIAL_VELOCITY] = {"initial_velocity", 3, false, PLATFORM},
+    [INITIAL_ANGULAR_VELOCITY] = {"initial_angular_velocity", 3, false, PLATFORM},
+    [EXTERNAL_WRENCH] = {"external_wrench", 6, false, PLATFORM},
+    [POSITION] = {"position", 3, false, PLATFORM},
+    [QUATERNION] = {"quaternion", 4, false, PLATFORM},
+    [VELOCITY] = {"velocity", 3, false, PLATFORM},
+    [ANGULAR_VELOCITY] = {"angular_velocity", 3, false, PLATFORM},
+    [GUIDE] = {"guide", 6, false, OPTIONAL},
+    [COMMAND] = {"command", 1, true, WINCH},
+    [DRUM_RADIUS] = {"winch.drum_radius", 1, true, WINCH},
+    [DRUM_INERTIA] = {"winch.inertia", 1, true, WINCH},
+    [VISCOUS_FRICTION] = {"winch.viscous_friction", 1, true, WINCH},
+    [COULOMB_FRICTION] = {"winch.coulomb_friction", 1, true, WINCH},
+    [COULOMB_SPEED] = {"winch.coulomb_speed", 1, true, WINCH},
+    [UNILATERAL] = {"unilateral", 1, false, WINCH},
+    [DRUM_SPEED] = {"drum_speed", 1, true, WINCH},
+    [AXIAL_STIFFNESS] = {"cable.axial_stiffness", 1, true, ELASTIC},
+    [DAMPING] = {"cable.damping", 1, true, ELASTIC},
+    [UNSTRETCHED_LENGTH] = {"unstretched_length", 1, true, ELASTIC},
+    [FAULT] = {"fault", 1, false, OPTIONAL},
+    [FAULT_TIME] = {"fault_time", 1, false, OPTIONAL},
+};
+
+const char *plant_name(Field field) { return KNOWN[field].name; }
+
+static bool fails(char *message, const char *what, const char *name) {
+    snprintf(message, MESSAGE, "resources/plant.cfg: %s '%s'; it belongs to another version of this library", what, name);
+    return false;
+}
+
+static int find_role(const char *name) {
+    for (int i = 0; i <= CONSTANT; i++)
+        if (strcmp(name, ROLES[i]) == 0) return i;
+    return -1;
+}
+
+static int find_field(const char *name) {
+    for (int i = 0; i < FIELDS; i++)
+        if (strcmp(name, KNOWN[i].name) == 0) return i;
+    return -1;
+}
+
+static bool read_value(FILE *file, double *value) {
+    uint64_t bits;
+    if (fscanf(file, "%" SCNx64, &bits) != 1) return false;
+    memcpy(value, &bits, sizeof bits);
+    return true;
+}
+
+/* Read one line; the values begin at `next`, which moves behind them. */
+static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, char *message) {
+    char role[16] = "", name[32] = "";
+    size_t offset, size;
+    if (fscanf(file, "%15s %31s %zu %zu", role, name, &offset, &size) != 4) return fails(message, "broken after", name);
+    const int found_role = find_role(role), found = find_field(name);
+    if (found_role < 0) return fails(message, "unknown role", role);
+    if (found < 0 || plant->field[found]) return fails(message, "unknown or repeated variable", name);
+    if (offset != *next || size > plant->scalars - offset) return fails(message, "wrong place of", name);
+    *next += size;
+    if (size != KNOWN[found].width * (KNOWN[found].per_cable ? plant->cables : 1))
+        return fails(message, "wrong number of values of", name);
+    plant->variable[index] = (Variable){(Field)found, (Role)found_role, offset, size};
+    plant->field[found] = plant->number + offset;
+    for (size_t i = 0; i < size; i++) {
+        plant->owner[offset + i] = index;
+        if (!read_value(file, plant->number + offset + i)) return fails(message, "no value of", name);
+    }
+    return true;
+}
+
+static bool allocate(Plant *plant) {
+    const size_t body = sizeof *plant->body / sizeof(double) + 3 * plant->cables;
+    plant->states = 13 + 2 * plant->cables; /* at most */
+    plant->count = plant->scalars + body + plant->states;
+    plant->variable = calloc(plant->variables, sizeof *plant->variable);
+    plant->owner = calloc(plant->scalars, sizeof *plant->owner);
+    plant->number = calloc(plant->count, sizeof *plant->number);
+    plant->scratch = calloc(3 * plant->states + 8 * plant->cables, sizeof *plant->scratch);
+    if (!plant->variable || !plant->owner || !plant->number || !plant->scratch) return false;
+    plant->body = (Body *)(plant->number + plant->scalars);
+    plant->state = plant->number + plant->scalars + body;
+    plant->work = plant->scratch + 3 * plant->states;
+    return true;
+}
+
+/* Whether there is all that the model takes: a platform, with winches or without, or elastic winches alone. */
+static bool complete(const Plant *plant, char *message) {
+    const bool platform = plant->field[MASS] != NULL, winch = plant->field[COMMAND] != NULL;
+    const bool elastic = plant->field[AXIAL_STIFFNESS] != NULL;
+    const int there = platform * PLATFORM + winch * WINCH + elastic * ELASTIC;
+    if (there == 0 || there == WINCH || there == ELASTIC || there == (PLATFORM | ELASTIC))
+        return fails(message, "no model has what is in", "it");
+    for (int i = 0; i < FIELDS; i++)
+        if (KNOWN[i].of != OPTIONAL && (plant->field[i] != NULL) != ((KNOWN[i].of & ~there) == 0))
+            return fails(message, "missing or useless", KNOWN[i].name);
+    return true;
+}
+
+bool plant_load(Plant *plant, FILE *file, char *message) {
+    const size_t most = 1000000; /* numbers: far above 256 cables */
+    memset(plant, 0, sizeof *plant);
+    if (fscanf(file, "cdpr-plant 1 token %63s cables %zu variables %zu numbers %zu", plant->token, &plant->cables,
+               &plant->variables, &plant->scalars) != 4
+        || plant->scalars == 0 || plant->variables == 0 || plant->scalars > most || plant->variables > plant->scalars || plant->cables > plant->scalars)
+        return fails(message, "wrong head, token", plant->token);
+    if (!allocate(plant)) return fails(message, "no memory for", "numbers");
+    size_t next = 0;
+    for (size_t i = 0; i < plant->variables; i++)
+        if (!read_variable(plant, file, i, &next, message)) return false;
+    if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
+    if (!complete(plant, message)) return false;
+    plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[AXIAL_STIFFNESS] ? 2 * plant->cables : 0);
+    return true;
+}
+
+void plant_free(Plant *plant) {
+    free(plant->variable);
+    free(plant->owner);
+    free(plant->number);
+    free(plant->scratch);
+    memset(plant, 0, sizeof *plant);
+}

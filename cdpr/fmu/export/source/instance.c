@@ -1,0 +1,252 @@
+/* What FMI 2 and FMI 3 have in common. SPDX-License-Identifier: Apache-2.0 */
+#include "instance.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PATH 4096 /* bytes of the configuration's path at most */
+
+static const double CLOCK = 1e-6; /* share of a step by which host and plant may disagree on the time: round-off */
+
+Status report(const Instance *instance, Status status, const char *format, ...) {
+    char message[2 * MESSAGE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    if (instance->log) instance->log(instance, status, message);
+    return status;
+}
+
+Status require(const Instance *instance, int modes, const char *function) {
+    if (instance->mode & modes) return OK;
+    return report(instance, ERROR, "%s must not be called now: see the state machine of the FMI standard", function);
+}
+
+static int digit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    return -1;
+}
+
+/* Write the path of the configuration. FMI 2 passes its folder as a percent-encoded URI, FMI 3 as a path. */
+static bool locate(const char *resources, char *path) {
+    const bool uri = strncmp(resources, "file:", 5) == 0;
+    const char *end = "/plant.cfg";
+    size_t n = 0;
+    if (uri) {
+        resources += 5;
+        if (strncmp(resources, "//", 2) == 0) { /* then comes a host, mostly empty, up to the next slash */
+            resources = strchr(resources + 2, '/');
+            if (!resources) return false;
+        }
+        if (resources[0] == '/' && resources[1] && resources[2] == ':') resources++; /* /C:/... */
+    }
+    for (const char *c = resources; *c; c++) {
+        const bool code = uri && c[0] == '%' && digit(c[1]) >= 0 && digit(c[2]) >= 0;
+        if (n + strlen(end) + 1 >= PATH) return false;
+        path[n++] = code ? (char)(16 * digit(c[1]) + digit(c[2])) : *c;
+        if (code) c += 2;
+    }
+    while (n > 0 && (path[n - 1] == '/' || path[n - 1] == '\\')) n--;
+    strcpy(path + n, end);
+    return true;
+}
+
+static bool configure(Instance *instance, const char *token, const char *resources) {
+    char path[PATH], message[MESSAGE];
+    if (!resources || !locate(resources, path))
+        return report(instance, ERROR, "the host gives no folder with the resources of this FMU") == OK;
+    FILE *file = fopen(path, "r");
+    if (!file) return report(instance, ERROR, "cannot open %s", path) == OK;
+    const bool loaded = plant_load(&instance->plant, file, message);
+    fclose(file);
+    if (!loaded) return report(instance, ERROR, "%s", message) == OK;
+    if (!token || strcmp(token, instance->plant.token) != 0)
+        return report(instance, ERROR, "modelDescription.xml and resources/plant.cfg are of different FMUs") == OK;
+    if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message) == OK;
+    return true;
+}
+
+Instance *instance_new(const Instance *host, const char *name, const char *token, const char *resources) {
+    Instance *instance = malloc(sizeof *instance);
+    if (!instance) return NULL;
+    *instance = *host;
+    instance->mode = INSTANTIATED;
+    instance->stop = INFINITY;
+    if (!name) name = "";
+    instance->name = malloc(strlen(name) + 1);
+    if (instance->name) strcpy(instance->name, name);
+    if (instance->name && configure(instance, token, resources)) {
+        const size_t bytes = instance->plant.count * sizeof(double);
+        instance->defaults = malloc(bytes);
+        if (instance->defaults) {
+            memcpy(instance->defaults, instance->plant.number, bytes);
+            return instance;
+        }
+    }
+    instance_free(instance);
+    return NULL;
+}
+
+void instance_free(Instance *instance) {
+    if (!instance) return;
+    plant_free(&instance->plant);
+    free(instance->defaults);
+    free(instance->name);
+    free(instance);
+}
+
+/* Compute anew what was set since: before the first step the initial state, then outputs. */
+static Status refresh(Instance *instance) {
+    char message[MESSAGE];
+    if (!instance->stale) return OK;
+    if (instance->mode == STEPPING) plant_publish(&instance->plant);
+    else if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
+    instance->stale = false;
+    return OK;
+}
+
+Status instance_enter_initialisation(Instance *instance, double start, double stop) {
+    *instance->plant.field[TIME] = start;
+    instance->stop = stop;
+    instance->mode = INITIALISING;
+    return OK;
+}
+
+Status instance_exit_initialisation(Instance *instance) {
+    const Status status = refresh(instance);
+    if (status == OK) instance->mode = STEPPING;
+    return status;
+}
+
+Status instance_step(Instance *instance, double from, double duration) {
+    double *time = instance->plant.field[TIME];
+    const double tolerance = CLOCK * duration;
+    if (!(duration > 0.0 && isfinite(duration)))
+        return report(instance, ERROR, "a step of %g s was asked for: it must be greater than 0", duration);
+    if (!(fabs(from - *time) <= tolerance))
+        return report(instance, ERROR, "a step from %.17g s was asked for, but the plant is at %.17g s", from, *time);
+    if (from + duration > instance->stop + tolerance)
+        return report(instance, ERROR, "a step to %.17g s goes beyond the stop time %.17g s", from + duration,
+                      instance->stop);
+#ifdef CDPR_FAULTS
+    Status status;
+    if (misbehaves(instance, from, duration, &status)) return status;
+#endif
+    plant_advance(&instance->plant, duration);
+    instance->stale = false;
+    *time = from + duration;
+    if (!plant_sound(&instance->plant))
+        return report(instance, ERROR, "the state is not finite at %.17g s: an input is not, or a cable has no length, "
+                      "or the loop diverges", *time);
+    return OK;
+}
+
+Status instance_reset(Instance *instance) {
+    memcpy(instance->plant.number, instance->defaults, instance->plant.count * sizeof(double));
+    instance->mode = INSTANTIATED;
+    instance->stale = false;
+    instance->stop = INFINITY;
+    return OK;
+}
+
+/* The variable that a value reference means; NULL with a message where it means none. */
+static const Variable *find(const Instance *instance, unsigned reference, bool whole) {
+    const Plant *plant = &instance->plant;
+    if (reference < plant->scalars) {
+        const Variable *variable = plant->variable + plant->owner[reference];
+        if (variable->role != CONSTANT && (!whole || variable->offset == reference)) return variable;
+    }
+    report(instance, ERROR, "there is no variable with value reference %u", reference);
+    return NULL;
+}
+
+Status instance_get(Instance *instance, const unsigned *reference, size_t n, bool whole, double *value, size_t count) {
+    size_t done = 0;
+    if (refresh(instance) != OK) return ERROR;
+    for (size_t i = 0; i < n; i++) {
+        const Variable *variable = find(instance, reference[i], whole);
+        if (!variable) return ERROR;
+        const size_t size = whole ? variable->size : 1;
+        if (size > count - done) break;
+        memcpy(value + done, instance->plant.number + reference[i], size * sizeof *value);
+        done += size;
+    }
+    return done == count ? OK : report(instance, ERROR, "%zu values were asked for, which is not what the variables have", count);
+}
+
+Status instance_set(Instance *instance, const unsigned *reference, size_t n, bool whole, const double *value,
+                    size_t count) {
+    size_t done = 0;
+    for (size_t i = 0; i < n; i++) {
+        const Variable *variable = find(instance, reference[i], whole);
+        if (!variable) return ERROR;
+        if (variable->role != INPUT && (variable->role != PARAMETER || instance->mode == STEPPING))
+            return report(instance, ERROR, "%s cannot be set now: only inputs can, and before the end of initialization "
+                          "parameters", plant_name(variable->field));
+        const size_t size = whole ? variable->size : 1;
+        if (size > count - done) break;
+        memcpy(instance->plant.number + reference[i], value + done, size * sizeof *value);
+        instance->stale = true;
+        done += size;
+    }
+    return done == count ? OK : report(instance, ERROR, "%zu values were given, which is not what the variables have", count);
+}
+
+static size_t snapshot_size(const Instance *instance) {
+    return sizeof(Snapshot) + instance->plant.count * sizeof(double);
+}
+
+Status instance_save(const Instance *instance, void **snapshot) {
+    Snapshot *saved = *snapshot; /* the standard lets a host hand back an earlier one to be overwritten */
+    if (!saved) saved = calloc(1, snapshot_size(instance));
+    if (!saved) return report(instance, ERROR, "no memory for a snapshot");
+    memcpy(saved->token, instance->plant.token, TOKEN);
+    saved->mode = instance->mode;
+    saved->stale = instance->stale;
+    saved->stop = instance->stop;
+    memcpy(saved->number, instance->plant.number, instance->plant.count * sizeof(double));
+    *snapshot = saved;
+    return OK;
+}
+
+static Status check(const Instance *instance, const Snapshot *snapshot) {
+    if (snapshot && memcmp(snapshot->token, instance->plant.token, TOKEN) == 0) return OK;
+    return report(instance, ERROR, "this is no snapshot of this FMU");
+}
+
+Status instance_restore(Instance *instance, const void *snapshot) {
+    const Snapshot *saved = snapshot;
+    if (check(instance, saved) != OK) return ERROR;
+    instance->mode = saved->mode;
+    instance->stale = saved->stale != 0;
+    instance->stop = saved->stop;
+    memcpy(instance->plant.number, saved->number, instance->plant.count * sizeof(double));
+    return OK;
+}
+
+Status instance_size(const Instance *instance, const void *snapshot, size_t *size) {
+    *size = snapshot_size(instance);
+    return check(instance, snapshot);
+}
+
+Status instance_serialise(const Instance *instance, const void *snapshot, char *bytes, size_t size) {
+    if (check(instance, snapshot) != OK) return ERROR;
+    if (size < snapshot_size(instance)) return report(instance, ERROR, "a snapshot needs more room than %zu bytes", size);
+    memcpy(bytes, snapshot, snapshot_size(instance));
+    return OK;
+}
+
+Status instance_deserialise(const Instance *instance, const char *bytes, size_t size, void **snapshot) {
+    /* The bytes need not be aligned as a Snapshot is; its token comes first. */
+    if (size != snapshot_size(instance) || memcmp(bytes, instance->plant.token, TOKEN) != 0)
+        return report(instance, ERROR, "these %zu bytes are no snapshot of this FMU", size);
+    *snapshot = malloc(size);
+    if (!*snapshot) return report(instance, ERROR, "no memory for a snapshot");
+    memcpy(*snapshot, bytes, size);
+    return OK;
+}

@@ -1,0 +1,68 @@
+/* One instance of the plant behind either version of FMI: modes, variables by value reference, snapshots, messages.
+   SPDX-License-Identifier: Apache-2.0 */
+#ifndef CDPR_INSTANCE_H
+#define CDPR_INSTANCE_H
+
+#include "plant.h"
+
+/* Numbered as fmi2Status and fmi3Status. */
+typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
+
+typedef enum { INSTANTIATED = 1, INITIALISING = 2, STEPPING = 4, TERMINATED = 8 } Mode;
+
+typedef struct Instance Instance;
+typedef void Logger(const Instance *instance, Status status, const char *message);
+
+struct Instance {
+    Plant plant;
+    Mode mode;
+    bool stale; /* a variable was set since the outputs were computed */
+    double stop;
+    double *defaults; /* (plant.count) the numbers as configured, for reset */
+    char *name;
+    Logger *log;
+    const void *callbacks; /* of the host, for `log` */
+    void *environment;
+};
+
+/* All that the future of an instance depends on, in one piece. */
+typedef struct {
+    char token[TOKEN]; /* of the FMU that it belongs to */
+    int mode, stale;
+    double stop;
+    double number[];   /* (plant.count) */
+} Snapshot;
+
+/* Make an instance from the configuration in the folder `resources`, a path or a file URI. NULL with a message where
+   that fails or the model description is of another export. Its name, log, callbacks, environment are in `host`. */
+Instance *instance_new(const Instance *host, const char *name, const char *token, const char *resources);
+void instance_free(Instance *instance);
+
+/* Say something to the host and return the status. */
+Status report(const Instance *instance, Status status, const char *format, ...);
+
+/* ERROR with a message unless the instance is in one of the modes. */
+Status require(const Instance *instance, int modes, const char *function);
+
+Status instance_enter_initialisation(Instance *instance, double start, double stop);
+Status instance_exit_initialisation(Instance *instance);
+Status instance_step(Instance *instance, double from, double duration);
+Status instance_reset(Instance *instance);
+
+/* Values by value reference: of whole variables one after the other, or one number for each reference. */
+Status instance_get(Instance *instance, const unsigned *reference, size_t n, bool whole, double *value, size_t count);
+Status instance_set(Instance *instance, const unsigned *reference, size_t n, bool whole, const double *value,
+                    size_t count);
+
+Status instance_save(const Instance *instance, void **snapshot);
+Status instance_restore(Instance *instance, const void *snapshot);
+Status instance_size(const Instance *instance, const void *snapshot, size_t *size);
+Status instance_serialise(const Instance *instance, const void *snapshot, char *bytes, size_t size);
+Status instance_deserialise(const Instance *instance, const char *bytes, size_t size, void **snapshot);
+
+#ifdef CDPR_FAULTS
+/* Tests alone: whether the step is done here, with `status`, since the parameter `fault` asks for misbehaviour. */
+bool misbehaves(Instance *instance, double from, double duration, Status *status);
+#endif
+
+#endif

@@ -1,0 +1,85 @@
+/* The plant of cdpr in C: a rigid platform on cables, with winches or without, or the winches alone, integrated as the
+   backend `reference` of cdpr does.
+   SPDX-License-Identifier: Apache-2.0
+
+   Conventions (cdpr/model/__init__.py): SI units, world axes, z up; quaternions are w, x, y, z; the wrench acts at the
+   platform's origin; cable i runs from frame_anchors[i] (world) to platform_anchors[i] (platform axes). */
+#ifndef CDPR_PLANT_H
+#define CDPR_PLANT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+/* What the model knows by name. The configuration says which of them there are, where, and in which role. */
+typedef enum {
+    TIME, PHYSICS_STEP, CABLE_TENSION, CABLE_LENGTH, CABLE_RATE,
+    /* of the platform */
+    MASS, CENTER_OF_MASS, INERTIA, GRAVITY, FRAME_ANCHORS, PLATFORM_ANCHORS,
+    INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
+    EXTERNAL_WRENCH, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
+    GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
+    /* of winches, and of those with elastic cables */
+    COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, UNILATERAL, DRUM_SPEED,
+    AXIAL_STIFFNESS, DAMPING, UNSTRETCHED_LENGTH,
+    FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
+    FIELDS
+} Field;
+
+typedef enum { INDEPENDENT, PARAMETER, INPUT, OUTPUT, CONSTANT } Role;
+
+typedef struct {
+    Field field;
+    Role role;
+    size_t offset, size;
+} Variable;
+
+#define MESSAGE 256 /* bytes of a message at most */
+#define TOKEN 64    /* bytes of the instantiation token at most */
+
+/* What is derived from the parameters: see body.c. */
+typedef struct {
+    double center[3], inertia[9]; /* body frame; the inertia is about the centre of mass */
+    double offset[3], turn[4];    /* body frame's origin from the platform's, body axes; its attitude in the platform */
+    double anchor[];              /* (3 cables) body frame */
+} Body;
+
+/* All numbers lie in one array: variables first, in the order of their value references, then what is derived
+   from the parameters, then the state. A copy of it is a snapshot. */
+typedef struct {
+    size_t cables;
+    size_t variables; /* how many there are, constants included */
+    Variable *variable;
+    size_t scalars;   /* numbers in them */
+    size_t *owner;    /* (scalars) index of the variable that a number belongs to */
+    size_t states;
+    size_t count;     /* numbers in all */
+    double *number;   /* (count) */
+    double *field[FIELDS]; /* into `number`; NULL where the robot has no such variable */
+    Body *body;
+    double *state;    /* (states) see plant.c and winch.c */
+    double *scratch;  /* (3 states) of the integrator */
+    double *work;     /* (8 cables) of the winches */
+    char token[TOKEN];
+} Plant;
+
+/* How a host knows it. */
+const char *plant_name(Field field);
+
+/* Read the configuration; false with a message where it cannot be used. Free the plant in either case. */
+bool plant_load(Plant *plant, FILE *file, char *message);
+void plant_free(Plant *plant);
+
+/* Check the parameters and put the platform into its initial state; false with a message where they are unsound. */
+bool plant_start(Plant *plant, char *message);
+
+/* Advance by `duration` in steps of physics_step, or slightly shorter ones where that does not divide it. */
+void plant_advance(Plant *plant, double duration);
+
+/* Write the outputs that belong to the state and the inputs. */
+void plant_publish(Plant *plant);
+
+/* Whether the state is finite. */
+bool plant_sound(const Plant *plant);
+
+#endif

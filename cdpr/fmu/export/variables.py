@@ -1,0 +1,108 @@
+"""The variables of an exported plant: the one object that model description and configuration are written from."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+
+Causality = Literal["independent", "parameter", "input", "output", "constant"]
+
+# Exponents of the base units of all units that occur, by the names of FMI's attributes.
+UNITS: dict[str, dict[str, int]] = {
+    "s": {"s": 1},
+    "kg": {"kg": 1},
+    "kg.m2": {"kg": 1, "m": 2},
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "rad/s": {"rad": 1, "s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "N.s/m": {"kg": 1, "s": -1},
+    "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable; the C source knows it by its name.
+
+    Attributes:
+        causality: as in FMI; a constant is hidden from the host.
+        shape: () for a scalar.
+        unit: one for all numbers, one for each of them, or "" for numbers without unit.
+        values: start values, as many as the shape says, row by row; zeros for what is calculated.
+        direct: an output that depends on inputs at the same instant.
+    """
+
+    name: str
+    causality: Causality
+    shape: tuple[int, ...]
+    unit: str | tuple[str, ...]
+    values: tuple[float, ...]
+    description: str
+    direct: bool = False
+
+    @property
+    def size(self) -> int:
+        """How many numbers it has."""
+        return math.prod(self.shape)
+
+    def unit_of(self, i: int) -> str:
+        """Unit of number i."""
+        return self.unit if isinstance(self.unit, str) else self.unit[i]
+
+
+class Model(ABC):
+    """What can be exported.
+
+    Attributes:
+        physics_step: step of the integrator, s.
+    """
+
+    robot: Robot
+    physics_step: float
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the model."""
+
+    @property
+    @abstractmethod
+    def description(self) -> str:
+        """One line on it."""
+
+    @abstractmethod
+    def variables(self) -> list[Variable]:
+        """All variables in the order of their value references: the number of the numbers before them."""
+
+
+def parameter(
+    name: str, shape: tuple[int, ...], unit: str, values: Sequence[float] | Array, description: str
+) -> Variable:
+    """Return a parameter, which a host may set until the end of the initialization."""
+    return Variable(name, "parameter", shape, unit, tuple(np.ravel(values).tolist()), description)
+
+
+def entrance(
+    name: str, units: Sequence[str], description: str, values: Sequence[float] | Array | None = None
+) -> Variable:
+    """Return an input with a unit for each number; it starts at zero unless said."""
+    size = len(units)
+    unit = units[0] if len(set(units)) == 1 else tuple(units)
+    start = np.zeros(size) if values is None else np.asarray(values)
+    return Variable(name, "input", (size,), unit, tuple(start.tolist()), description)
+
+
+def output(name: str, size: int, unit: str, description: str, direct: bool = False) -> Variable:
+    """Return an output."""
+    return Variable(name, "output", (size,), unit, (0.0,) * size, description, direct)

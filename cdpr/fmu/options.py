@@ -1,0 +1,79 @@
+"""What a scenario says of an FMU's signals."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Variables = str | tuple[str, ...]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class Source(_Section):
+    """Where one signal stands in the FMU, and how it is written there."""
+
+    variable: Variables = Field(
+        description="an array, the common part of a family such as F[1], F[2], a pattern with {i} (from 1) or {i0} "
+        "(from 0) for the number, or a list of names, one for each number of the signal"
+    )
+    unit: Variables | None = Field(
+        None, description="unit of the FMU's values, such as mm/s, instead of the one that the FMU declares"
+    )
+    order: str | None = Field(
+        None,
+        description="of a quaternion: wxyz or xyzw; of Euler angles: the axes as in scipy, upper case moving (XYZ), "
+        "lower case fixed",
+    )
+    factor: float = Field(1.0, description="the FMU's value times this is the signal; -1 turns a sign")
+
+
+class Signals(_Section):
+    """Which variables of the FMU are which signals; what is not named is found by itself where that is certain.
+
+    The value `none` tells that the FMU has no such signal. Instead of `quaternion` there may be `euler`.
+    """
+
+    inputs: dict[str, Variables | Source] = Field(default_factory=dict, description="signals that the FMU takes")
+    outputs: dict[str, Variables | Source] = Field(default_factory=dict, description="signals that the FMU gives")
+    cable_order: tuple[int, ...] | None = Field(
+        None, description="the FMU's number, from 1, of each cable of the robot in turn"
+    )
+
+
+Parameter = bool | int | float | str | Annotated[tuple[bool | int | float | str, ...], Field(strict=False)]
+
+
+class FmuFile(_Section):
+    """What every role says of its FMU."""
+
+    sha256: str | None = Field(
+        None,
+        pattern="^[0-9a-fA-F]{64}$",
+        description="checksum of the file; given, the file must have it, and its native code is trusted to run",
+    )
+    isolation: Literal["process", "inproc"] | None = Field(
+        None,
+        description="run the FMU in a process of its own, or in this one, which is faster and which it may take down; "
+        "unless said, files run in a process and what cdpr has exported itself runs in this one",
+    )
+    step_timeout: float = Field(
+        5.0,
+        gt=0.0,
+        description="longest wall time of one control step in a process of its own",
+        json_schema_extra={"unit": "s"},
+    )
+    parameters: dict[str, Parameter] = Field(
+        default_factory=dict,
+        description="values of the FMU's parameters by name, in its units; whole arrays row by row, or elements such "
+        "as inertia[1,1]",
+    )
+    from_robot: bool = Field(
+        True, description="fill in the parameters that are called like those that cdpr exports: mass, inertia, ..."
+    )
+    signals: Signals = Field(
+        Signals(), description="which variables of the FMU are which signals, where that is not certain by their names"
+    )

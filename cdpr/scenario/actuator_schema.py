@@ -1,0 +1,28 @@
+"""The section of an FMU between the commands and the cables of the plant."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from cdpr.fmu.options import FmuFile
+from cdpr.plugins import FileName, PluginOptions
+
+
+class Actuators(PluginOptions, FmuFile):
+    """Winches that come as one FMU for all cables: commands in, tensions out."""
+
+    file: FileName | None = Field(
+        None,
+        description="the FMU, relative to this file; unless given, cdpr exports winches and elastic cables with the "
+        "values of the robot and keeps them in the user's cache",
+    )
+    coupling: Literal["gauss_seidel", "series"] = Field(
+        "gauss_seidel",
+        description="series: the tensions follow from the commands alone. gauss_seidel: from lengths and rates of the "
+        "cables too; once a physics step the plant moves under the tensions, and the FMU follows with its new state",
+    )
+    check_step: bool = Field(
+        True, description="refuse a physics step with which plant and FMU would swing each other up, as far as is known"
+    )

@@ -1,0 +1,63 @@
+"""Checks of a backend that moves robots on winches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cdpr.model import Robot, Winch
+from cdpr.model.energy import energy
+from cdpr.model.robot import CableModel
+from cdpr.testing import samples
+from cdpr.testing.backend_physics import NO_WRENCH, ONE_STEP, SHORT
+from cdpr.testing.check import Check, expect, expect_close, needs
+from cdpr.testing.samples import GRAVITY
+from cdpr.testing.subjects import BackendSubject
+
+WINCH = Winch(drum_radius=0.05, inertia=5e-3, viscous_friction=0.05)
+STIFFNESS, DAMPING = 1e5, 100.0  # N, N s/m
+STEP, STEPS = 2e-4, 500
+BALANCED = 1e-2  # share of the work that the energy may be off by; an engine of first order leaves a thousandth
+APART = 1.0  # N, by which commands of some hundred newtons and tensions differ at least, by friction and inertia
+
+
+def winched(model: CableModel) -> Robot:
+    """The free robot on winches."""
+    robot = samples.free()
+    cables = tuple(replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING) for c in robot.cables)
+    return replace(robot, cables=cables, cable_model=model)
+
+
+def winches_pull_as_told(subject: BackendSubject) -> None:
+    """On winches the platform moves under the tensions told and by the work told, and these are not the commands."""
+    models = subject.properties.get("cable_models", ())
+    needs(isinstance(models, list | tuple) and {"rigid", "elastic"} & set(models), "it declares no winches")
+    start = samples.state(np.random.default_rng(16), speed=0.2, tilt=0.2)
+    tension = np.empty(8)
+    for model in ("rigid", "elastic"):
+        if model not in models:
+            continue
+        robot = winched("rigid" if model == "rigid" else "elastic")
+        backend = subject.make(start, robot, step=SHORT)
+        backend.command[:] = 250.0
+        backend.read_tension(tension)
+        backend.step(1)
+        wanted = samples.acceleration(samples.free(), start, GRAVITY, tension, NO_WRENCH)
+        told = (backend.state[7:] - start[7:]) / SHORT
+        bound = 1e3 * ONE_STEP * max(1.0, float(np.abs(wanted).max()))  # tensions change while it moves
+        expect_close(told, wanted, bound, f"acceleration under the tensions told, {model} cables")
+        subject.close(backend)
+        backend = subject.make(start, robot, step=STEP)
+        backend.command[:] = 250.0
+        backend.step(STEPS)
+        backend.read_tension(tension)
+        expect(float(np.abs(tension - 250.0).max()) > APART, f"tensions of {model} cables are the commands")
+        gained = sum(energy(robot.inertial, GRAVITY, backend.state)) - sum(energy(robot.inertial, GRAVITY, start))
+        work = backend.cable_work()
+        expect_close(gained / work, 1.0, BALANCED, f"share of the energy in the work told, {model} cables")
+        expect(bool((np.abs(tension) <= backend.highest + 1e-9).all()), "a tension exceeds `highest`")
+        subject.close(backend)
+
+
+CHECKS = [Check(winches_pull_as_told)]

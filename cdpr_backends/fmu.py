@@ -1,0 +1,186 @@
+"""A plant that comes as an FMU: a stranger's in a process of its own, or our own robot as cdpr exports it.
+
+At `reset` the FMU starts anew with the parameters of the scenario, of the robot and of the initial state; what it then
+says of its pose and of its cables is held against the scenario, so that a wrong order, frame or unit is found at once.
+"""
+
+from __future__ import annotations
+
+import warnings
+import weakref
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import FmuError, PluginError
+from cdpr.fmu.archive import Archive, open_archive
+from cdpr.fmu.exchange import STATE, normalise, reader, writer
+from cdpr.fmu.export import Plant, cached_fmu
+from cdpr.fmu.parameters import Known, robot_parameters
+from cdpr.fmu.running import RunningFmu
+from cdpr.fmu.trust import require_trust
+from cdpr.model import Robot, kinematics
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, pull_fault, start_fault
+from cdpr_backends.snapshots import Saved, put_back, save
+
+RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """The number of a state that the FMU keeps, and copies of our arrays."""
+
+    number: int
+    arrays: Saved
+
+
+class FmuBackend(Backend):
+    """One FMU with the commands as inputs and the platform's state as outputs.
+
+    Attributes:
+        fmu: file, mapping and instance.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, physics_step, options)
+        own = options.file is None
+        archive = self._exported() if own else open_archive(options.file.path)
+        if not own:
+            require_trust(archive, options.sha256)
+        self._ratio = self._steps_in(physics_step)
+        name = f"{robot.name} as exported" if own else options.file
+        step = physics_step / self._ratio
+        self.fmu = RunningFmu(archive, name, "plant", robot, step, options, "inproc" if own else "process")
+        self._instance = instance = self.fmu.instance
+        inputs, outputs = self.fmu.mapping.inputs, self.fmu.mapping.outputs
+        command = "cable_tension" if "cable_tension" in inputs.ports else "command"
+        self._put_command = writer(inputs, {command: 0}, instance.inputs)
+        self._put_external = writer(inputs, {"external_wrench": 0}, instance.inputs)
+        self._read_state = reader(outputs, STATE, instance.outputs, self.state)
+        self._takes_wrench = "external_wrench" in inputs.ports
+        self._unknown = not own  # whether it is still to be asked how its cables pull
+        self._unwanted: list[int] = []  # states that the FMU keeps for snapshots that are gone
+
+    def reset(self, state: Array) -> None:
+        """Start the FMU anew with the platform in `state` (13,)."""
+        start = np.array(state, dtype=np.float64)
+        self.state[:] = kinematics.make_state(np.zeros(3))  # what the FMU does not tell
+        self._put()
+        self.fmu.start(self._known(start))
+        self._get()
+        self._check_start(start)
+        if self._unknown:
+            self._unknown = False
+            self._check_pull(start)
+            self.reset(start)
+
+    def step(self, n: int) -> None:
+        """Advance by n physics steps."""
+        self._put()
+        self._instance.step(n * self._ratio)
+        self._get()
+
+    def engine_time(self) -> float:
+        """Return the FMU's time, s."""
+        return self._instance.time
+
+    def snapshot(self) -> object:
+        """Let the FMU keep its state."""
+        if not self._instance.plan.saves:
+            raise PluginError(f"the FMU '{self.fmu.name}' cannot save its state (canGetAndSetFMUState is false)")
+        while self._unwanted:
+            self._instance.forget(self._unwanted.pop())
+        snapshot = Snapshot(self._instance.save(), save(self._arrays))
+        # Not freed at once: the collector may run while the FMU is being asked something else.
+        weakref.finalize(snapshot, self._unwanted.append, snapshot.number).atexit = False
+        return snapshot
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        self._instance.restore(snapshot.number)
+        put_back(snapshot.arrays, self._arrays)
+
+    def describe(self) -> dict[str, Any]:
+        """Return file, checksum, mapping and parameters."""
+        return self.fmu.describe()
+
+    def close(self) -> None:
+        """End the FMU, its process and its folder."""
+        self.fmu.close()
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self.state
+
+    def _put(self) -> None:
+        self._put_command(self.command)
+        if self._takes_wrench:
+            self._put_external(self.external)
+        elif self.external.any():
+            raise PluginError(f"the FMU '{self.fmu.name}' has no input for an external wrench, but one acts")
+
+    def _get(self) -> None:
+        self._read_state()
+        normalise(self.state)
+
+    def _exported(self) -> Archive:
+        """Return the robot as an FMU of our own; its state comes with `reset`."""
+        plant = Plant(self.robot, self.gravity, float(self.physics_step), kinematics.make_state(np.zeros(3)))
+        archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
+        if archive.sha256 != archive.path.stem:
+            raise FmuError(f"{archive.path}: was changed since cdpr made it; remove it")
+        return archive
+
+    def _steps_in(self, physics_step: float) -> int:
+        """Return how many communication steps make a physics step."""
+        wanted = self.options.step or physics_step
+        ratio = round(physics_step / wanted)
+        if ratio < 1 or abs(ratio * wanted - physics_step) > RATIO_TOLERANCE * physics_step:
+            raise FmuError(
+                f"backend_options.fmu.step: must be physics_step, {physics_step:g} s, divided by an integer, "
+                f"got {wanted:g}"
+            )
+        return ratio
+
+    def _known(self, state: Array) -> dict[str, Known]:
+        """What can be said of the start and, if wanted, of robot and step."""
+        order = self.options.signals.cable_order
+        known = robot_parameters(self.robot, self.gravity, self.physics_step, state, order)
+        return {name: value for name, value in known.items() if self.options.from_robot or name.startswith(INITIAL)}
+
+    def _check_start(self, start: Array) -> None:
+        """Refuse an FMU that is not where the scenario is."""
+        port, length = self.fmu.mapping.outputs.ports.get("cable_length"), None
+        if port is not None:
+            length = np.empty(self.robot.m)
+            port.read(self._instance.outputs, length)
+        self._refuse(start_fault(self.robot, start, self.state, length, self.fmu.filled))
+
+    def _check_pull(self, start: Array) -> None:
+        """Refuse an FMU whose cables do not pull like the robot's: one step of it for each cable, from the start."""
+        kept = save((self.command, self.external))
+        least, pull = self.robot.tension_min, np.maximum(1.0, self.robot.tension_max - self.robot.tension_min)
+        twists = []
+        for more in (np.zeros(self.robot.m), *np.diag(pull)):
+            self.command[:], self.external[:] = least + more, 0.0
+            self._put()
+            self.fmu.start(self._known(start))
+            self.step(1)
+            twists.append(self.state[7:].copy())
+        put_back(kept, (self.command, self.external))
+        accelerations = (np.array(twists[1:]) - twists[0]) / self.physics_step
+        fault, share = pull_fault(self.robot, start, pull, accelerations)
+        self._refuse(fault)
+        if share * MOST_FACTOR < 1.0:
+            warnings.warn(
+                f"the FMU '{self.fmu.name}' pulls {share:.2g} times as much as its cables are tensioned, in the first "
+                "step: unless drives stand between, check the unit of its input, and the mass that it has",
+                stacklevel=2,
+            )
+
+    def _refuse(self, fault: str) -> None:
+        if fault:
+            raise FmuError(f"the FMU '{self.fmu.name}' {fault}")

@@ -1,0 +1,79 @@
+"""A controller that comes as an FMU, such as one built in Simulink.
+
+At each call the FMU is given the state and the desired state, holds them over one step of the length of a control step,
+and what it puts out then is the output of this call. So a controller with a sample time of its own computes from the
+present state, and its integrals advance as they should; only a clock of its own runs one control step ahead.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.fmu.archive import open_archive
+from cdpr.fmu.exchange import DESIRED, STATE, reader, writer
+from cdpr.fmu.parameters import Known, robot_parameters
+from cdpr.fmu.running import RunningFmu
+from cdpr.fmu.trust import require_trust
+from cdpr.model import Robot, kinematics
+from cdpr.model.kernels import cable_geometry
+from cdpr.model.robot import Array
+from cdpr.plugins import Controller
+
+
+class FmuController(Controller):
+    """One FMU with the state as inputs and a wrench or the commands as outputs.
+
+    Attributes:
+        fmu: file, mapping and instance.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, control_step, options)
+        archive = open_archive(options.file.path)
+        require_trust(archive, options.sha256)
+        self.fmu = RunningFmu(archive, options.file, "controller", robot, control_step, options, "process")
+        self._instance = self.fmu.instance
+        inputs, outputs = self.fmu.mapping.inputs, self.fmu.mapping.outputs
+        self.output = "wrench" if "wrench" in outputs.ports else "command"
+        values = self._instance.inputs
+        self._put_state, self._put_desired = writer(inputs, STATE, values), writer(inputs, DESIRED, values)
+        self._put_length = writer(inputs, {"cable_length": 0}, values)
+        self._put_rate = writer(inputs, {"cable_rate": 0}, values)
+        self._asks_cables = bool({"cable_length", "cable_rate"} & set(inputs.ports))
+        self._cables = np.zeros((6, robot.m)), np.zeros(robot.m), np.zeros(robot.m)
+        self._out = np.zeros(6 if self.output == "wrench" else robot.m)
+        self._read = reader(outputs, {self.output: 0}, self._instance.outputs, self._out)
+        self.reset()
+
+    def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
+        """Write the wrench (6,) or the commands (m,)."""
+        self._put_state(state)
+        self._put_desired(desired)
+        if self._asks_cables:
+            W, length, rate = self._cables
+            cable_geometry(self.robot.anchors, state, W, length, rate)
+            self._put_length(length)
+            self._put_rate(rate)
+        self._instance.step(1)
+        self._read()
+        out[:] = self._out
+
+    def reset(self) -> None:
+        """Start the FMU anew."""
+        known: dict[str, Known] = {"control_step": (self.control_step, "s")}
+        if self.options.from_robot:
+            order = self.options.signals.cable_order
+            state = kinematics.make_state(np.zeros(3))
+            known |= robot_parameters(self.robot, self.gravity, self.control_step, state, order)
+        self._instance.inputs[:] = self.fmu.mapping.inputs.start()
+        self.fmu.start(known)
+
+    def describe(self) -> dict[str, Any]:
+        """Return file, checksum, mapping and parameters."""
+        return self.fmu.describe()
+
+    def close(self) -> None:
+        """End the FMU, its process and its folder."""
+        self.fmu.close()

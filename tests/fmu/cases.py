@@ -1,0 +1,66 @@
+"""Plants that the tests of exported FMUs share."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from cdpr.fmu.export import Plant, fmu_bytes
+from cdpr.scenario import Scenario, load_scenario
+
+if shutil.which(os.environ.get("CC") or "cc") is None and not os.environ.get("CI"):
+    pytest.skip("no C compiler", allow_module_level=True)
+
+WINCH = [
+    "robot.winch.drum_radius=0.05",
+    "robot.winch.inertia=0.002",
+    "robot.winch.viscous_friction=0.01",
+    "robot.winch.coulomb_friction=0.1",
+    "robot.cable.axial_stiffness=1e5",
+    "robot.cable.damping=100",
+]
+ELASTIC = [*WINCH, "robot.cable.model=elastic"]
+RIGID = [*WINCH, "robot.cable.model=rigid"]
+# Scenario and changes: a diagonal and a full inertia, centre of mass off the origin, guides with and without hinge.
+CASES = {
+    "caroca": ("caroca", []),
+    "cogiro": ("cogiro", []),
+    "planar": ("planar", []),
+    "point_mass": ("point_mass", []),
+    "carriage": ("carriage", []),
+    "cogiro_elastic": ("cogiro", ELASTIC),
+    "cogiro_rigid": ("cogiro", RIGID),
+    "planar_elastic": ("planar", ELASTIC),
+    "planar_rigid": ("planar", RIGID),
+    "legs_elastic": ("caroca", [*ELASTIC, "robot.unilateral=false"]),
+}
+
+
+def scenario(case: str) -> Scenario:
+    name, changes = CASES[case]
+    return load_scenario(ROOT / "scenarios" / f"{name}.yaml", overrides=changes)
+
+
+def plant_of(loaded: Scenario, step: float = 1e-3) -> Plant:
+    """With the winches, where the robot has any."""
+    winches = loaded.robot.cable_model != "ideal"
+    return Plant(loaded.robot, loaded.gravity, step, loaded.initial.state(), winches)
+
+
+def write(plant: Plant, fmi: int, folder: Path) -> Path:
+    """Write the FMU without making it a trusted one."""
+    path = folder / f"plant{fmi}.fmu"
+    path.write_bytes(fmu_bytes(plant, fmi))
+    return path
+
+
+def load(plant: Plant, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Commands (m,), at times such that cables on winches hang slack, and an external wrench (6,) at time t."""
+    m = plant.robot.m
+    command = 200.0 + (400.0 if plant.winches else 200.0) * np.sin(3.0 * t + np.arange(m))
+    return command, 10.0 * np.cos(2.0 * t + np.arange(6))

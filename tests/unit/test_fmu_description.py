@@ -1,0 +1,185 @@
+"""What an FMU says of itself, read from modelDescription.xml."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+
+import numpy as np
+import pytest
+from conftest import crossed_box, make_robot
+from fmu_cases import description, make_fmu, signals, variable
+
+from cdpr.errors import FmuError
+from cdpr.fmu.archive import open_archive
+from cdpr.fmu.description import read_description
+from cdpr.fmu.mapping import resolve
+from cdpr.fmu.model import Element
+from cdpr.fmu.options import Signals
+
+ROBOT = make_robot(crossed_box(np.random.default_rng(1), 2))
+
+
+def read(xml):
+    return read_description(xml.encode())
+
+
+def refused(xml, words):
+    with pytest.raises(FmuError) as caught:
+        read(xml)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_version_name_token_and_step(fmi):
+    about = read(description(fmi))
+    assert about.fmi == f"{fmi}.0"
+    assert (about.name, about.token, about.identifier, about.default_step) == ("plant", "{1}", "plant", 0.001)
+
+
+def test_patch_releases_are_known():
+    assert read(description(3, version="3.0.2")).fmi == "3.0"
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.1", "3.1", "3.0-beta.2", "", "x"])
+def test_other_versions_are_refused_by_name(version):
+    refused(description(3).replace('fmiVersion="3.0"', f'fmiVersion="{version}"'), f"FMI {version}".strip())
+
+
+@pytest.mark.parametrize(
+    ("interface", "words"),
+    [("ModelExchange", "for Model Exchange only"), ("ScheduledExecution", "for Scheduled Execution only"),
+     ("Something", "has no <CoSimulation>")],
+)  # fmt: skip
+def test_other_interfaces_are_refused_by_name(interface, words):
+    refused(description(3, interface=interface), words)
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_capabilities(fmi):
+    state = "FMUstate" if fmi == 2 else "FMUState"
+    given = {
+        f"canGetAndSet{state}": "true",
+        "canHandleVariableCommunicationStepSize": "1",
+        "needsExecutionTool": "false",
+    }
+    can = read(description(fmi, fixedInternalStepSize="0.002", **given)).capabilities
+    assert (can.get_set_state, can.variable_step, can.serialize_state, can.needs_tool) == (True, True, False, False)
+    assert can.fixed_internal_step == 0.002
+
+
+def test_arrays_have_shapes_and_elements():
+    about = read(description(3, [variable(3, "A", 7, "output", shape=(2, 3))]))
+    A = about.by_name["A"]
+    assert (A.shape, A.size, A.value_reference, A.kind) == ((2, 3), 6, 7, "Float64")
+    found = about.find("A[2,1]")
+    assert isinstance(found, Element)
+    assert (found.index, found.name) == (3, "A[2,1]")
+    assert [element.name for element in A.elements] == ["A[1,1]", "A[1,2]", "A[1,3]", "A[2,1]", "A[2,2]", "A[2,3]"]
+
+
+@pytest.mark.parametrize("name", ["A[0,1]", "A[3,1]", "A[1]", "A[1,2,3]", "B", "A[", "s[1]"])
+def test_elements_that_do_not_exist(name):
+    about = read(description(3, [variable(3, "A", 1, "output", shape=(2, 3)), variable(3, "s", 2, "output")]))
+    with pytest.raises(FmuError):
+        about.find(name)
+
+
+def test_a_dimension_may_be_the_start_of_another_variable():
+    m = variable(3, "m", 1, "structuralParameter", kind="UInt64", start="4")
+    T = variable(3, "T", 2, "input", shape=(0,), start="1 2 3 4").replace('start="0"/>', 'valueReference="1"/>')
+    assert read(description(3, [m, T])).by_name["T"].shape == (4,)
+    refused(description(3, [T]), "a dimension of 'T' has no size")
+
+
+def test_names_of_fmi_2_with_brackets_are_names():
+    about = read(description(2, signals(2, {"F": ("input", 3, "N")})))
+    assert about.find("F[2]") is about.by_name["F[2]"]
+
+
+def test_aliases():
+    about = read(description(3, [variable(3, "x", 1, "output", alias="body.x")]))
+    assert about.by_name["body.x"] is about.by_name["x"]
+    rows = [variable(2, "x", 5, "output"), variable(2, "y", 5, "local"), variable(2, "b", 5, "local", kind="Boolean")]
+    assert read(description(2, rows)).by_name["x"].aliases == ("y",)
+
+
+def test_units_come_from_the_definitions_or_the_declared_type():
+    types = '<TypeDefinitions><Float64Type name="Force" unit="kN"/></TypeDefinitions>'
+    rows = [
+        variable(3, "own", 1, "output", unit="mm"),
+        variable(3, "typed", 2, "output").replace("<Float64", '<Float64 declaredType="Force"', 1),
+        variable(3, "unknown", 3, "output", unit="furlong"),
+        variable(3, "none", 4, "output"),
+    ]
+    by_name = read(description(3, rows, more=types)).by_name
+    assert (by_name["own"].unit.factor, by_name["own"].unit.exponents) == (0.001, (0, 1, 0, 0, 0, 0, 0, 0))
+    assert by_name["typed"].unit.factor == 1000
+    assert by_name["unknown"].unit.exponents is None
+    assert by_name["none"].unit is None
+
+
+def test_letters_that_a_terminal_would_obey_are_blanks():
+    about = read(description(3, [variable(3, "x&#x9b;2J&#10;y", 1, "output")]).replace("&amp;", "&"))
+    assert about.variables[0].name == "x 2J y"
+
+
+def test_terminals(tmp_path):
+    xml = b"""<fmiTerminalsAndIcons><Terminals><Terminal name="platform">
+      <TerminalMemberVariable variableName="body.r" memberName="position"/></Terminal>
+      </Terminals></fmiTerminalsAndIcons>"""
+    opened = open_archive(make_fmu(tmp_path / "a.fmu", files={"terminalsAndIcons/terminalsAndIcons.xml": xml}))
+    assert opened.description.terminals == ({"position": "body.r"},)
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([variable(3, "x", -1, "output")], "value reference -1"),
+        ([variable(3, "x", 2**32, "output")], "value reference"),
+        ([variable(3, "x", 1, "output").replace('"1"', '"one"')], "needs a whole number as valueReference, got 'one'"),
+        ([variable(3, "x", 1, "output"), variable(3, "x", 2, "output")], "two variables 'x'"),
+        ([variable(3, "x", 1, "output").replace('name="x"', "")], "a variable has no name"),
+        ([variable(3, "x", 1, "input", start="zero")], "'x' starts with 'zero'"),
+        ([variable(3, "x", 1, "input", start="nan")], "'x' starts with 'nan'"),
+        ([variable(3, "x", 1, "input", shape=(3,), start="1 2")], "3 numbers are expected"),
+        ([variable(3, "x", 1, "output", shape=(0,))], "1 to 1000000 elements"),
+        ([variable(3, "x", 1, "output", shape=(10**6, 10**6))], "1 to 1000000 elements"),
+        ([variable(3, "x", 1, "output", shape=(3,)).replace('start="3"', 'start="3.5"')], "got '3.5'"),
+    ],
+)
+def test_variables_that_are_not_sound(rows, words):
+    refused(description(3, rows), words)
+
+
+def test_other_mistakes():
+    refused("<other/>", "the root is <other>")
+    refused("<fmiModelDescription", "not sound XML")
+    refused(description(3, units={"N": {"factor": 0}}), "factor 0")
+    refused(description(3, units={"N": {"kg": 0.5}}), "needs a whole number as kg")
+    refused(description(3, units={"N": {"factor": "inf"}}), "needs a number as factor")
+    refused(description(3).replace('stepSize="0.001"', 'stepSize="soon"'), "needs a number as stepSize")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize(
+    "junk", ["", "-1", "0", "abc", "1e999", "9" * 5000, "²", "1 2", "\t", "[1]", "position", "{i}"]
+)
+def test_whatever_stands_in_an_attribute_there_is_an_fmu_or_an_error(fmi, junk):
+    rows = signals(fmi, {"cable_tension": ("input", 2, "N"), "position": ("output", 3, "m")})
+    xml = description(
+        fmi, rows, more="<TypeDefinitions><SimpleType name='a'/></TypeDefinitions>", fixedInternalStepSize=1
+    )
+    places = [match.span(1) for match in re.finditer('="([^"]*)"', xml)][2:]  # not those of the XML declaration
+    for start, stop in places:
+        with contextlib.suppress(FmuError):
+            about = read(f"{xml[:start]}{junk}{xml[stop:]}")
+            resolve(about, ROBOT, Signals(cable_order=(2, 1)), "plant")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_whatever_is_left_out_there_is_an_fmu_or_an_error(fmi):
+    xml = description(fmi)
+    for match in re.finditer(r'<[^?][^>]*/>| \w+="[^"]*"', xml):
+        with contextlib.suppress(FmuError):
+            resolve(read(xml[: match.start()] + xml[match.end() :]), ROBOT, Signals(), "controller")

@@ -1,0 +1,111 @@
+"""Whose native code may run."""
+
+from __future__ import annotations
+
+import pytest
+from fmu_cases import ELF, make_fmu
+
+from cdpr.errors import FmuError, OutputError
+from cdpr.fmu import trust
+from cdpr.fmu.archive import open_archive
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    return tmp_path
+
+
+@pytest.fixture
+def plant(home):
+    return open_archive(make_fmu(home / "plant.fmu"))
+
+
+def test_a_stranger_is_refused_with_what_to_do(plant):
+    with pytest.raises(FmuError) as caught:
+        trust.require_trust(plant, None)
+    told = str(caught.value)
+    assert f"\n  sha256: {plant.sha256}\n" in told
+    assert f"cdpr fmu trust {plant.path}" in told
+    assert "--trust-fmu" in told
+
+
+def test_the_pin_of_the_scenario_is_enough(plant):
+    trust.require_trust(plant, plant.sha256)
+    trust.require_trust(plant, plant.sha256.upper())
+
+
+def test_another_pin_is_refused_even_where_all_is_trusted(plant):
+    trust.add(plant.sha256, "plant")
+    with trust.any_fmu(), pytest.raises(FmuError, match="not the file that the scenario pins"):
+        trust.require_trust(plant, "0" * 64)
+
+
+def test_trust_for_a_run_ends_with_it(plant):
+    with trust.any_fmu():
+        trust.require_trust(plant, None)
+    with pytest.raises(FmuError):
+        trust.require_trust(plant, None)
+
+
+def test_the_list_trusts_content_not_names(home, plant):
+    trust.add(plant.sha256, "plant.fmu")
+    trust.require_trust(plant, None)
+    changed = open_archive(make_fmu(home / "plant.fmu", library=ELF + b"evil"))
+    with pytest.raises(FmuError, match="holds native code"):
+        trust.require_trust(changed, None)
+
+
+def test_the_list_is_text_in_the_users_configuration(home, plant):
+    trust.add(plant.sha256, "my plant ä\nevil.fmu")
+    trust.add("0" * 64, "other")
+    trust.add(plant.sha256, "again")
+    path = home / "config/cdpr/trusted_fmus"
+    assert path == trust.list_path()
+    assert trust.trusted() == {plant.sha256: "my plant ??evil.fmu", "0" * 64: "other"}
+    assert path.read_text().startswith("# ")
+    trust.remove(plant.sha256)
+    assert trust.trusted() == {"0" * 64: "other"}
+    assert [each.name for each in path.parent.iterdir()] == ["trusted_fmus"]
+
+
+def test_without_xdg_it_lies_in_the_home(home, monkeypatch):
+    monkeypatch.delenv("XDG_CONFIG_HOME")
+    monkeypatch.setenv("HOME", str(home))
+    assert trust.list_path() == home / ".config/cdpr/trusted_fmus"
+
+
+@pytest.mark.parametrize("line", ["plant.fmu", "0" * 63, "G" * 64, "0" * 64 + " one space", "0" * 65])
+def test_a_malformed_list_is_told_and_trusts_nothing(plant, line):
+    path = trust.list_path()
+    path.parent.mkdir(parents=True)
+    path.write_text(f"# comment\n\n{plant.sha256}  plant\n{line}\n")
+    with pytest.raises(FmuError, match=r"trusted_fmus:4: a sha256 and a name are expected"):
+        trust.require_trust(plant, None)
+    with pytest.raises(FmuError, match=r"trusted_fmus:4:"):
+        trust.add("1" * 64, "other")
+    trust.require_trust(plant, plant.sha256)  # a pin does not need the list
+
+
+def test_an_unreadable_list_is_told(plant):
+    trust.list_path().mkdir(parents=True)
+    with pytest.raises(FmuError, match="cannot be read: Is a directory; mend or remove it"):
+        trust.require_trust(plant, None)
+
+
+def test_bytes_that_are_no_text_are_told(plant):
+    trust.list_path().parent.mkdir(parents=True)
+    trust.list_path().write_bytes(b"\xff\xfe")
+    with pytest.raises(FmuError, match="cannot be read"):
+        trust.require_trust(plant, None)
+
+
+def test_a_list_that_cannot_be_written_is_told(home, plant):
+    (home / "config").write_text("a file")
+    with pytest.raises(FmuError, match="cannot be read: Not a directory"):
+        trust.add(plant.sha256, "plant")
+    (home / "config").unlink()
+    (home / "config").mkdir()
+    (home / "config/cdpr").symlink_to("/proc/self")
+    with pytest.raises(OutputError, match="cannot be written"):
+        trust.add(plant.sha256, "plant")
