@@ -179,7 +179,11 @@ def _print(run: Run) -> None:
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:
     bad = figures["infeasible_steps"]
-    but = f", but {bad} of {figures['samples']} samples had no admissible tensions" if bad else ""
+    but = (
+        f", but {bad} of {figures['samples']} samples had no admissible tensions"
+        if bad and figures["status"] == "finished"
+        else ""
+    )
     yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
     for name, key, scale, unit in (
         ("position error", "position_error_m", 1e3, "mm"),

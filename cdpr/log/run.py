@@ -52,8 +52,7 @@ class Header:
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Header:
         """Undo `to_dict` after a passage through JSON."""
-        tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max")}
-        tuples["controlled"] = tuple(data.get("controlled", ()))  # logs of older versions do not say
+        tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
         return cls(**{**data, **tuples, "anchors": tuple(tuple(row) for row in data["anchors"])})
 
 

@@ -6,10 +6,12 @@ So each state of the sources gets a folder of its own.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import shutil
 import tempfile
+import time
 import warnings
 from functools import lru_cache
 from importlib.util import find_spec
@@ -17,6 +19,7 @@ from pathlib import Path
 
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 KEPT = 5  # folders of other states of the sources: enough to go back and forth between checkouts
+UNUSED = 7 * 86400.0  # s; a folder used since then stays in any case
 
 
 @lru_cache(maxsize=1)
@@ -48,6 +51,7 @@ def folder() -> str:
     path = root / f"kernels-{digest()}"
     try:
         path.mkdir(parents=True, exist_ok=True)
+        os.utime(path)
         with tempfile.TemporaryFile(dir=path):
             pass
     except OSError as error:
@@ -57,7 +61,15 @@ def folder() -> str:
             stacklevel=2,
         )
         return tempfile.mkdtemp(prefix="cdpr-kernels-")
-    others = sorted(root.glob("kernels-*"), key=lambda other: other.stat().st_mtime, reverse=True)
-    for old in others[KEPT + 1 :]:
+    for old in _used_before(root, time.time() - UNUSED)[KEPT:]:
         shutil.rmtree(old, ignore_errors=True)
     return str(path)
+
+
+def _used_before(root: Path, moment: float) -> list[Path]:
+    """Return the folders of kernels that no process has begun to use since, the last used first."""
+    used: dict[Path, float] = {}
+    for folder in root.glob("kernels-*"):
+        with contextlib.suppress(OSError):  # another process removes it
+            used[folder] = folder.stat().st_mtime
+    return sorted((folder for folder in used if used[folder] < moment), key=lambda folder: -used[folder])

@@ -12,6 +12,7 @@ from cdpr.scenario.event_schema import (
     AnyEvent,
     CableBreak,
     CableFault,
+    CableJam,
     EmergencyStop,
     Load,
     ScenarioEvent,
@@ -64,6 +65,11 @@ class EventChecks(Checks):
 
     def _against_steps(self, events: Places, step: float) -> None:
         for i, event in events:
+            if isinstance(event, CableJam) and first_sample(event.time, step) < 1:
+                text = (
+                    f"must be at least control_step, {step:g} (s), for no tension is there before, got {event.time:g}"
+                )
+                self.say(("events", i, "time"), text)
             if isinstance(event, Load) and event.duration is not None and event.duration < step * (1.0 - 1e-9):
                 text = f"must be at least control_step, {step:g} (s), for it is held so long, got {event.duration:g}"
                 self.say(("events", i, "duration"), text)

@@ -46,8 +46,9 @@ def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
     events = []
     for start, stop in spans[:MOST]:
         kind = Status(int(status[start]))
-        text = f"{meaning[kind]} ({stop - start} samples)"
-        events.append(Event(start * step, kind.name.lower(), text, until=min(stop * step, end)))
+        text = f"{meaning[kind]} ({stop - start} sample{'s' * (stop - start > 1)})"
+        until = min(stop * step, end)
+        events.append(Event(start * step, kind.name.lower(), text, until=until if until > start * step else None))
     if len(spans) > MOST:
         events.append(Event(spans[MOST][0] * step, "more", f"{len(spans) - MOST} further spans without distribution"))
     return events

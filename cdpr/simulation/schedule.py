@@ -57,6 +57,7 @@ class Schedule:
         self._stage = stage
         self._tension, self._wrench, self._status, self._external, self._push = tension, wrench, status, external, push
         self._limits = stage.limits.copy()
+        self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
         self._loads = np.array([_load(event, step) for event in events if isinstance(event, Load)]).reshape(-1, 10)
         todo = [(time, do) for event in events for time, do in self._actions(event, step)]
@@ -73,6 +74,7 @@ class Schedule:
         self._imposing, self._power = False, True
         self._stage.limits[:] = self._limits
         self._stage.held[:] = np.nan
+        self._locked[:] = False
         if len(self._loads):
             self._push[:] = 0.0
         self._external[:] = self._push
@@ -117,13 +119,13 @@ class Schedule:
     def _lock(self, cable: slice) -> None:
         """The distribution learns which tension a cable is held at."""
         self._stage.limits[:, cable] = self._stage.held[cable]
+        self._locked[cable] = True
 
     def _limit(self, cable: slice, low: float | None, high: float | None) -> None:
-        limits = self._stage.limits[:, cable]
-        locked = (limits[0] == limits[1]) & (limits[0] == self._stage.held[cable])
-        for row, value in zip(limits, (low, high), strict=True):
+        free = ~self._locked[cable]
+        for row, value in zip(self._stage.limits[:, cable], (low, high), strict=True):
             if value is not None:
-                row[~locked] = value
+                row[free] = value
 
     def _cut(self) -> None:
         """The power fails: only jammed cables keep their tension."""

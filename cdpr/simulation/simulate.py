@@ -156,7 +156,8 @@ class _Attempt:
             outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")
             message = str(error) or "interrupted"
             cause = error.__cause__
-            events.append(Event(self.time, outcome, str(cause) if isinstance(cause, CdprError) else message))
+            if not isinstance(error, Infeasible):  # of that the last sample tells
+                events.append(Event(self.time, outcome, str(cause) if isinstance(cause, CdprError) else message))
         run = Run(
             header=self.header,
             rows=rows,

@@ -94,12 +94,15 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
 
 
 @kernel
-def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> None:
-    """Set the tensions whose `held` (m,) is not NaN to that, and let `report` say what all tensions (m,) do then.
-
-    The status in it stays that of the distribution.
-    """
+def hold(held: Array, tension: Array) -> None:
+    """Set the tensions (m,) whose `held` is not NaN to that."""
     for i in range(held.shape[0]):
         if not math.isnan(held[i]):
             tension[i] = held[i]
+
+
+@kernel
+def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> None:
+    """Let `held` tensions be and `report` say what all tensions (m,) do then; its status stays the distribution's."""
+    hold(held, tension)
     judge(W, wrench, weights, limits, tension, report)

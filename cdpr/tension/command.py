@@ -11,7 +11,7 @@ from cdpr.errors import Diverged, Infeasible
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.checks import LIMIT_TOLERANCE, room
+from cdpr.tension.checks import LIMIT_TOLERANCE, hold, room
 from cdpr.tension.policy import Policy
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
@@ -92,10 +92,8 @@ def take(command: Array, limits: Array, W: Array, tension: Array, wrench: Array,
 
 @kernel
 def impose(held: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> None:
-    """Set the tensions whose `held` (m,) is not NaN to that, and write what all tensions do, but not the status."""
-    for i in range(held.shape[0]):
-        if not math.isnan(held[i]):
-            tension[i] = held[i]
+    """Let `held` tensions (m,) be, and write what all tensions do then, but not the status."""
+    hold(held, tension)
     account(limits, W, tension, wrench, report)
 
 

@@ -53,9 +53,24 @@ def test_without_a_place_for_kernels_it_still_runs(tmp_path):
 def test_other_states_of_the_sources_are_kept_but_not_for_ever(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     for i in range(20):
+        old = tmp_path / f"kernels-{i}"
+        old.mkdir()
+        os.utime(old, (i, i))
+    for i in range(20, 30):  # of checkouts that are in use
         (tmp_path / f"kernels-{i}").mkdir()
     (tmp_path / "mine").mkdir()
     chosen = kernel_cache.folder()
     assert chosen == str(tmp_path / f"kernels-{kernel_cache.digest()}")
-    assert len(list(tmp_path.glob("kernels-*"))) == kernel_cache.KEPT + 1
+    kept = {f"kernels-{i}" for i in range(20 - kernel_cache.KEPT, 30)} | {f"kernels-{kernel_cache.digest()}"}
+    assert {path.name for path in tmp_path.glob("kernels-*")} == kept
     assert (tmp_path / "mine").exists()
+
+
+def test_what_is_used_stays_however_old_it_is(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    chosen = kernel_cache.folder()
+    os.utime(chosen, (0, 0))
+    for i in range(20):
+        (tmp_path / f"kernels-{i}").mkdir()
+    assert kernel_cache.folder() == chosen
+    assert os.stat(chosen).st_mtime > 0

@@ -62,6 +62,7 @@ def test_the_resolved_scenario_holds_them():
         ("{type: cable_break, time: 1, cable: 4}", "events[0].cable", "cables are numbered from 1 to 3, got 4"),
         ("{type: cable_break, time: 1, cable: 1.5}", "events[0].cable", "a text or a whole number expected, got 1.5"),
         ("{type: cable_jam, time: 0, cable: left}", "events[0].time", "must be greater than 0 (s), got 0"),
+        ("{type: cable_jam, time: 1e-13, cable: left}", "events[0].time", "must be at least control_step"),
         ("{type: wrench, time: 1}", "events[0]", "force (N) or moment (N m) is missing, or both"),
         ("{type: wrench, force: [1, 2]}", "events[0].force", "3 numbers expected (N), got 2"),
         ("{type: wrench, moment: [0, 0, 1], duration: 0.0005}", "events[0].duration", "must be at least control_step"),
