@@ -198,6 +198,9 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"{'tension':<20}min {tension['min']:.5g} N   max {tension['max']:.5g} N   "
             f"largest step {tension['largest_step']:.4g} N"
         )
+    if "cable_tension_N" in figures:
+        felt = figures["cable_tension_N"]
+        yield f"{'in the cables':<20}min {felt['min']:.5g} N   max {felt['max']:.5g} N"
     if "energy_J" in figures:
         energy = figures["energy_J"]
         work = f"work of the cables {energy['cable_work']:.4g} J"

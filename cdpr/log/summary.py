@@ -41,6 +41,9 @@ def summarise(run: Run) -> dict[str, Any]:
                 "max": float(tension.max()),
                 "largest_step": float(steps.max()) if len(steps) else 0.0,
             }
+            if run.header.cable_model != "ideal":
+                felt = run.cable_tension
+                figures["cable_tension_N"] = {"min": float(felt.min()), "max": float(felt.max())}
             figures["residual_max_N"] = float(run.residual.max())
             figures["margin_min_N"] = float(run.margin.min())
             figures["energy_J"] = _energy(run)

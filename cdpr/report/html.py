@@ -92,7 +92,8 @@ def drawings() -> list[Drawing]:
             plots.tensions,
             "The tension of each cable, held over a control period. On a dashed line a limit is active: at "
             "t_min the cable is about to go slack, at t_max its winch has no reserve. On a real robot, "
-            "jumps from one sample to the next excite vibration.",
+            "jumps from one sample to the next excite vibration. With cables on winches, the tensions are those in "
+            "the cables, and what the commands are above them goes into friction and inertia of the drums.",
         ),
         Drawing(
             "Errors",

@@ -59,8 +59,12 @@ def errors(run: Run) -> Chart:
 
 @styled
 def tensions(run: Run) -> Chart:
-    """Draw the tension of each cable, and the limits."""
-    return stack(run, (_tension(run, height=3.0),))
+    """Draw the tension of each cable, and the limits; where cables are not ideal, also how commands differ."""
+    tension = _tension(run, height=3.0)
+    if run.header.cable_model == "ideal":
+        return stack(run, (tension,))
+    more = (_per_cable(run, run.tension - run.cable_tension),)
+    return stack(run, (tension, Panel("command minus tension (N)", more, _cable_entries(run), 1e-3)))
 
 
 @styled
@@ -167,7 +171,7 @@ def _tension(run: Run, height: float) -> Panel:
         _limit(name + first, values)
         for name, values in (("t_min", run.header.tension_min), ("t_max", run.header.tension_max))
     )
-    lines = (_per_cable(run, run.tension),)
+    lines = (_per_cable(run, run.cable_tension),)
     return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height)
 
 

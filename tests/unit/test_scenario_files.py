@@ -61,7 +61,11 @@ def test_a_robot_file_may_lie_beside_the_folder(folder):
         ('"a\\0b.yaml"', "cannot read"),
         ("x" * 5000, "cannot read"),
         ('""', "a file name or a mapping of name, dof"),
-        ("5", "a file name or a mapping of name, dof, unilateral, platform, tension, home, cables expected, got 5"),
+        (
+            "5",
+            "a file name or a mapping of name, dof, unilateral, platform, tension, home, cable, winch, cables "
+            "expected, got 5",
+        ),
         ("[a.yaml]", "got a list of 1"),
         ("a.yaml", "is a scenario; a robot file is expected"),
     ],
