@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cdpr.compare.differences import QUANTITIES
-from cdpr.report.text import table
+from cdpr.report.text import number, table
 
 WIDTH = 80
 VERDICTS = {True: "agree", False: "DISAGREE", None: "not judged"}
@@ -108,14 +108,7 @@ def check_cells(check: Figures) -> list[str]:
     mark = "" if check["agrees"] else " !"
     if check["low"]:
         return [f"/ {number(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
-    return [f"{number(check['value'])}{mark}", f"{check['high']:.1e}"]
-
-
-def number(value: float | None) -> str:
-    """Three digits; what is not finite was made None for JSON."""
-    if value is None:
-        return "not finite"
-    return "0" if value == 0.0 else f"{value:.2e}" if not 0.1 <= value < 1e3 else f"{value:.3g}"
+    return [f"{number(check['value'])}{mark}", number(check["high"])]
 
 
 def _about(group: Figures) -> str:
