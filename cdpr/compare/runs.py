@@ -63,6 +63,12 @@ class Made:
         """Whether there is a run to its end, or to where the scenario says that it ends."""
         return self.run is not None and self.status in ("finished", "infeasible")
 
+    @property
+    def reason(self) -> str:
+        """How it ended, and the first line of why."""
+        first = self.message.partition("\n")[0]
+        return f"{self.status}: {first}" if first else self.status
+
 
 class Runs:
     """Makes runs of one scenario and keeps them.

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr.compare.differences import QUANTITIES
 from cdpr.log.files import make_folder, replace
-from cdpr.report.compare_text import ORDER_TITLES, among, check_cells, notes, order_cells, outcome, subject
+from cdpr.report.compare_text import (
+    ORDER_TITLES,
+    among,
+    check_cells,
+    notes,
+    order_cells,
+    outcome,
+    subject,
+    wrong_orders,
+)
 from cdpr.report.page import figure, page, section, table
 from cdpr.report.text import number
 
@@ -71,8 +80,8 @@ def render(result: Comparison) -> str:
 
 ORDERS = (
     "<p>How the root mean square of the error in pose (angles times the characteristic length) falls with the physics "
-    "step, the control period kept. The truth is the judge at a quarter of the finest step. Where errors would drown "
-    "in round-off, the loop is closed less often.</p>"
+    "step, the control period kept. The truth is the judge's scheme of highest order at a quarter of the finest step. "
+    "Where errors would drown in round-off, the loop is closed less often.</p>"
 )
 
 
@@ -86,11 +95,7 @@ def _why(figures: Figures) -> str:
             for row in group["engines"]
             if row["outcome"] in ("disagrees", "failed")
         ]
-        reasons += [
-            f"{row['backend']} is of order {row['order']:.3g}, declared {row['declared']}"
-            for row in group["orders"]
-            if row["outcome"] == "differs"
-        ]
+        reasons += wrong_orders(group)
     return "".join(f"<br>{escape(reason)}" for reason in reasons)
 
 

@@ -30,6 +30,8 @@ def lines(figures: Figures) -> Iterator[str]:
             yield from _wrapped(text)
         if group["orders"]:
             yield from table([ORDER_TITLES, *map(order_cells, group["orders"])], left=3)
+        for text in wrong_orders(group):
+            yield from _wrapped(text)
     for name, reason in figures["absent"].items():
         yield from _wrapped(f"{name}: not run: {reason}")
 
@@ -77,11 +79,17 @@ def among(group: Figures) -> Iterator[str]:
 def order_cells(measured: Figures) -> list[str]:
     """One engine's row in the table of orders."""
     order = "-" if measured["order"] is None else f"{measured['order']:.3f}"
-    said = f"{measured['outcome']}: {measured['reason']}" if measured["reason"] else measured["outcome"]
     control = "" if measured["control_step"] is None else f"{1e3 * measured['control_step']:g}"
     steps = " ".join(f"{1e3 * step:g}" for step in measured["steps"])
     errors = f"{measured['errors'][0]:.1e} to {measured['errors'][-1]:.1e}" if measured["errors"] else ""
-    return [measured["backend"], f"{order} of {measured['declared']}", said, control, steps, errors]
+    return [measured["backend"], f"{order} of {measured['declared']}", measured["outcome"], control, steps, errors]
+
+
+def wrong_orders(group: Figures) -> Iterator[str]:
+    """Whose order is not as declared or could not be measured, and why."""
+    for measured in group["orders"]:
+        if measured["reason"]:
+            yield f"measured order of {measured['backend']}: {measured['outcome']}: {measured['reason']}"
 
 
 ORDER_TITLES = ["engine", "order", "", "control", "steps (ms)", "errors (m)"]
