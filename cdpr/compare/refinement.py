@@ -14,7 +14,7 @@ from typing import Any
 
 from cdpr.compare.differences import pose_apart
 from cdpr.compare.engines import Engine, Field, finest_scheme
-from cdpr.compare.runs import Runs, Wanted
+from cdpr.compare.runs import Made, Runs, Wanted
 
 LADDER = (1, 2, 4)  # by which the first step is divided
 TRUTH = 16  # and that of the truth: of order four its error is 0.4 % of the finest one of a run of that order
@@ -78,8 +78,9 @@ def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
     for base in bases(runs, solver):
         if not open_:
             break
-        truth = Wanted(chosen.judge.name, solver, scheme, TRUTH * base.divide, base.stretch)
-        runs.make([truth, *(_rung(base, engine, divide) for engine in open_ for divide in LADDER)])
+        finest = Wanted(chosen.judge.name, solver, scheme, TRUTH * base.divide, base.stretch)
+        runs.make([finest, *(_rung(base, engine, divide) for engine in open_ for divide in LADDER)])
+        truth = runs[finest]
         for engine in tuple(open_):
             hindrance = _hindrance(runs, base, truth, engine)
             if hindrance is None:
@@ -105,23 +106,20 @@ def _rung(base: Wanted, engine: Engine, divide: int) -> Wanted:
     return Wanted(engine.name, base.solver, divide=base.divide * divide, stretch=base.stretch)
 
 
-def _error(runs: Runs, truth: Wanted, wanted: Wanted) -> float | str:
+def _error(one: Made, truth: Made) -> float | str:
     """Error of a run, or why there is none."""
-    one, other = runs[wanted], runs[truth]
-    if not other.complete:
-        return f"the truth {other.reason}"
-    if not one.complete:
+    if truth.run is None or not truth.complete:
+        return f"the truth {truth.reason}"
+    if one.run is None or not one.complete:
         return one.reason
-    assert one.run is not None
-    assert other.run is not None
-    if len(one.run.rows) != len(other.run.rows):
-        return f"it ended at {one.run.time[-1]:.6g} s, the truth at {other.run.time[-1]:.6g} s"
-    return pose_apart(one.run, other.run)
+    if len(one.run.rows) != len(truth.run.rows):
+        return f"it ended at {one.run.time[-1]:.6g} s, the truth at {truth.run.time[-1]:.6g} s"
+    return pose_apart(one.run, truth.run)
 
 
-def _hindrance(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> Measured | None:
+def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured | None:
     """Why three errors between round-off and TOO_FAR are not to be expected, judging from the first."""
-    error = _error(runs, truth, _rung(base, engine, 1))
+    error = _error(runs[_rung(base, engine, 1)], truth)
     if isinstance(error, str):
         return Measured(engine.name, engine.order, "failed", error)
     if not error < TOO_FAR:
@@ -133,13 +131,13 @@ def _hindrance(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> Measu
     return None
 
 
-def _measure(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> Measured:
+def _measure(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured:
     rungs = [_rung(base, engine, divide) for divide in LADDER]
     control = runs.scenario.simulation.control_step * base.stretch
     steps = tuple(control / rung.divide for rung in rungs)
     errors: list[float] = []
     for rung in rungs:
-        error = _error(runs, truth, rung)
+        error = _error(runs[rung], truth)
         if isinstance(error, str):
             return Measured(engine.name, engine.order, "failed", error)
         errors.append(error)

@@ -353,6 +353,13 @@ def test_finished_runs(folders):
     assert figures["agrees"] is True
 
 
+def test_finished_runs_of_several_solvers_are_told_by_all(folders, tmp_path):
+    cdpr.simulate(load("caroca", SHORT), solver="lp", out=tmp_path / "lp")
+    (group,) = compare_finished([str(folders / "judge"), str(tmp_path / "lp")]).figures["groups"]
+    assert group["solver"] == "qp, lp"
+    assert "solver.type" in group["engines"][0]["reason"]
+
+
 def test_finished_runs_of_other_gains_are_told_not_judged(folders):
     figures = compare_finished([str(folders / name) for name in ("one", "gains")]).figures
     (row,) = figures["groups"][0]["engines"]
