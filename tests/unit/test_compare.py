@@ -14,10 +14,11 @@ from cdpr.compare.differences import QUANTITIES, apart, difference, pose_apart
 from cdpr.compare.engines import describe, field, is_continuous
 from cdpr.compare.finished import compare_finished
 from cdpr.compare.refinement import refine
-from cdpr.compare.runs import Made, Wanted
+from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.compare.scenarios import changes
 from cdpr.compare.verdict import against_order, against_scheme, spans
 from cdpr.errors import CdprError, LogError, PluginError
+from cdpr.simulation.pool import Outcome
 
 SCHEME = "backend_options.reference.scheme"
 SHORT = {"simulation.duration": 0.2}
@@ -213,6 +214,24 @@ def test_wanted_runs_keep_the_control_period():
     assert (longer.control_step, longer.substeps, longer.steps) == (pytest.approx(0.06), 2, 16)
     scheme = scenario.with_changes(Wanted("reference", "qp", "semi_implicit_euler").changes(scenario))
     assert describe(scheme, "reference").order == 1
+
+
+def test_runs_are_read_when_they_are_asked_for(monkeypatch, tmp_path):
+    """However many there are, none waits in memory."""
+
+    def ended(cases, *, jobs, timeout, done):
+        for case in cases:
+            cdpr.simulate(load("caroca", SHORT), overrides=case.changes, out=case.out)
+            done(Outcome(case.key, "finished", "", case.out))
+
+    monkeypatch.setattr("cdpr.compare.runs.run_cases", ended)
+    read, real = [], cdpr.compare.runs.read
+    monkeypatch.setattr("cdpr.compare.runs.read", lambda outcome: read.append(outcome.key) or real(outcome))
+    runs, wanted = Runs(load("caroca", SHORT), tmp_path, 1, None, lambda done, total: None), Wanted("reference", "qp")
+    runs.make([wanted])
+    assert read == []
+    assert runs[wanted].complete
+    assert read == ["reference_qp"]
 
 
 class Failing(Here):
