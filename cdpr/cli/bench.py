@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from cdpr.cli.names import names
+from cdpr.cli.progress import Progress
 from cdpr.errors import CdprError, ExitCode
-
-if TYPE_CHECKING:
-    from cdpr.bench.benchmark import Progress
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
@@ -42,15 +38,15 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
     from cdpr.scenario import load_robot
 
     loaded = [load_robot(path) for path in robots or _default_robots()]
-    names = None if solvers == "all" else list(dict.fromkeys(name.strip() for name in solvers.split(",")))
+    chosen = None if solvers == "all" else names(solvers)
     # Only sound files are worth the time that these take to import.
     from cdpr import bench
     from cdpr.log.run_json import plain
     from cdpr.model.jit import on_first_compilation
 
     on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
-    with _bar() as progress:
-        figures = plain(bench.run(loaded, names, poses, seed, progress=progress))
+    with Progress() as progress:
+        figures = plain(bench.run(loaded, chosen, poses, seed, progress=progress))
     if out is not None:
         from cdpr.report.bench import write_bench
 
@@ -76,21 +72,6 @@ def _default_robots() -> list[str]:
     if not all(path.is_file() for path in paths):
         raise CdprError("this installation has no robots of its own: name robot files, cdpr bench solvers ROBOT...")
     return [str(path) for path in paths]
-
-
-@contextmanager
-def _bar() -> Iterator[Progress]:
-    """A progress bar with the time left on stderr, where that is a terminal."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn(elapsed_when_finished=True))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("")
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _print(figures: dict[str, Any]) -> None:

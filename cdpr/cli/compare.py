@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import click
 
+from cdpr.cli.names import names
+from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode, PluginError
-
-if TYPE_CHECKING:
-    from cdpr.compare.runs import Progress
 
 
 @click.command("compare")
@@ -57,7 +52,7 @@ def command(
     else:
         from cdpr.compare import job
 
-        with runs_bar() as progress:
+        with terminating(), Progress("runs") as progress:
             result = job.compare_scenario(
                 what[0],
                 changes=changes,
@@ -87,23 +82,3 @@ def command(
             click.echo(out)
     if result.figures["agrees"] is False:
         raise click.exceptions.Exit(ExitCode.DISAGREES)
-
-
-def names(text: str) -> list[str]:
-    """Names separated by commas."""
-    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
-
-
-@contextmanager
-def runs_bar() -> Iterator[Progress]:
-    """A progress bar on stderr, where that is a terminal."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("")
-        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -7,81 +7,113 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from time import monotonic
+from types import MappingProxyType
 
 import click
+
+from cdpr.errors import ExitCode
 
 TERMINAL_SECONDS = 0.2  # between two updates of the line
 FILE_SECONDS = 10.0  # between two lines where stderr is no terminal
 
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+NOTHING: Mapping[str, int] = MappingProxyType({})
+
 
 class Progress:
-    """How many cases have ended and the time that is left: one line that changes, or a line now and then."""
+    """How much is done and the time that is left: one line that changes and goes, or a line now and then in a file.
 
-    def __init__(self) -> None:
+    Args:
+        unit: what is counted, such as "cases"; without one per cent are told.
+    """
+
+    def __init__(self, unit: str = "") -> None:
+        self._unit = unit
         self._terminal = sys.stderr is not None and sys.stderr.isatty()
         self._every = TERMINAL_SECONDS if self._terminal else FILE_SECONDS
         self._due = monotonic() + self._every
-        self._first: tuple[float, int] | None = None  # when a first case had ended here, and how many had by then
+        self._first: tuple[float, int] | None = None  # when something was first done here, and how much was by then
         self._known: int | None = None
         self._length = 0
 
-    def checking(self, done: int, total: int) -> None:
-        """So many cases are checked."""
-        self._show(f"checking case {done + 1} of {total}")
+    def __enter__(self) -> Progress:
+        return self
 
-    def running(self, done: int, total: int, counts: Mapping[str, int]) -> None:
-        """So many cases have ended, and how."""
+    def __exit__(self, *error: object) -> None:
+        self._clear()
+
+    def __call__(self, done: int, total: int, counts: Mapping[str, int] = NOTHING) -> None:
+        """So much is done; of what has ended, so many ended how."""
+        now = monotonic()
         if self._known is None:
             self._known = done
-        elif self._first is None:  # from here on the workers have imported and compiled what they need
-            self._first = (monotonic(), done)
-        parts = [f"{done} of {total} cases"]
+        elif self._first is None and done > self._known:  # from here on all is imported and compiled
+            self._first = (now, done)
+        if now < self._due:
+            return
+        self._due = now + self._every
+        parts = [f"{done} of {total} {self._unit}" if self._unit else f"{done / total:.0%}"]
         parts += [f"{count} {status}" for status, count in counts.items() if count and status != "finished"]
         if self._first is not None and self._first[1] < done < total:
             then, before = self._first
-            parts.append(f"{_span((total - done) * (monotonic() - then) / (done - before))} left")
+            parts.append(f"{_span((total - done) * (now - then) / (done - before))} left")
         self._show(", ".join(parts))
 
     def say(self, text: str) -> None:
         """Tell something in a line of its own."""
-        self.clear()
+        self._clear()
         click.echo(text, err=True)
 
-    def clear(self) -> None:
-        """Take the line away."""
-        if self._length:
-            click.echo(f"\r{' ' * self._length}\r", err=True, nl=False)
-            self._length = 0
-
     def _show(self, text: str) -> None:
-        if monotonic() < self._due:
-            return
-        self._due = monotonic() + self._every
-        if self._terminal:
-            click.echo(f"\r{text:<{self._length}}", err=True, nl=False)
+        if self._terminal:  # whatever others write begins where the line does
+            click.echo(f"{text:<{self._length}}\r", err=True, nl=False)
             self._length = len(text)
         else:
             click.echo(text, err=True)
 
+    def _clear(self) -> None:
+        if self._length:
+            click.echo(f"{' ' * self._length}\r", err=True, nl=False)
+            self._length = 0
+
 
 class Signals:
-    """Whether the system asked for the end, rather than the user."""
+    """Which signals came.
 
+    Attributes:
+        pending: the first came and waits for the command to end itself.
+        terminated: the system asked for the end rather than the user.
+    """
+
+    pending = False
     terminated = False
 
+    def __init__(self, wait: bool) -> None:
+        self._wait = wait
+
     def handle(self, number: int, frame: object) -> None:
-        """End the command as Ctrl-C does."""
-        self.terminated = True
-        raise KeyboardInterrupt
+        """End the command as Ctrl-C does, or leave the first time to it."""
+        self.terminated = number != signal.SIGINT
+        if not self._wait:
+            raise KeyboardInterrupt
+        self._wait, self.pending = False, True
 
 
 @contextmanager
-def terminating() -> Iterator[Signals]:
-    """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C."""
-    signals = Signals()
-    before = {number: signal.signal(number, signals.handle) for number in (signal.SIGTERM, signal.SIGHUP)}
+def terminating(*, wait: bool = False) -> Iterator[Signals]:
+    """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C, with exit codes of their own.
+
+    Where the command can `wait`, the first signal is only remembered, for it to look at; the second ends it at once.
+    """
+    signals = Signals(wait)
+    heard = [number for number in STOPPING if signal.getsignal(number) != signal.SIG_IGN]  # not so under nohup
+    before = {number: signal.signal(number, signals.handle) for number in heard}
     try:
         yield signals
+    except KeyboardInterrupt:
+        code = ExitCode.TERMINATED if signals.terminated else ExitCode.INTERRUPTED
+        raise click.exceptions.Exit(code) from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterator
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,9 +16,6 @@ from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginErr
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run
-
-STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-PROGRESS_SECONDS = 0.1  # between two updates of the bar
 
 
 @click.command("run")
@@ -52,6 +48,7 @@ def command(
 
     loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     # Only a sound scenario is worth the time that these take to import.
+    from cdpr.cli.progress import Progress, terminating
     from cdpr.fmu.trust import any_fmu
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RunFolder
@@ -63,18 +60,18 @@ def command(
     on_first_compilation(lambda: click.echo("compiling numerical kernels, kept for later runs...", err=True))
     folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
     stop: CdprError | None = None
-    with _signals() as signals:
-        with _bar() as bar:
+    with terminating(wait=True) as signals:
+        with Progress() as progress:
 
-            def progress(done: int, total: int) -> None:
+            def look(done: int, total: int) -> None:
                 if signals.pending:  # here no write is under way
                     signals.pending = False
                     raise Interrupted("interrupted")
-                bar(done, total)
+                progress(done, total)
 
             try:
                 with any_fmu() if trust_fmu else nullcontext():
-                    run = simulate(loaded, out=folder, real_time=real_time, progress=progress)
+                    run = simulate(loaded, out=folder, real_time=real_time, progress=look)
             except CdprError as error:
                 if not isinstance(error.run, Run) or not len(error.run.rows):
                     raise
@@ -92,56 +89,6 @@ def command(
             raise stop
         click.echo(f"stopped: {stop}", err=True)
         raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else stop.exit_code)
-
-
-class _Signals:
-    """What ends a run: the first signal is remembered, so that the run can close its log; the second ends at once."""
-
-    pending = False
-    came = False
-    terminated = False
-
-    def handle(self, number: int, frame: object) -> None:
-        if self.came:
-            raise KeyboardInterrupt
-        self.pending = self.came = True
-        self.terminated = number != signal.SIGINT
-
-
-@contextmanager
-def _signals() -> Iterator[_Signals]:
-    signals = _Signals()
-    before = {number: signal.signal(number, signals.handle) for number in STOPPING}
-    try:
-        yield signals
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr, where that is a terminal."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done, total: None
-        return
-    from time import monotonic
-
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
-        task = bar.add_task("")
-        due = 0.0
-
-        def update(done: int, total: int) -> None:
-            nonlocal due
-            if monotonic() >= due:
-                bar.update(task, completed=done, total=total, refresh=True)
-                due = monotonic() + PROGRESS_SECONDS
-
-        yield update
 
 
 def _write_report(run: Run) -> OutputError | None:

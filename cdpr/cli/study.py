@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.errors import ExitCode, PluginError
+from cdpr.errors import PluginError
 
 if TYPE_CHECKING:
     from cdpr.study import Results, Study
@@ -53,10 +53,9 @@ def command(
     from cdpr.log.run_folder import new_folder
     from cdpr.study import load_study, run_study
 
-    with terminating() as signals:
-        progress = Progress()
-        loaded = load_study(study, progress=progress.checking)
-        progress.clear()
+    with terminating():
+        with Progress("cases checked") as checked:
+            loaded = load_study(study, progress=checked)
         if dry_run:
             _list(loaded, as_json)
             return
@@ -66,20 +65,20 @@ def command(
 
             executor = on_cluster(scheduler)
         folder = Path(out) if out else new_folder(loaded.name, "study")
-        try:
-            results = run_study(
-                loaded,
-                folder,
-                jobs=jobs or len(os.sched_getaffinity(0)),
-                timeout=timeout,
-                executor=executor,
-                progress=progress.running,
-                say=progress.say,
-            )
-        except KeyboardInterrupt:
-            progress.say(f"interrupted; this goes on: cdpr study {study} --out {folder}")
-            raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else ExitCode.INTERRUPTED) from None
-        progress.clear()
+        with Progress("cases") as progress:
+            try:
+                results = run_study(
+                    loaded,
+                    folder,
+                    jobs=jobs or len(os.sched_getaffinity(0)),
+                    timeout=timeout,
+                    executor=executor,
+                    progress=progress,
+                    say=progress.say,
+                )
+            except KeyboardInterrupt:
+                progress.say(f"interrupted; this goes on: cdpr study {study} --out {folder}")
+                raise
         if report:
             _report(results)
     if as_json:

@@ -58,7 +58,11 @@ def wait_for_rows(process, folder):
 def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
     command = [sys.executable, "-m", "cdpr", "run", CAROCA, "--no-report", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(
-        [*command, "--set", "simulation.duration=3600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*command, "--set", "simulation.duration=3600"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # the tests may run under nohup
     )
     wait_for_rows(process, tmp_path / "run")
     process.send_signal(number)

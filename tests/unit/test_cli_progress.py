@@ -1,13 +1,16 @@
-"""What a long command tells on stderr."""
+"""What a long command tells on stderr, and what ends it."""
 
 from __future__ import annotations
 
 import io
+import os
+import signal
 
+import click
 import pytest
 
 from cdpr.cli import progress
-from cdpr.cli.progress import Progress
+from cdpr.cli.progress import STOPPING, Progress, terminating
 
 
 class Stderr(io.StringIO):
@@ -28,12 +31,13 @@ def clock(monkeypatch):
 def test_time_left_counts_from_the_first_case(clock, monkeypatch):
     """The first takes longer: workers import and compile."""
     monkeypatch.setattr("sys.stderr", stderr := Stderr())
-    bar = Progress()
-    bar.running(3, 24, {"finished": 3})
+    bar = Progress("cases")
+    bar(3, 24, {"finished": 3})
+    bar(3, 24, {"finished": 3})
     clock[0] += 60.0
-    bar.running(4, 24, {"finished": 4})
+    bar(4, 24, {"finished": 4})
     clock[0] += 20.0
-    bar.running(14, 24, {"finished": 12, "diverged": 2})
+    bar(14, 24, {"finished": 12, "diverged": 2})
     assert stderr.getvalue().splitlines() == ["4 of 24 cases", "14 of 24 cases, 2 diverged, 20 s left"]
 
 
@@ -42,12 +46,64 @@ def test_a_file_gets_a_line_now_and_then_and_a_terminal_one_that_goes(clock, mon
     bar = Progress()
     for _ in range(100):
         clock[0] += 0.3
-        bar.running(1, 2, {})
+        bar(1, 2)
     assert 2 <= len(stderr.getvalue().splitlines()) <= 3
     monkeypatch.setattr("sys.stderr", stderr := Stderr())
     stderr.terminal = True
-    bar = Progress()
-    clock[0] += 1.0
-    bar.running(1, 2, {})
-    bar.clear()
-    assert stderr.getvalue() == f"\r1 of 2 cases\r{' ' * 12}\r"
+    with Progress() as bar:
+        clock[0] += 1.0
+        bar(1, 2)
+    assert stderr.getvalue() == f"50%\r{' ' * 3}\r"
+
+
+@pytest.fixture
+def handlers():
+    """Whatever the tests themselves were started with, all signals are heard."""
+    before = {number: signal.signal(number, signal.default_int_handler) for number in STOPPING}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
+def test_a_signal_ends_in_order(handlers, number, code):
+    ended = []
+
+    def command():
+        with terminating():
+            try:
+                os.kill(os.getpid(), number)
+            finally:
+                ended.append(True)
+
+    with pytest.raises(click.exceptions.Exit) as error:
+        command()
+    assert ended
+    assert error.value.exit_code == code
+    assert signal.getsignal(number) == signal.default_int_handler
+
+
+def test_a_command_that_can_wait_is_ended_by_the_second(handlers):
+    heard = []
+
+    def command():
+        with terminating(wait=True) as signals:
+            os.kill(os.getpid(), signal.SIGINT)
+            heard.append((signals.pending, signals.terminated))
+            os.kill(os.getpid(), signal.SIGTERM)
+            heard.append("not ended")
+
+    with pytest.raises(click.exceptions.Exit) as error:
+        command()
+    assert heard == [(True, False)]
+    assert error.value.exit_code == 143
+
+
+@pytest.mark.parametrize("wait", [False, True])
+def test_an_ignored_signal_stays_ignored(handlers, wait):
+    """As nohup has it, and a shell for what it starts in the background."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with terminating(wait=wait) as signals:
+        os.kill(os.getpid(), signal.SIGHUP)
+    assert not signals.pending
+    assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
