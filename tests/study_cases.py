@@ -13,7 +13,6 @@ from conftest import FAULTY, ROOT
 SHORT = "simulation.duration: 0.1"
 TABLES = ("table.csv", "table.parquet")
 
-
 # Each of these cases has a fault the first time that it runs: its file does not exist yet.
 FAULTS = """
 changes: {{simulation.duration: {duration}, controller.type: faulty, controller.kd: 30}}
@@ -35,6 +34,7 @@ def write_study(folder: Path, text: str) -> Path:
 
 def faulty_study(folder: Path, faults: list[str], duration: float, keep: str = "none") -> Path:
     """A study whose cases have these faults, once; "none" has none."""
+    (folder / "faults").mkdir(exist_ok=True)
     files = ", ".join(str(folder / "faults" / f"{i}") for i in range(len(faults)))
     text = FAULTS.format(duration=duration, count=len(faults), faults=", ".join(faults), files=files)
     path = write_study(folder, "")

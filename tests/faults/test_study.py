@@ -37,7 +37,6 @@ def descendants(pid):
 
 def undisturbed(study, folder, count):
     """The tables of the same study without any fault: all files are there."""
-    (folder / "faults").mkdir(exist_ok=True)
     for i in range(count):
         (folder / "faults" / f"{i}").touch()
     done = run(study, folder / "undisturbed", "--jobs", "2")

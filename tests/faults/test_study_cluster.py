@@ -124,15 +124,15 @@ def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, n
 
 def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     """Also in a folder that it has begun to fill."""
-    study = faulty_study(tmp_path, ["hang", "none"], 0.1, keep="all")
+    study = faulty_study(tmp_path, ["hang"], 0.1, keep="all")
     out = tmp_path / "out"
     process = begin(study, out, cluster, [tmp_path / "faults" / "0"])
-    (folder,) = [path.parent for path in out.glob("runs/*/run.json") if '"running"' in path.read_text()]
+    (folder,) = (out / "runs").iterdir()
     (case,) = (child for child in at_work(cluster) if any(str(folder) in file.path for file in child.open_files()))
     os.kill(case.ppid(), signal.SIGKILL)
     process.communicate(timeout=120)
     assert process.returncode == 0
-    assert [cdpr.load_run(folder).status for folder in (out / "runs").iterdir()] == ["finished"] * 2
+    assert cdpr.load_run(folder).status == "finished"
 
 
 def test_the_cluster_knows_how_many_at_a_time(tmp_path):
