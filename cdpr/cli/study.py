@@ -49,6 +49,8 @@ def command(
     Infeasible and diverged cases are results. Ctrl-C keeps what has been computed; the same command with the same --out
     goes on, and tries again what failed, died or hung.
     """
+    if jobs is not None and scheduler is not None:
+        raise click.UsageError("--jobs does not go with --scheduler: the cluster's workers run a case for each thread")
     from cdpr.cli.progress import Progress, terminating
     from cdpr.log.run_folder import new_folder
     from cdpr.study import load_study, run_study
@@ -133,6 +135,6 @@ def _print(results: Results) -> None:
     click.echo(f"{len(rows)} cases: {counts}")
     for case in results.study.cases:
         row = results.rows[case.id]
-        if row["status"] in ("failed", "died", "hung"):
-            click.echo(f"  {case.id}, {case}: {row['status']}: {row['message'].partition(chr(10))[0]}")
+        if row.status in ("failed", "died", "hung"):
+            click.echo(f"  {case.id}, {case}: {row.status}: {row.reason}")
     click.echo(results.folder)

@@ -56,7 +56,7 @@ def _about(results: Results) -> str:
                 some = list(places) if len(places) <= 12 else [*list(places)[:5], "...", list(places)[-1]]
                 rows.append((f"<code>{escape(leaf.label)}</code>", str(len(places)), escape(", ".join(some))))
     scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
-    versions = {f"{name} {version}" for row in results.rows.values() for name, version in row["versions"].items()}
+    versions = {f"{name} {version}" for row in results.rows.values() for name, version in row.versions.items()}
     return (
         f"<h2>What was varied</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
         f"<p>Scenario: {escape(', '.join(scenarios))}. "

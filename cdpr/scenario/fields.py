@@ -44,6 +44,7 @@ def _turns(value: str) -> str:
 
 
 Number = Annotated[float, AfterValidator(_moderate)]
+WholeOrNumber = Annotated[int | float, AfterValidator(_moderate)]  # whole numbers stay whole
 Positive = Annotated[float, Field(gt=0), AfterValidator(_moderate)]
 NonNegative = Annotated[float, Field(ge=0), AfterValidator(_moderate)]
 Vector3 = tuple[Number, Number, Number]

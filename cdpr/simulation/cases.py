@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from cdpr.errors import ExitCode
+
 BEGUN = "begun"  # said once a case: imported, compiled and built, the run begins
 
 
@@ -30,9 +32,14 @@ class Outcome:
 
     key: str
     status: str
-    message: str  # its first line says it all
+    message: str
     folder: str
     summary: Mapping[str, Any] = field(default_factory=dict)  # as Run.summary(), where there is a run
     versions: Mapping[str, str] = field(default_factory=dict)  # of all that computed it
     timings: Mapping[str, float] = field(default_factory=dict)  # s of wall time; "case_s" is all of it in the worker
-    code: int = 0  # exit code that `cdpr run` would end with
+    code: ExitCode = ExitCode.OK  # that `cdpr run` would end with
+
+    @property
+    def reason(self) -> str:
+        """The first line of the message, which says it all."""
+        return self.message.partition("\n")[0]

@@ -21,7 +21,7 @@ from typing import Any
 from cdpr.errors import ExitCode
 from cdpr.simulation.cases import BEGUN, Case, Outcome
 
-__all__ = ["Case", "Outcome", "Worker", "run_cases"]
+__all__ = ["TICK", "Case", "Outcome", "Worker", "ready", "run_cases", "wait"]
 
 STARTING = 120.0  # s that a case may take, beyond its own limit, to import, compile and build before it begins
 TICK = 0.5  # s between two looks whether a worker lives and is in time
@@ -50,20 +50,19 @@ def run_cases(
             workers.append(Worker())
             workers[-1].begin(waiting.popleft(), timeout)
         while busy := [worker for worker in workers if worker.case]:
-            wait([end for worker in busy for end in worker.ends()], TICK)
+            wait([source for worker in busy for source in worker.sources()], TICK)
             for k, worker in enumerate(workers):
                 outcome = worker.look()
                 if outcome is None:
                     continue
                 if waiting:
-                    if not worker.alive:
-                        workers[k] = Worker()
+                    workers[k] = ready(worker)
                     workers[k].begin(waiting.popleft(), timeout)
                 outcomes[outcome.key] = outcome
                 done(outcome)
     finally:
         for worker in workers:
-            worker.end()
+            worker.kill()
     return [outcomes[case.key] for case in cases]
 
 
@@ -72,7 +71,7 @@ class Worker:
 
     def __init__(self) -> None:
         self.case: Case | None = None
-        self.alive = True
+        self._open = True
         self._timeout = self._limit = self._deadline = inf
         self._connection, theirs = Pipe()
         self._output, output = os.pipe()
@@ -101,7 +100,7 @@ class Worker:
         with contextlib.suppress(OSError):  # it has just died: `look` finds out
             self._connection.send(case)
 
-    def ends(self) -> list[Connection | int]:
+    def sources(self) -> list[Connection | int]:
         """What becomes readable when there is something to look at."""
         return [self._connection] if self._mute else [self._connection, self._output]
 
@@ -125,17 +124,16 @@ class Worker:
             return self._lost("died")
         return self._lost("hung") if monotonic() > self._deadline else None
 
-    def wait(self) -> Outcome:
-        """Wait for the outcome of the case."""
-        while (outcome := self.look()) is None:
-            wait(self.ends(), TICK)
-        return outcome
+    @property
+    def alive(self) -> bool:
+        """Whether there is a process; the system may have ended one that had no case."""
+        return self._open and self._process.poll() is None
 
-    def end(self) -> None:
+    def kill(self) -> None:
         """End the process at once, with all that it started."""
-        if not self.alive:
+        if not self._open:
             return
-        self.alive = False
+        self._open = False
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
@@ -150,7 +148,7 @@ class Worker:
         if status == "died":
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(TICK)  # its socket is closed: it is about to end by itself
-        self.end()
+        self.kill()
         text = f"no answer after {self._limit:g} s" if status == "hung" else _reason(self._process.returncode)
         said = self._said.decode(errors="replace").strip().splitlines()
         said = [line for line in said if not line.startswith(NOISE)]
@@ -163,6 +161,15 @@ class Worker:
             chunk = os.read(self._output, PIPE)
             self._said = (self._said + chunk)[-TAIL:]
             self._mute = not chunk
+
+
+def ready(worker: Worker | None) -> Worker:
+    """Return a worker that can begin a case: this one, or another where its process has ended."""
+    if worker is not None and worker.alive:
+        return worker
+    if worker is not None:
+        worker.kill()
+    return Worker()
 
 
 def _reason(code: int) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from cdpr.errors import CdprError, ExitCode, PluginError
 from cdpr.plugins.registry import describe
-from cdpr.simulation.pool import Case, Outcome, Worker
+from cdpr.simulation.pool import TICK, Case, Outcome, ready, wait
+from cdpr.study.folder import clear
 from cdpr.study.run import Executor
 
 CONNECTING = 20  # s to find the scheduler
@@ -34,7 +36,7 @@ def executor(address: str) -> Executor:
             client = distributed.Client(address, timeout=CONNECTING)
         except (OSError, ValueError) as error:
             raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {describe(error)}") from error
-        with client:
+        with client:  # once it is closed, however this ends, nobody waits for the cases any more: see `run_here`
             run = partial(run_here, timeout=timeout)
             futures = {client.submit(run, case, pure=False): case.key for case in cases}
             for future in distributed.as_completed(futures):
@@ -43,13 +45,23 @@ def executor(address: str) -> Executor:
     return execute
 
 
-def run_here(case: Case, timeout: float | None) -> Outcome:
-    """Run a case in the worker process of this thread, which ends with it."""
-    worker: Worker | None = getattr(_mine, "worker", None)
-    if worker is None or not worker.alive:
-        worker = _mine.worker = Worker()
+def run_here(case: Case, timeout: float | None) -> Outcome | None:
+    """Run a case in the worker process of this thread, which ends with it; None where it was cancelled meanwhile."""
+    from distributed import get_worker
+
+    here = get_worker()
+    task = here.get_current_task()
+    if case.out is not None:
+        clear(Path(case.out))  # the cluster runs a case anew whose machine it has lost
+    worker = _mine.worker = ready(getattr(_mine, "worker", None))
     worker.begin(case, timeout)
-    return worker.wait()
+    while (outcome := worker.look()) is None:
+        known = here.state.tasks.get(task)  # Dask does not end a task that was cancelled under way, but marks it
+        if known is None or known.state == "cancelled":
+            worker.kill()
+            break
+        wait(worker.sources(), TICK)
+    return outcome
 
 
 def _outcome(future: Any, key: str) -> Outcome:

@@ -12,6 +12,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from cdpr.errors import LogError, OutputError
 from cdpr.log.files import replace, unwritable
 from cdpr.log.run_json import plain
@@ -26,14 +28,14 @@ RESULTS = ("finished", "infeasible", "diverged")  # what need not be run again
 
 OURS = {STUDY_NAME, f"{STUDY_NAME}.tmp", LEDGER_NAME}  # may be there before a study is
 
-Row = dict[str, Any]
+LINE = TypeAdapter(Outcome)
 
 
 class StudyFolder:
     """A folder for one study, new or with some of its cases; locked while it is open.
 
     Attributes:
-        rows: how the cases ended that did, by id: an `Outcome` as plain data.
+        rows: how the cases ended that did, by id.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -41,8 +43,8 @@ class StudyFolder:
         self.path = path
         try:
             path.mkdir(parents=True, exist_ok=True)
-            known = (path / STUDY_NAME).is_file()
-            if not known and {entry.name for entry in path.iterdir()} - OURS:
+            strange = {entry.name for entry in path.iterdir()} - OURS
+            if strange and not (path / STUDY_NAME).is_file():
                 raise OutputError(f"{path}: exists, is not empty and holds no study; choose another --out")
             self._ledger = os.open(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         except FileExistsError as error:
@@ -51,7 +53,7 @@ class StudyFolder:
             raise unwritable(Path(error.filename or path), error) from error
         try:
             self._lock()
-            if known:
+            if (path / STUDY_NAME).is_file():  # perhaps written by who had the lock
                 self._expect(study, path / STUDY_NAME)
             else:
                 content = {"name": study.name, "cases": len(study.cases), "digest": study.digest}
@@ -68,21 +70,19 @@ class StudyFolder:
     def run_folder(self, case: str) -> Path:
         """Where the run of a case is kept; nothing is there."""
         folder = self.path / RUNS_NAME / case
-        with contextlib.suppress(FileNotFoundError):
-            shutil.rmtree(folder)  # of a case that did not end
+        clear(folder)  # of a case that did not end
         return folder
 
     def record(self, outcome: Outcome) -> None:
         """Keep how a case ended: one line, in one write, which a kill leaves out or whole."""
-        row = plain(asdict(outcome))
-        line = json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n"
+        line = json.dumps(plain(asdict(outcome)), ensure_ascii=False, allow_nan=False) + "\n"
         try:
             rest = memoryview(line.encode())
             while rest:
                 rest = rest[os.write(self._ledger, rest) :]
         except OSError as error:
             raise unwritable(self.path / LEDGER_NAME, error) from error
-        self.rows[outcome.key] = row
+        self.rows[outcome.key] = outcome
 
     def _lock(self) -> None:
         try:
@@ -103,7 +103,7 @@ class StudyFolder:
                 f"'{study.name}' of {len(study.cases)}, or its scenario has changed since; choose another --out"
             )
 
-    def _read(self) -> dict[str, Row]:
+    def _read(self) -> dict[str, Outcome]:
         """Return the last line of each case; a line that was torn by a kill is cut off."""
         with open(os.dup(self._ledger), "rb") as file:
             file.seek(0)
@@ -111,12 +111,20 @@ class StudyFolder:
         whole = found[: found.rfind(b"\n") + 1]
         if len(whole) < len(found):
             os.ftruncate(self._ledger, len(whole))
-        rows: dict[str, Row] = {}
+        rows: dict[str, Outcome] = {}
         for number, line in enumerate(whole.splitlines(), 1):
             try:
-                row = json.loads(line)
-                rows[row["key"]] = row
-            except (ValueError, KeyError, TypeError) as error:
-                text = f"cannot be read ({error}); remove that line, and its case is run again"
+                row = LINE.validate_json(line)
+            except ValidationError as error:
+                first = error.errors()[0]
+                what = ": ".join([*map(str, first["loc"]), first["msg"]])
+                text = f"cannot be read ({what}); remove that line, and its case is run again"
                 raise LogError(f"{self.path / LEDGER_NAME}:{number}: {text}") from error
+            rows[row.key] = row
         return rows
+
+
+def clear(folder: Path) -> None:
+    """Remove a run folder, where there is one."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.rmtree(folder)

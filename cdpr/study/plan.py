@@ -18,11 +18,12 @@ from cdpr.scenario.loader import open_document, stem
 from cdpr.scenario.overrides import Change
 from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
 from cdpr.simulation.build import versions_of
+from cdpr.study.figures import FIGURES
 from cdpr.study.points import Label, Point, Reader, product_of
 from cdpr.study.schema import MAX_COUNT, Axis, Block, Keep, StudyFile
 
 SEED: Path = ("simulation", "seed")
-RESERVED = ("case", "block", "status", "message")  # columns of the table
+RESERVED = ("case", "block", "status", "message", *FIGURES)  # columns of the table
 
 Progress = Callable[[int, int], None]
 
@@ -31,7 +32,7 @@ Progress = Callable[[int, int], None]
 class StudyCase:
     """One run of a study."""
 
-    id: str  # of what it changes in which scenario: the same in every study that holds it
+    id: str  # of what it changes in which scenario, whatever that is called there
     block: str | None
     labels: Mapping[str, Label]  # by axis
     scenario: str  # path, for messages and relative file names
@@ -150,6 +151,7 @@ def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tu
     wrong: dict[str, tuple[int, Point]] = {}  # line -> the first case that it is told of
     counts: Counter[str] = Counter()
     only_plugins = True
+    known: Counter[str] = Counter()
     versions: dict[tuple[str, ...], dict[str, str]] = {}
     number = 0
     for grid in grids:
@@ -157,7 +159,7 @@ def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tu
             progress(number, total)
             number += 1
             try:
-                cases.append(_case(grid, point, seed, versions))
+                cases.append(_case(grid, point, seed, known, versions))
             except CdprError as error:
                 only_plugins &= isinstance(error, PluginError)
                 for line in str(error).splitlines():
@@ -170,17 +172,15 @@ def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tu
     return tuple(cases)
 
 
-def _case(grid: Grid, point: Point, seed: int, versions: dict[tuple[str, ...], dict[str, str]]) -> StudyCase:
-    """Make one case; CdprError says what is wrong with it."""
+def _case(
+    grid: Grid, point: Point, seed: int, known: Counter[str], versions: dict[tuple[str, ...], dict[str, str]]
+) -> StudyCase:
+    """Make one case; CdprError says what is wrong with it. `known` counts the cases that change the same."""
     # A type goes first: it takes the options of another plugin out, and the case's own must stay.
     changes = sorted((*grid.changes, *point.changes), key=lambda change: change.path[1:] != ("type",))
-    identity = {
-        "block": grid.name,
-        "labels": point.labels,
-        "changes": {dotted(change.path): change.value for change in changes},
-        "scenario": grid.base,
-    }
-    key = _digest(identity)[:12]
+    same = _digest([{dotted(change.path): change.value for change in changes}, grid.base])
+    key = _digest([same, known[same]])[:12]
+    known[same] += 1
     if all(change.path != SEED for change in changes):
         changes.append(Change(SEED, int(_digest([seed, key])[:16], 16) >> 1, Mark("seed")))
     scenario = grid.scenario.with_changes(changes)

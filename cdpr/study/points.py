@@ -111,11 +111,12 @@ class Reader:
 
 def _stepped(given: Range) -> list[float]:
     start, stop, step = given.start, given.stop, given.step
-    if step == 0 or (stop - start) / step < 0:
+    steps = (stop - start) / step if step else -1.0
+    if steps < 0:
         raise ValueError(f"steps of {step:g} do not lead from {start:g} to {stop:g}")
-    count = math.floor((stop - start) / step + MEETS) + 1
-    if count > MAX_COUNT:
-        raise ValueError(f"{count} values; at most {MAX_COUNT} are allowed")
+    if steps > MAX_COUNT:  # perhaps infinitely many: of the smallest steps there are
+        raise ValueError(f"{steps:g} steps; at most {MAX_COUNT} values are allowed")
+    count = math.floor(steps + MEETS) + 1
     if all(isinstance(value, int) for value in (start, stop, step)):
         return [start + i * step for i in range(count)]
     return [_rounded(start + i * step) for i in range(count)]
@@ -130,6 +131,8 @@ def _logarithmic(given: Spaced) -> list[float]:
     if min(given.start, given.stop) <= 0:
         raise ValueError(f"logspace needs values greater than 0, got {min(given.start, given.stop):g}")
     ratio = given.stop / given.start
+    if ratio == math.inf:
+        raise ValueError(f"{given.start:g} and {given.stop:g} are too far apart")
     inner = [_rounded(given.start * ratio ** (i / (given.count - 1))) for i in range(1, given.count - 1)]
     return [given.start, *inner, given.stop]
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from cdpr.errors import ExitCode, PluginError
 from cdpr.log.files import replace as write
@@ -28,11 +28,11 @@ class Executor(Protocol):
 
 @dataclass(frozen=True)
 class Results:
-    """What a study found; `rows` are the ledger's."""
+    """What a study found; `rows` are the ledger's, by id."""
 
     study: Study
     folder: Path
-    rows: Mapping[str, Mapping[str, Any]]
+    rows: Mapping[str, Outcome]
     table: Table
 
     @property
@@ -44,10 +44,10 @@ class Results:
     @property
     def exit_code(self) -> ExitCode:
         """OK where every case has a result, whatever it is."""
-        lost = [self.rows[case.id] for case in self.study.cases if self.rows[case.id]["status"] not in RESULTS]
-        if any(row["status"] != "failed" for row in lost):
+        lost = [self.rows[case.id] for case in self.study.cases if self.rows[case.id].status not in RESULTS]
+        if any(row.status != "failed" for row in lost):
             return ExitCode.BACKEND_DIED
-        return ExitCode(lost[0]["code"]) if lost else ExitCode.OK
+        return lost[0].code if lost else ExitCode.OK
 
 
 def run_study(
@@ -75,9 +75,9 @@ def run_study(
         before = other_versions(study, folder.rows)
         if before:
             say(f"{out}: the cases that it holds were computed by other versions than those here: {before}")
-        waiting = [case for case in study.cases if folder.rows.get(case.id, {}).get("status") not in RESULTS]
-        ended = {case.id for case in study.cases} - {case.id for case in waiting}
-        counts = Counter(folder.rows[key]["status"] for key in ended)
+        ended = {key for key, row in folder.rows.items() if row.status in RESULTS}
+        waiting = [case for case in study.cases if case.id not in ended]
+        counts = Counter(folder.rows[key].status for key in ended)
         execute = executor or (lambda cases, **options: run_cases(cases, jobs=jobs, **options))
 
         def done(outcome: Outcome) -> None:
@@ -94,7 +94,7 @@ def run_study(
         try:
             progress(len(ended), len(study.cases), counts)
             execute([_case(case, study, folder) for case in waiting], timeout=timeout, done=done)
-            again = [case for case in waiting if folder.rows[case.id]["status"] == "died"]
+            again = [case for case in waiting if folder.rows[case.id].status == "died"]
             if again:
                 say(f"{len(again)} case{'s' * (len(again) != 1)} died; trying again")
                 execute([_case(case, study, folder) for case in again], timeout=timeout, done=done)
@@ -109,11 +109,11 @@ def run_study(
         folder.close()
 
 
-def other_versions(study: Study, rows: Mapping[str, Mapping[str, Any]]) -> str:
+def other_versions(study: Study, rows: Mapping[str, Outcome]) -> str:
     """Say which cases were computed by other versions than this process would use; empty if none was."""
     found: Counter[str] = Counter()
     for case in study.cases:
-        theirs = rows[case.id]["versions"] if case.id in rows else {}
+        theirs = rows[case.id].versions if case.id in rows else {}
         for name, version in theirs.items():
             here = case.versions.get(name, "none")
             if version != here:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.scenario.fields import Number, Section
+from cdpr.scenario.fields import Number, Section, WholeOrNumber
 from cdpr.scenario.schema import MAX_SEED
 
 Keep = Literal["none", "failed", "all"]
@@ -19,9 +20,9 @@ SOURCES = ("values", "range", "linspace", "logspace", "random", "points", "zip")
 class Range(Section):
     """Equal steps; whole numbers stay whole."""
 
-    start: int | Number = Field(description="first value")
-    stop: int | Number = Field(description="last value, included where a step meets it")
-    step: int | Number = Field(description="distance of two values")
+    start: WholeOrNumber = Field(description="first value")
+    stop: WholeOrNumber = Field(description="last value, included where a step meets it")
+    step: WholeOrNumber = Field(description="distance of two values")
 
 
 class Spaced(Section):
@@ -54,6 +55,8 @@ class Random(Section):
             raise ValueError(f"the lowest value, {first:g}, must be below the highest, {second:g}")
         elif given[0] == "log_uniform" and first <= 0:
             raise ValueError(f"a logarithm needs values greater than 0, got {first:g}")
+        elif given[0] == "log_uniform" and second / first == math.inf:
+            raise ValueError(f"{first:g} and {second:g} are too far apart")
         return self
 
 

@@ -6,14 +6,13 @@ import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from cdpr.errors import PluginError
+from cdpr.simulation.cases import Outcome
+from cdpr.study.figures import figures
 from cdpr.study.plan import Study
 
 NOT_RUN = "not run"
-WALL_CLOCK = ("real_time_factor",)  # figures of the summary that depend on the machine
-BESIDES = ("status", *WALL_CLOCK)
 
 Cell = bool | int | float | str | None
 
@@ -32,39 +31,26 @@ class Table:
         return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
 
 
-def make_table(study: Study, rows: Mapping[str, Mapping[str, Any]]) -> Table:
+def make_table(study: Study, rows: Mapping[str, Outcome]) -> Table:
     """Return the table of a study; `rows` holds how its cases ended, by id."""
     blocks = any(case.block is not None for case in study.cases)
     axes = tuple(dict.fromkeys(axis for case in study.cases for axis in case.labels))
-    found = [figures(rows[case.id]["summary"]) if case.id in rows else {} for case in study.cases]
+    found = [figures(rows[case.id].summary) if case.id in rows else {} for case in study.cases]
     names = tuple(dict.fromkeys(name for one in found for name in one))
     table = []
     for case, values in zip(study.cases, found, strict=True):
-        row = rows.get(case.id, {"status": NOT_RUN, "message": ""})
-        reason = row["message"].partition("\n")[0]
+        row = rows.get(case.id) or Outcome(case.id, NOT_RUN, "", "")
         labels = [case.labels.get(axis) for axis in axes]
         block = [case.block] if blocks else []
-        table.append((case.id, *block, *labels, row["status"], reason, *(values.get(name) for name in names)))
+        table.append((case.id, *block, *labels, row.status, row.reason, *(values.get(name) for name in names)))
     columns = ("case", *(["block"] if blocks else []), *axes, "status", "message", *names)
     return Table(axes, names, columns, tuple(table))
 
 
-def figures(summary: Mapping[str, Any]) -> dict[str, Cell]:
-    """Flatten a run's summary: {"tension_N": {"max": 1.0}} becomes {"tension_max_N": 1.0}."""
-    out: dict[str, Cell] = {}
-    for key, value in summary.items():
-        if isinstance(value, Mapping):
-            name, _, unit = key.rpartition("_")
-            out.update({f"{name}_{part}_{unit}": number for part, number in value.items()})
-        elif key not in BESIDES:
-            out[key] = value
-    return out
-
-
-def times(study: Study, rows: Mapping[str, Mapping[str, Any]]) -> Table:
+def times(study: Study, rows: Mapping[str, Outcome]) -> Table:
     """Wall-clock times, which differ from run to run."""
     names = ("setup_s", "loop_s", "case_s")
-    found = {case.id: rows[case.id]["timings"] for case in study.cases if case.id in rows}
+    found = {case.id: rows[case.id].timings for case in study.cases if case.id in rows}
     cells = [(key, *(seconds.get(name) for name in names)) for key, seconds in found.items()]
     return Table((), names, ("case", *names), tuple(cells))
 

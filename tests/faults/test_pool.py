@@ -124,6 +124,22 @@ def test_a_text_runs_in_place_of_the_file():
     assert outcome.summary["samples"] == 101
 
 
+def test_a_worker_that_dies_idle_costs_no_case(monkeypatch):
+    """Its next case has not been in it."""
+    look = pool.Worker.look
+
+    def die_after(self):
+        outcome = look(self)
+        if outcome is not None and outcome.key == "first":
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+        return outcome
+
+    monkeypatch.setattr(pool.Worker, "look", die_after)
+    outcomes = run_cases([case("first"), case("second")], jobs=1, timeout=None)
+    assert [outcome.status for outcome in outcomes] == ["finished", "finished"]
+
+
 def test_what_done_raises_ends_the_workers():
     def done(outcome):
         raise KeyboardInterrupt
@@ -136,12 +152,12 @@ def test_what_done_raises_ends_the_workers():
 
 PARENT = """
 import sys
-from cdpr.simulation.pool import Case, Worker
+from cdpr.simulation.pool import Case, Worker, wait
 changes = {"controller.type": "faulty", "controller.fault": "hang", "controller.once": sys.argv[2]}
 worker = Worker()
 worker.begin(Case("hang", sys.argv[1], changes), None)
 print(worker._process.pid, flush=True)
-worker.wait()
+wait(worker.sources())
 """
 
 

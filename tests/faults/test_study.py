@@ -6,33 +6,13 @@ import json
 import os
 import signal
 import subprocess
-import time
 
 import numpy as np
 import pytest
 from conftest import ROOT
-from study_cases import command, environment, tables, write_study
+from study_cases import command, environment, faulty_study, tables, wait_until, write_study
 
 from cdpr.errors import ExitCode
-
-# Each of these cases has a fault the first time that it runs: its file does not exist yet.
-FAULTS = """
-changes: {{simulation.duration: {duration}, controller.type: faulty, controller.kd: 30}}
-axes:
-  - zip:
-      - {{key: controller.kp, range: {{start: 1, stop: {count}, step: 1}}}}
-      - {{key: controller.fault, values: [{faults}]}}
-      - {{key: controller.once, values: [{files}]}}
-"""
-
-
-def faulty_study(folder, faults, duration):
-    """A study whose cases have these faults, once; "none" has none."""
-    files = ", ".join(str(folder / "faults" / f"{i}") for i in range(len(faults)))
-    text = FAULTS.format(duration=duration, count=len(faults), faults=", ".join(faults), files=files)
-    path = write_study(folder, "")
-    path.write_text(path.read_text().splitlines()[0] + text)
-    return path
 
 
 def run(study, out, *options):
@@ -57,7 +37,6 @@ def descendants(pid):
 
 def undisturbed(study, folder, count):
     """The tables of the same study without any fault: all files are there."""
-    (folder / "faults").mkdir(exist_ok=True)
     for i in range(count):
         (folder / "faults" / f"{i}").touch()
     done = run(study, folder / "undisturbed", "--jobs", "2")
@@ -184,13 +163,6 @@ def alive(pid):
             return file.read().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
-
-
-def wait_until(true, seconds=120.0):
-    deadline = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def wait_for_cases(process, out, count):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 
 import pytest
 from conftest import ROOT
-from study_cases import command, environment, tables, write_study
+from study_cases import command, environment, faulty_study, tables, wait_until, write_study
 
+import cdpr
 from cdpr.errors import ExitCode
 
 pytest.importorskip("distributed")
+psutil = pytest.importorskip("psutil")  # comes with it
 
 KINDS = """
 axes:
@@ -40,8 +44,8 @@ if __name__ == "__main__":
 
 
 @pytest.fixture(scope="module")
-def scheduler(tmp_path_factory):
-    """The address of a cluster of two workers."""
+def cluster(tmp_path_factory):
+    """The process of a cluster of two workers, and its address."""
     folder = tmp_path_factory.mktemp("cluster")
     (folder / "cluster.py").write_text(CLUSTER)
     process = subprocess.Popen(
@@ -53,8 +57,28 @@ def scheduler(tmp_path_factory):
         cwd=folder,
         env=environment(),
     )
-    yield process.stdout.readline().strip()
+    yield psutil.Process(process.pid), process.stdout.readline().strip()
     process.communicate(timeout=60)
+
+
+@pytest.fixture
+def scheduler(cluster):
+    return cluster[1]
+
+
+def at_work(cluster):
+    """The worker processes in which cases run, or ran."""
+    children = cluster[0].children(recursive=True)
+    return [child for child in children if "cdpr.simulation.worker" in child.cmdline()]
+
+
+def begin(study, out, cluster, files):
+    """Start a study on the cluster and wait for these files."""
+    process = subprocess.Popen(
+        command(study, out, "--scheduler", cluster[1]), cwd=ROOT, env=environment(), stderr=subprocess.PIPE, text=True
+    )
+    wait_until(lambda: all(file.exists() for file in files))
+    return process
 
 
 def run(study, out, *options):
@@ -79,6 +103,42 @@ def test_faults_are_told(scheduler, tmp_path):
     assert done.returncode == ExitCode.BACKEND_DIED
     assert "4 cases: 1 finished, 1 died, 1 failed, 1 hung" in done.stdout
     assert "ended by SIGKILL" in done.stdout
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, number):
+    study = faulty_study(tmp_path, ["hang", "hang", "none"], 0.1, keep="all")
+    out = tmp_path / "out"
+    process = begin(study, out, cluster, [tmp_path / "faults" / name for name in "01"])
+    hanging = at_work(cluster)
+    assert len(hanging) == 2
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
+    if number == signal.SIGINT:
+        assert process.returncode == ExitCode.INTERRUPTED
+        assert f"interrupted; this goes on: cdpr study {study} --out {out}" in errors
+    wait_until(lambda: not any(child.is_running() for child in hanging), 20)
+    assert run(study, out, "--scheduler", cluster[1]).returncode == 0
+    assert [cdpr.load_run(folder).status for folder in (out / "runs").iterdir()] == ["finished"] * 3
+
+
+def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
+    """Also in a folder that it has begun to fill."""
+    study = faulty_study(tmp_path, ["hang"], 0.1, keep="all")
+    out = tmp_path / "out"
+    process = begin(study, out, cluster, [tmp_path / "faults" / "0"])
+    (folder,) = (out / "runs").iterdir()
+    (case,) = (child for child in at_work(cluster) if any(str(folder) in file.path for file in child.open_files()))
+    os.kill(case.ppid(), signal.SIGKILL)
+    process.communicate(timeout=120)
+    assert process.returncode == 0
+    assert cdpr.load_run(folder).status == "finished"
+
+
+def test_the_cluster_knows_how_many_at_a_time(tmp_path):
+    done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2")
+    assert done.returncode == ExitCode.BAD_INPUT
+    assert "--jobs does not go with --scheduler" in done.stderr
 
 
 def test_nobody_answers(tmp_path):

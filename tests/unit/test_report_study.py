@@ -9,6 +9,7 @@ from study_cases import write_study
 
 from cdpr.report.study_cells import FIGURES
 from cdpr.report.study_layout import layouts, panels
+from cdpr.simulation.cases import Outcome
 from cdpr.study import Results, load_study
 from cdpr.study.table import make_table
 
@@ -31,7 +32,7 @@ def results(tmp_path, text, status=lambda case: "finished"):
     rows = {}
     for number, case in enumerate(study.cases, 1):
         summary = {"position_error_m": {"max": 1e-3 * number, "rms": 0.0}, "tension_N": {"max": 10.0 * number}}
-        rows[case.id] = {"status": status(case), "message": "", "summary": summary, "versions": {}, "code": 0}
+        rows[case.id] = Outcome(case.id, status(case), "", "", summary)
     return Results(study, tmp_path, rows, make_table(study, rows))
 
 

@@ -142,6 +142,21 @@ def test_identities_are_stable_and_tell_cases_apart(tmp_path):
     assert not {case.id for case in load_study(heavier).cases} & set(ids.values())
 
 
+def test_names_are_not_part_of_an_identity(tmp_path):
+    """Else another heading would change every seed, and so every result."""
+
+    def ids(text):
+        return [case.id for case in load_study(write_study(tmp_path, text)).cases]
+
+    plain = ids("axes:\n  - {key: controller.kp, values: [1, 2]}")
+    assert ids("axes:\n  - {name: gain, key: controller.kp, values: [1, 2]}") == plain
+    assert ids("axes:\n  - {name: gain, points: {low: {controller.kp: 1}, high: {controller.kp: 2}}}") == plain
+    axes = "axes: [{key: controller.kp, values: [1, 2]}]"
+    twice = ids(f"blocks:\n  - {{name: a, {axes}}}\n  - {{name: b, {axes}}}")
+    assert twice[:2] == plain
+    assert len(set(twice)) == 4
+
+
 def test_every_case_has_a_seed_of_its_own(tmp_path):
     def seeds(text):
         cases = load_study(write_study(tmp_path, text)).cases
@@ -176,6 +191,11 @@ def test_every_case_has_a_seed_of_its_own(tmp_path):
         ("axes: [{key: 'a[', values: [1]}]", "a key such as simulation.duration"),
         ("axes: [{key: controller.kp, values: [1]}, {key: controller.kp, values: [2]}]", "two axes set controller.kp"),
         ("axes: [{name: status, key: controller.kp, values: [1]}]", "cannot be called status"),
+        ("axes: [{name: samples, key: simulation.duration, values: [1]}]", "cannot be called samples"),
+        ("axes: [{key: controller.kp, range: {start: 0.0, stop: 1.0, step: 1.0e-320}}]", "at most 100000"),
+        ("axes: [{key: controller.kp, range: {start: 1, stop: 1" + 100 * "0" + ", step: 1}}]", "range.stop: must lie"),
+        ("axes: [{key: controller.kp, logspace: {start: 1.0e-320, stop: 1, count: 3}}]", "too far apart"),
+        ("axes: [{key: controller.kp, random: {log_uniform: [1.0e-320, 1], count: 3}}]", "too far apart"),
         ("axes: [{zip: [{key: a, values: [1]}, {key: b, values: [1, 2]}]}]", "equal length expected, got 1, 2 values"),
         (
             "axes: [{zip: [{key: a, values: [1, 1]}, {key: b, values: [2, 2]}]}]",

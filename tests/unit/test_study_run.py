@@ -13,8 +13,11 @@ from conftest import ROOT
 from study_cases import TABLES, command, tables, write_study
 
 import cdpr
-from cdpr.errors import ExitCode, OutputError
+from cdpr.errors import ExitCode, LogError, OutputError
+from cdpr.simulation.cases import Outcome
 from cdpr.study import load_study, run_study
+from cdpr.study.figures import FIGURES
+from cdpr.study.folder import StudyFolder
 
 # Finished, diverged and infeasible: all of them results.
 KINDS = """
@@ -63,7 +66,8 @@ def test_results(results, tmp_path):
         assert float(row["tension_max_N"]) == summary["tension_N"]["max"]
         assert int(row["samples"]) == summary["samples"]
     assert "not finite" in rows[1]["message"]
-    assert "real_time_factor" not in rows[0]
+    assert tuple(rows[0]) == ("case", "controller.kd", "kind", "status", "message", *FIGURES)
+    assert {row["energy_balanced"] for row in rows if row["kind"] == "sound"} == {"true"}
     assert not (tmp_path / "out" / "runs").exists()
     heading, first, *_ = (tmp_path / "out" / "times.csv").read_text().splitlines()
     assert float(dict(zip(heading.split(","), first.split(","), strict=True))["case_s"]) > 0
@@ -111,6 +115,32 @@ def test_a_folder_belongs_to_one_study(results, tmp_path):
         run_study(results.study, tmp_path / "full")
 
 
+def test_who_comes_second_sees_what_the_first_wrote(results, tmp_path, monkeypatch):
+    """The folder was empty when it looked, and holds another study when it has the lock."""
+    other = load_study(write_study(tmp_path, KINDS.replace("[20, 30]", "[20, 40]")))
+    lock = StudyFolder._lock
+
+    def late(self):
+        shutil.copy(tmp_path / "out" / "study.json", self.path)
+        lock(self)
+
+    monkeypatch.setattr(StudyFolder, "_lock", late)
+    with pytest.raises(OutputError, match="holds another study"):
+        StudyFolder(tmp_path / "new", other)
+
+
+@pytest.mark.parametrize("line", ["{", '{"key": "a"}', "[]", '{"key": "a", "status": 1, "message": "", "folder": ""}'])
+def test_a_spoilt_ledger_is_told(results, tmp_path, line):
+    with (tmp_path / "out" / "cases.jsonl").open("a") as file:
+        file.write(line + "\n")
+    with pytest.raises(LogError, match=r"cases\.jsonl:7: cannot be read .*remove that line"):
+        run_study(results.study, tmp_path / "out")
+
+
+def test_the_reason_is_the_first_line():
+    assert Outcome("a", "died", "by SIGSEGV\nFatal Python error", "").reason == "by SIGSEGV"
+
+
 def test_other_versions_are_told(results, tmp_path):
     ledger = tmp_path / "out" / "cases.jsonl"
     rows = [json.loads(line) for line in ledger.read_text().splitlines()]
@@ -132,7 +162,7 @@ def test_kept_runs(tmp_path, keep, kept):
     for folder in folders:
         (case,) = (case for case in results.study.cases if case.id == folder.name)
         assert (folder / "scenario.yaml").read_text() == case.text
-        assert cdpr.load_run(folder).status == results.rows[case.id]["status"]
+        assert cdpr.load_run(folder).status == results.rows[case.id].status
 
 
 def test_command(tmp_path):
@@ -160,10 +190,10 @@ def test_command(tmp_path):
     ],
 )
 def test_exit_codes(computed, found, code):
-    changed = [{**computed.rows[case.id]} for case in computed.study.cases]
-    for row, (status, number) in zip(changed, found, strict=False):
-        row.update(status=status, code=number)
-    assert replace(computed, rows={row["key"]: row for row in changed}).exit_code == code
+    rows = dict(computed.rows)
+    for case, (status, number) in zip(computed.study.cases, found, strict=False):
+        rows[case.id] = replace(rows[case.id], status=status, code=ExitCode(number))
+    assert replace(computed, rows=rows).exit_code == code
 
 
 def test_a_bad_study_runs_nothing(tmp_path):
