@@ -8,7 +8,7 @@ import json
 import click
 
 from cdpr.cli.names import names
-from cdpr.cli.progress import Progress
+from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import ExitCode
 
 
@@ -30,7 +30,7 @@ def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tu
     from cdpr.compare import baseline_check
 
     chosen = None if backends is None else names(backends)
-    with Progress("runs") as progress:
+    with terminating(), Progress("runs") as progress:
         files = baseline_check.save(
             scenarios, Path(out), backends=chosen, overrides=changes, jobs=jobs, progress=progress
         )
@@ -52,7 +52,7 @@ def check(folder: str, jobs: int, as_json: bool) -> None:
 
     from cdpr.compare import baseline_check
 
-    with Progress("runs") as progress:
+    with terminating(), Progress("runs") as progress:
         found = baseline_check.check(Path(folder), jobs=jobs, progress=progress)
     if as_json:
         click.echo(json.dumps([dataclasses.asdict(one) for one in found], indent=1))

@@ -7,7 +7,7 @@ import json
 import click
 
 from cdpr.cli.names import names
-from cdpr.cli.progress import Progress
+from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode, PluginError
 
 
@@ -52,7 +52,7 @@ def command(
     else:
         from cdpr.compare import job
 
-        with Progress("runs") as progress:
+        with terminating(), Progress("runs") as progress:
             result = job.compare_scenario(
                 what[0],
                 changes=changes,

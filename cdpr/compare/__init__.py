@@ -5,5 +5,5 @@
 - `verdict`: one engine's run against its standard;
 - `comparison`: runs all of them, each in a process of its own, and judges them; `finished` judges run folders;
 - `refinement`: the measured order;
-- `baseline`: a run kept in a small file, and a later run held against it.
+- `baseline`: what is kept of a run, `baseline_file` where, and `baseline_check` holds a later run against it.
 """

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from cdpr.compare import baseline
+from cdpr.compare import baseline, baseline_file
 from cdpr.compare.baseline import FIELDS, STATE, SUFFIX, Baseline
 from cdpr.compare.differences import QUANTITIES
 from cdpr.compare.machine import machine
@@ -20,6 +21,8 @@ from cdpr.errors import CdprError, ScenarioError
 from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.pool import Case, Outcome, run_cases
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -59,16 +62,21 @@ def save(
     """
     chosen: Sequence[str | None] = backends or [None]
     scenarios = [load_scenario(path, overrides=overrides, backend=backend) for path in paths for backend in chosen]
+
+    def keep(k: int, made: Made) -> Baseline | CdprError:
+        if made.run is None or not made.complete:
+            return CdprError(f"{scenarios[k].source}: no baseline of a run that {made.reason}")
+        return baseline.make(made.run, scenarios[k], overrides, folder)
+
     kept = []
-    for scenario, made in zip(scenarios, _run(scenarios, jobs, progress), strict=True):
-        if made.run is None or made.status not in ("finished", "infeasible"):
-            reason = made.message.partition("\n")[0]
-            raise CdprError(f"{scenario.source}: no baseline of a run that {made.status}: {reason}")
-        kept.append(baseline.make(made.run, scenario, overrides, folder))
+    for each in _run(scenarios, jobs, progress, keep):
+        if isinstance(each, CdprError):
+            raise each
+        kept.append(each)
     names = [each.name for each in kept]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise CdprError(f"two baselines would be called {', '.join(twice)}: give the scenarios names of their own")
-    return [baseline.write(each, folder) for each in kept]
+    return [baseline_file.write(each, folder) for each in kept]
 
 
 def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, total: None) -> list[Checked]:
@@ -79,26 +87,34 @@ def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, tota
     found: dict[str, Checked] = {}
     to_run: dict[str, tuple[Baseline, Scenario]] = {}
     for path in paths:
-        kept = baseline.read(path)
+        kept = baseline_file.read(path)
         name = path.name.removesuffix(SUFFIX)
         try:
             scenario = _load(path.parent, kept)
         except CdprError as error:
-            found[name] = Checked(name, "differs", f"its scenario does not load any more: {error}".partition("\n")[0])
+            reason = str(error).partition("\n")[0]
+            found[name] = Checked(name, "differs", f"its scenario does not load any more: {reason}")
             continue
         if changed := _changed(path.parent / kept.source, kept, scenario):
             found[name] = Checked(name, "differs", changed)
         else:
             to_run[name] = kept, scenario
-    made = _run([scenario for _, scenario in to_run.values()], jobs, progress)
-    for (name, (kept, _)), one in zip(to_run.items(), made, strict=True):
-        found[name] = _judge(name, kept, one)
+    names = list(to_run)
+
+    def judge(k: int, made: Made) -> Checked:
+        return _judge(names[k], to_run[names[k]][0], made)
+
+    found |= {one.name: one for one in _run([scenario for _, scenario in to_run.values()], jobs, progress, judge)}
     return [found[name] for name in sorted(found)]
 
 
 def _load(folder: Path, kept: Baseline) -> Scenario:
     """The scenario as it was kept; files that it names are looked for beside its own."""
-    return load_scenario(folder / kept.source, text=kept.scenario_yaml)
+    scenario = load_scenario(folder / kept.source, text=kept.scenario_yaml)
+    cables = kept.samples["tension"].shape[1]
+    if len(scenario.robot.cables) != cables:
+        raise CdprError(f"it has {len(scenario.robot.cables)} cables, the samples have {cables}")
+    return scenario
 
 
 def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
@@ -117,31 +133,30 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
     return f"the scenario {source} has changed: {told}{more}; save the baseline anew if that is meant"
 
 
-def _run(scenarios: Sequence[Scenario], jobs: int, progress: Progress) -> list[Made]:
-    made: dict[str, Made] = {}
+def _run(
+    scenarios: Sequence[Scenario], jobs: int, progress: Progress, take: Callable[[int, Made], Found]
+) -> list[Found]:
+    """What `take` makes of the number of a scenario and its run; the run itself is not kept."""
+    found: dict[str, Found] = {}
     progress(0, len(scenarios))
     with tempfile.TemporaryDirectory(prefix="cdpr-baseline-") as folder:
 
         def done(outcome: Outcome) -> None:
-            made[outcome.key] = read(outcome)
-            progress(len(made), len(scenarios))
+            found[outcome.key] = take(int(outcome.key), read(outcome))
+            progress(len(found), len(scenarios))
 
         cases = [
             Case(str(k), scenario.source, {}, str(Path(folder) / str(k)), scenario.resolved_yaml())
             for k, scenario in enumerate(scenarios)
         ]
         run_cases(cases, jobs=jobs, timeout=None, done=done)
-    return [made[case.key] for case in cases]
+    return [found[case.key] for case in cases]
 
 
 def _judge(name: str, kept: Baseline, made: Made) -> Checked:
     run = made.run
     if run is None or run.status != kept.status:
-        status = made.status if run is None else run.status
-        reason = made.message.partition("\n")[0]
-        return Checked(
-            name, "differs", f"the run was {kept.status} and is {status}" + (f": {reason}" if reason else "")
-        )
+        return Checked(name, "differs", f"the run was {kept.status} and is {made.reason}")
     if len(run.rows) != kept.count:
         return Checked(name, "differs", f"the run had {kept.count} samples and has {len(run.rows)}")
     if baseline.digest(run) == kept.digest:
@@ -168,8 +183,7 @@ def _others(kept: Baseline, run: Run) -> str:
 
 def _measure(kept: Baseline, run: Run) -> tuple[str, str]:
     """What is beyond its bound, "" for nothing, and the largest difference of each quantity."""
-    chosen = baseline.chosen_samples(len(run.rows))
-    now = Run(run.header, run.rows[chosen])
+    now = Run(run.header, run.rows[kept.indices])
     before = dataclasses.replace(now, rows=now.rows.copy())
     for field in FIELDS:
         before[field][...] = kept.samples[field].reshape(before[field].shape)

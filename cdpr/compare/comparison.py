@@ -110,8 +110,7 @@ def _group(runs: Runs, chosen: Field, solver: str, named: bool) -> Group:
     continuous = is_continuous(runs.scenario.with_changes(solver=solver))
     judge = runs[Wanted(chosen.judge.name, solver)]
     if not judge.complete:
-        ended = f"{judge.status}: {_first_line(judge)}"
-        return Group(solver, continuous, judge.run, f"the judge, {chosen.judge.name}, {ended}", ())
+        return Group(solver, continuous, judge.run, f"the judge, {chosen.judge.name}, {judge.reason}", ())
     assert judge.run is not None
     rows = []
     for engine in chosen.engines:
@@ -132,7 +131,7 @@ def _judge(
     standard, twice = engine.standard(judge), 2 * runs.scenario.simulation.substeps
     if made.run is None:
         refused = made.status == "failed" and not made.begun and not named
-        return Verdict("not run" if refused else "failed", f"{made.status}: {_first_line(made)}")
+        return Verdict("not run" if refused else "failed", made.reason)
     if standard == "none":
         return unjudged(made.run, judged, f"its plant is another one (cables: {engine.cables})")
     if standard == "scheme":
@@ -142,7 +141,7 @@ def _judge(
     found = [other.run for other in others if other.run is not None]
     if len(found) < len(others):
         lost = next(other for other in others if other.run is None)
-        return Verdict("failed", f"the run to judge it by {lost.status}: {_first_line(lost)}")
+        return Verdict("failed", f"the run to judge it by {lost.reason}")
     if standard == "scheme":
         return against_scheme(made.run, judged, *found, continuous=continuous)
     halved, halved_judge = found
@@ -165,7 +164,3 @@ def step_cost(run: Run | None) -> float | None:
     if run is None or len(run.rows) < 2 or not run.timings.get("loop_s"):
         return None
     return 1e6 * run.timings["loop_s"] / (len(run.rows) - 1)
-
-
-def _first_line(made: Made) -> str:
-    return made.message.partition("\n")[0] or "no message"

@@ -18,9 +18,9 @@ class Quantity:
     """Something that two runs are compared by.
 
     Two programs that compute the same scheme differ by round-off alone. `round_off` allows at least ten times what
-    the installed engines differ by, and lies far below what any fault of an adapter makes. Most of it is for DART,
-    whose attitude is a rotation vector and good to 1e-9 rad. `lever` names the angle, or its rate, that comes on top of
-    it where the centre of mass lies off the origin: engines move the centre of mass.
+    the installed engines differ by, and lies far below what any fault of an adapter makes. Most of it is for engines
+    that keep the attitude as a rotation vector, good to 1e-9 rad. `lever` names the angle, or its rate, that comes on
+    top of it where the centre of mass lies off the origin: engines move the centre of mass.
     """
 
     title: str

@@ -88,6 +88,14 @@ def describe(scenario: Scenario, name: str) -> Engine:
     )
 
 
+def finest_scheme(scenario: Scenario, judge: Engine) -> str:
+    """Return the scheme of the judge that is of highest order, "" where that is the scenario's."""
+    key = f"backend_options.{judge.name}.scheme"
+    orders = {name: describe(scenario.with_changes({key: name}), judge.name).order for name in judge.schemes}
+    best = max(orders, key=orders.__getitem__, default="")
+    return best if best and orders[best] > judge.order else ""
+
+
 def is_continuous(scenario: Scenario) -> bool:
     """Whether the tensions follow the state without jumps: the solver declares it, or the controller commands them."""
     found = registry()

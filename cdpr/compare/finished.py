@@ -48,7 +48,8 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
             rows.append(Row(label, read[label][0], standard, verdict, run, step_cost(run)))
     head, scenario = loaded[judge].header, read[judge][1]
     continuous = scenario is not None and is_continuous(scenario)
-    group = Group(head.solver, continuous, loaded[judge], "", tuple(rows), {}, pairs(rows))
+    solvers = ", ".join(dict.fromkeys(run.header.solver for run in loaded.values()))
+    group = Group(solvers, continuous, loaded[judge], "", tuple(rows), {}, pairs(rows))
     facts = {
         "scenario": head.scenario,
         "robot": head.robot,

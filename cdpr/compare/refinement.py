@@ -1,29 +1,31 @@
 """The measured order: how the error falls with the physics step while the control period stays the same.
 
-The truth is the judge at a quarter of the finest step, in the same closed loop. Where the control period is so short
-that errors drown in round-off, the loop is closed less often, with all runs that belong together.
+The truth is the judge's scheme of highest order at a quarter of the finest step, in the same closed loop. Where the
+control period is so short that errors drown in round-off, the loop is closed less often, with all runs that belong
+together.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from cdpr.compare.differences import pose_apart
-from cdpr.compare.engines import Engine, Field
-from cdpr.compare.runs import Runs, Wanted
+from cdpr.compare.engines import Engine, Field, finest_scheme
+from cdpr.compare.runs import Made, Runs, Wanted
 
 LADDER = (1, 2, 4)  # by which the first step is divided
-TRUTH = 16  # and that of the judge, whose error is then 4^-order of its own finest one
+TRUTH = 16  # and that of the truth: of order four its error is 0.4 % of the finest one of a run of that order
 STRETCHES = (1, 10, 20, 50)  # of the control period, in this order, until errors are above round-off
 FEWEST = 10  # control periods that a run must have
 
 # m. The finest error of three must be larger: round-off of closed loops is 1e-16 to 2e-15 m.
 ABOVE_ROUND_OFF = 1e-14
 
-# m. With a larger error than this the loop is no longer what was asked for: closed so seldom, it has become unstable.
+# m. With a larger error than this no power of the step is to be seen: the step is too long, or the loop, closed so
+# seldom, has become unstable.
 TOO_FAR = 1e-2
 
 
@@ -32,7 +34,8 @@ class Measured:
     """What came of one engine.
 
     Attributes:
-        outcome: "as declared", "at round-off", "differs" or "failed".
+        outcome: "as declared", "at round-off", "differs", "too far" or "failed".
+        reason: why the order is not as declared or could not be measured.
         order: measured, None unless there are three errors above round-off.
         steps: physics steps, s.
         errors: root mean square of the distance in pose from the truth, m, angles times the characteristic length.
@@ -63,20 +66,28 @@ def tolerance(order: int) -> float:
 
 
 def refine(runs: Runs, chosen: Field, solver: str) -> list[Measured]:
-    """Measure the order of the judge and of all engines whose plant is the same."""
+    """Measure the order of the judge and of all engines whose plant is the same; of those that ran the scenario."""
     engines = [chosen.judge, *(each for each in chosen.engines if each.standard(chosen.judge) != "none")]
-    open_, found = {engine.name: engine for engine in engines}, dict[str, Measured]()
+    runs.make([Wanted(engine.name, solver) for engine in engines])
+    engines = [engine for engine in engines if runs[Wanted(engine.name, solver)].run is not None]
+    if chosen.judge not in engines:
+        return []
+    scheme = finest_scheme(runs.scenario, chosen.judge)
+    found: dict[str, Measured] = {}
+    open_ = list(engines)
     for base in bases(runs, solver):
         if not open_:
             break
-        truth = Wanted(chosen.judge.name, solver, divide=TRUTH * base.divide, stretch=base.stretch)
-        runs.make([truth, *(_rung(base, engine, divide) for engine in open_.values() for divide in LADDER)])
-        above = [engine for engine in open_.values() if _promises(runs, base, truth, engine)]
-        for engine in above:
-            found[engine.name] = _measure(runs, base, truth, engine)
-            del open_[engine.name]
-    for engine in open_.values():
-        found[engine.name] = _left(runs, solver, engine)
+        finest = Wanted(chosen.judge.name, solver, scheme, TRUTH * base.divide, base.stretch)
+        runs.make([finest, *(_rung(base, engine, divide) for engine in open_ for divide in LADDER)])
+        truth = runs[finest]
+        for engine in tuple(open_):
+            hindrance = _hindrance(runs, base, truth, engine)
+            if hindrance is None:
+                found[engine.name] = _measure(runs, base, truth, engine)
+                open_.remove(engine)
+            elif engine.name not in found or hindrance.outcome == "at round-off":
+                found[engine.name] = hindrance
     return [found[engine.name] for engine in engines]
 
 
@@ -95,37 +106,43 @@ def _rung(base: Wanted, engine: Engine, divide: int) -> Wanted:
     return Wanted(engine.name, base.solver, divide=base.divide * divide, stretch=base.stretch)
 
 
-def _error(runs: Runs, truth: Wanted, wanted: Wanted) -> float | None:
-    """Error of a run, None where it or the truth did not come to its end."""
-    one, other = runs[wanted], runs[truth]
-    if one.run is None or other.run is None or len(one.run.rows) != len(other.run.rows):
-        return None
-    return pose_apart(one.run, other.run) if one.complete and other.complete else None
+def _error(one: Made, truth: Made) -> float | str:
+    """Error of a run, or why there is none."""
+    if truth.run is None or not truth.complete:
+        return f"the truth {truth.reason}"
+    if one.run is None or not one.complete:
+        return one.reason
+    if len(one.run.rows) != len(truth.run.rows):
+        return f"it ended at {one.run.time[-1]:.6g} s, the truth at {truth.run.time[-1]:.6g} s"
+    return pose_apart(one.run, truth.run)
 
 
-def _promises(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> bool:
-    """Whether the finest of three errors should lie above round-off, judging from the first."""
-    error = _error(runs, truth, _rung(base, engine, 1))
-    return error is not None and error < TOO_FAR and error / LADDER[-1] ** engine.order > ABOVE_ROUND_OFF
+def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured | None:
+    """Why three errors between round-off and TOO_FAR are not to be expected, judging from the first."""
+    error = _error(runs[_rung(base, engine, 1)], truth)
+    if isinstance(error, str):
+        return Measured(engine.name, engine.order, "failed", error)
+    if not error < TOO_FAR:
+        step = 1e3 * runs.scenario.simulation.control_step * base.stretch / base.divide
+        reason = f"{error:.2g} m from the truth with a step of {step:g} ms: choose a shorter simulation.physics_step"
+        return Measured(engine.name, engine.order, "too far", reason)
+    if error / LADDER[-1] ** engine.order <= ABOVE_ROUND_OFF:
+        return Measured(engine.name, engine.order, "at round-off")
+    return None
 
 
-def _measure(runs: Runs, base: Wanted, truth: Wanted, engine: Engine) -> Measured:
+def _measure(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measured:
     rungs = [_rung(base, engine, divide) for divide in LADDER]
-    errors = [_error(runs, truth, rung) for rung in rungs]
     control = runs.scenario.simulation.control_step * base.stretch
     steps = tuple(control / rung.divide for rung in rungs)
-    if any(error is None or error <= 0.0 for error in errors):
-        lost = next(runs[rung] for rung, error in zip(rungs, errors, strict=True) if not error)
-        return Measured(engine.name, engine.order, "failed", f"{lost.status}: {lost.message}".partition("\n")[0])
-    sizes: Sequence[float] = [error for error in errors if error is not None]
-    order = math.log(sizes[0] / sizes[-1]) / math.log(LADDER[-1])
-    outcome = "as declared" if abs(order - engine.order) <= tolerance(engine.order) else "differs"
-    return Measured(engine.name, engine.order, outcome, "", order, control, steps, tuple(sizes))
-
-
-def _left(runs: Runs, solver: str, engine: Engine) -> Measured:
-    """An engine without three errors above round-off."""
-    first = runs[_rung(next(iter(bases(runs, solver))), engine, 1)]
-    if not first.complete:
-        return Measured(engine.name, engine.order, "failed", f"{first.status}: {first.message}".partition("\n")[0])
-    return Measured(engine.name, engine.order, "at round-off")
+    errors: list[float] = []
+    for rung in rungs:
+        error = _error(runs[rung], truth)
+        if isinstance(error, str):
+            return Measured(engine.name, engine.order, "failed", error)
+        errors.append(error)
+    order = math.log(errors[0] / errors[-1]) / math.log(LADDER[-1]) if errors[-1] > 0.0 else math.inf
+    sound = abs(order - engine.order) <= tolerance(engine.order)
+    reason = "" if sound else f"of order {order:.3g}, declared {engine.order}"
+    outcome = "as declared" if sound else "differs"
+    return Measured(engine.name, engine.order, outcome, reason, order, control, steps, tuple(errors))

@@ -63,9 +63,15 @@ class Made:
         """Whether there is a run to its end, or to where the scenario says that it ends."""
         return self.run is not None and self.status in ("finished", "infeasible")
 
+    @property
+    def reason(self) -> str:
+        """How it ended, and the first line of why."""
+        first = self.message.partition("\n")[0]
+        return f"{self.status}: {first}" if first else self.status
+
 
 class Runs:
-    """Makes runs of one scenario and keeps them.
+    """Makes runs of one scenario and keeps them in a folder.
 
     Args:
         scenario: what to run.
@@ -79,22 +85,22 @@ class Runs:
         self.scenario = scenario
         self._text = scenario.resolved_yaml()
         self._folder, self._jobs, self._timeout, self._progress = folder, jobs, timeout, progress
-        self._made: dict[Wanted, Made] = {}
+        self._ended: dict[Wanted, Outcome] = {}
         self._asked = 0
 
     def __getitem__(self, wanted: Wanted) -> Made:
-        """Return a run that has been made."""
-        return self._made[self._plain(wanted)]
+        """Read a run that has been made; only its user keeps it in memory."""
+        return read(self._ended[self._plain(wanted)])
 
     def make(self, wanted: Sequence[Wanted]) -> None:
         """Make the runs that have not been made yet, those of each engine in processes that no other engine sees."""
-        fresh = {one.key: one for one in map(self._plain, wanted) if one not in self._made}
+        fresh = {one.key: one for one in map(self._plain, wanted) if one not in self._ended}
         self._asked += len(fresh)
-        self._progress(len(self._made), self._asked)
+        self._progress(len(self._ended), self._asked)
 
         def done(outcome: Outcome) -> None:
-            self._made[fresh[outcome.key]] = read(outcome)
-            self._progress(len(self._made), self._asked)
+            self._ended[fresh[outcome.key]] = outcome
+            self._progress(len(self._ended), self._asked)
 
         for backend in dict.fromkeys(one.backend for one in fresh.values()):
             cases = [

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib
 import json
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,9 +11,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from cdpr.errors import OutputError, PluginError
+from cdpr.log.files import replacing
 from cdpr.log.layout import FIELDS
 from cdpr.log.run import Header, Run
-from cdpr.log.writer import unwritable
 
 # Where a column stands for one component or one cable of a field, {} is its name.
 _COLUMNS = {
@@ -60,16 +58,8 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
         raise OutputError(f"{out}: is no regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
-    temporary = out.with_name(f"{out.name}.tmp")  # so that no half-written file ever bears the name
-    try:
-        with temporary.open("wb") as file:
-            write(run, file)
-        os.replace(temporary, out)
-    except OSError as error:
-        raise unwritable(out, error) from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+    with replacing(out) as file:
+        write(run, file)
 
 
 def column_names(header: Header) -> list[str]:

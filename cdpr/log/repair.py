@@ -10,9 +10,10 @@ from pathlib import Path
 
 from cdpr.errors import OutputError
 from cdpr.log import run_json
+from cdpr.log.files import unwritable
 from cdpr.log.reader import Scan, locate, scan
 from cdpr.log.run import Run
-from cdpr.log.writer import LogWriter, unwritable
+from cdpr.log.writer import LogWriter
 
 
 @dataclass(frozen=True)

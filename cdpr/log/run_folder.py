@@ -12,8 +12,8 @@ import numpy as np
 
 from cdpr.errors import OutputError
 from cdpr.log import run_json
+from cdpr.log.files import replace, unwritable
 from cdpr.log.run import Header, Run
-from cdpr.log.writer import unwritable
 
 RUNS = Path("runs")
 SCENARIO_NAME = "scenario.yaml"
@@ -39,10 +39,7 @@ class RunFolder:
             "started": started.isoformat(timespec="seconds"),
             "finished": None,
         }
-        try:
-            (self.path / SCENARIO_NAME).write_text(header.scenario_yaml, encoding="utf-8")
-        except OSError as error:
-            raise unwritable(self.path / SCENARIO_NAME, error) from error
+        replace(self.path / SCENARIO_NAME, header.scenario_yaml)
         no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
         run_json.write(self.path, run_json.describe(no_rows) | self._started)
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
-import os
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from cdpr.errors import LogError
+from cdpr.log.files import replace
 from cdpr.log.run import Run
-from cdpr.log.writer import unwritable
 
 NAME = "run.json"
 
@@ -41,15 +39,7 @@ def now() -> datetime:
 def write(folder: Path, content: dict[str, Any]) -> None:
     """Replace run.json in one step. Numbers that are not finite become null."""
     text = json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    path = folder / NAME
-    temporary = folder / f"{NAME}.tmp"
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise unwritable(path, error) from error
+    replace(folder / NAME, text)
 
 
 def read(folder: Path) -> dict[str, Any] | None:

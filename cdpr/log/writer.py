@@ -6,6 +6,7 @@ import contextlib
 from pathlib import Path
 
 from cdpr.errors import OutputError
+from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Written
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
@@ -88,8 +89,3 @@ class LogWriter:
         with contextlib.suppress(OSError):
             self._file.close()
         return self._failure
-
-
-def unwritable(path: Path, error: OSError) -> OutputError:
-    """Return the error that says that `path` cannot be written, and why."""
-    return OutputError(f"{path}: cannot be written: {error.strerror or error}")

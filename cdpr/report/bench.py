@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cdpr.bench.overview import overview
-from cdpr.errors import OutputError
+from cdpr.log.files import make_folder, replace
 from cdpr.report.bench_cells import COLUMNS, MEANING, OVERVIEW, cells, facts, overview_cells
 from cdpr.report.page import figure, page, section, table
 
@@ -39,17 +39,12 @@ def write_bench(figures: Mapping[str, Any], folder: Path) -> None:
     `figures` is what `cdpr.bench.run` returns. Raises PluginError without matplotlib, after bench.json is written, and
     OutputError where a file cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(figures, indent=1, allow_nan=False) + "\n"
-        (folder / "bench.json").write_text(text, encoding="utf-8", newline="\n")
-        drawn = drawings(figures)
-        for name, svg in drawn.items():
-            (folder / name).write_text(svg, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-        html = render(figures, list(drawn.values()))
-        (folder / "bench.html").write_text(html, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-    except OSError as error:
-        raise OutputError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from error
+    make_folder(folder)
+    replace(folder / "bench.json", json.dumps(figures, indent=1, allow_nan=False) + "\n")
+    drawn = drawings(figures)
+    pages = drawn | {"bench.html": render(figures, list(drawn.values()))}
+    for name, text in pages.items():
+        replace(folder / name, text.encode(errors="xmlcharrefreplace"))
 
 
 def drawings(figures: Mapping[str, Any]) -> dict[str, str]:

@@ -9,9 +9,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cdpr.compare.differences import QUANTITIES
-from cdpr.errors import OutputError
-from cdpr.report.compare_text import ORDER_TITLES, among, check_cells, notes, number, order_cells, outcome, subject
+from cdpr.log.files import make_folder, replace
+from cdpr.report.compare_text import (
+    ORDER_TITLES,
+    among,
+    check_cells,
+    notes,
+    order_cells,
+    outcome,
+    subject,
+    wrong_orders,
+)
 from cdpr.report.page import figure, page, section, table
+from cdpr.report.text import number
 
 if TYPE_CHECKING:
     from cdpr.compare.comparison import Group
@@ -40,14 +50,9 @@ def write_comparison(result: Comparison, folder: Path) -> None:
     Raises PluginError without matplotlib, after compare.json is written, and OutputError where a file cannot be
     written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(result.figures, indent=1, allow_nan=False) + "\n"
-        (folder / "compare.json").write_text(text, encoding="utf-8", newline="\n")
-        html = render(result)
-        (folder / "compare.html").write_text(html, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-    except OSError as error:
-        raise OutputError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from error
+    make_folder(folder)
+    replace(folder / "compare.json", json.dumps(result.figures, indent=1, allow_nan=False) + "\n")
+    replace(folder / "compare.html", render(result).encode(errors="xmlcharrefreplace"))
 
 
 def render(result: Comparison) -> str:
@@ -75,8 +80,8 @@ def render(result: Comparison) -> str:
 
 ORDERS = (
     "<p>How the root mean square of the error in pose (angles times the characteristic length) falls with the physics "
-    "step, the control period kept. The truth is the judge at a quarter of the finest step. Where errors would drown "
-    "in round-off, the loop is closed less often.</p>"
+    "step, the control period kept. The truth is the judge's scheme of highest order at a quarter of the finest step. "
+    "Where errors would drown in round-off, the loop is closed less often.</p>"
 )
 
 
@@ -90,11 +95,7 @@ def _why(figures: Figures) -> str:
             for row in group["engines"]
             if row["outcome"] in ("disagrees", "failed")
         ]
-        reasons += [
-            f"{row['backend']} is of order {row['order']:.3g}, declared {row['declared']}"
-            for row in group["orders"]
-            if row["outcome"] == "differs"
-        ]
+        reasons += wrong_orders(group)
     return "".join(f"<br>{escape(reason)}" for reason in reasons)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cdpr.compare.differences import QUANTITIES
-from cdpr.report.text import table
+from cdpr.report.text import number, table
 
 WIDTH = 80
 VERDICTS = {True: "agree", False: "DISAGREE", None: "not judged"}
@@ -30,6 +30,8 @@ def lines(figures: Figures) -> Iterator[str]:
             yield from _wrapped(text)
         if group["orders"]:
             yield from table([ORDER_TITLES, *map(order_cells, group["orders"])], left=3)
+        for text in wrong_orders(group):
+            yield from _wrapped(text)
     for name, reason in figures["absent"].items():
         yield from _wrapped(f"{name}: not run: {reason}")
 
@@ -77,11 +79,17 @@ def among(group: Figures) -> Iterator[str]:
 def order_cells(measured: Figures) -> list[str]:
     """One engine's row in the table of orders."""
     order = "-" if measured["order"] is None else f"{measured['order']:.3f}"
-    said = f"{measured['outcome']}: {measured['reason']}" if measured["reason"] else measured["outcome"]
     control = "" if measured["control_step"] is None else f"{1e3 * measured['control_step']:g}"
     steps = " ".join(f"{1e3 * step:g}" for step in measured["steps"])
     errors = f"{measured['errors'][0]:.1e} to {measured['errors'][-1]:.1e}" if measured["errors"] else ""
-    return [measured["backend"], f"{order} of {measured['declared']}", said, control, steps, errors]
+    return [measured["backend"], f"{order} of {measured['declared']}", measured["outcome"], control, steps, errors]
+
+
+def wrong_orders(group: Figures) -> Iterator[str]:
+    """Whose order is not as declared or could not be measured, and why."""
+    for measured in group["orders"]:
+        if measured["reason"]:
+            yield f"measured order of {measured['backend']}: {measured['outcome']}: {measured['reason']}"
 
 
 ORDER_TITLES = ["engine", "order", "", "control", "steps (ms)", "errors (m)"]
@@ -108,14 +116,7 @@ def check_cells(check: Figures) -> list[str]:
     mark = "" if check["agrees"] else " !"
     if check["low"]:
         return [f"/ {number(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
-    return [f"{number(check['value'])}{mark}", f"{check['high']:.1e}"]
-
-
-def number(value: float | None) -> str:
-    """Three digits; what is not finite was made None for JSON."""
-    if value is None:
-        return "not finite"
-    return "0" if value == 0.0 else f"{value:.2e}" if not 0.1 <= value < 1e3 else f"{value:.3g}"
+    return [f"{number(check['value'])}{mark}", number(check["high"])]
 
 
 def _about(group: Figures) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from cdpr.errors import OutputError
+from cdpr.log.files import replace
 from cdpr.report.page import figure, page, section, table
 from cdpr.report.study_cells import FIGURES, Record, cells, label_text, value
 from cdpr.report.study_layout import Layout, layouts
@@ -20,11 +20,7 @@ REM = 6.8  # widths of the page's letters to an inch of a figure
 
 def write_study(results: Results, path: Path) -> None:
     """Write the page. Raises PluginError without matplotlib, OutputError where it cannot be written."""
-    html = render(results)
-    try:
-        path.write_text(html, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    replace(path, render(results).encode(errors="xmlcharrefreplace"))
 
 
 def render(results: Results) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from cdpr.report.tables import number
+from cdpr.report.text import number
 from cdpr.study.points import Label
 from cdpr.study.table import Cell
 

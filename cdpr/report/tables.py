@@ -12,6 +12,7 @@ from cdpr.model.robot import Array
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.page import table
+from cdpr.report.text import number
 
 MOST_EVENTS = 200
 
@@ -134,14 +135,6 @@ def scenario(run: Run) -> str:
         "<h2>Scenario</h2>\n<details><summary>The resolved scenario</summary>\n"
         f"<pre>{escape(run.header.scenario_yaml)}</pre></details>"
     )
-
-
-def number(value: float) -> str:
-    """Four significant digits; powers of ten only for the very small and the very large."""
-    if not np.isfinite(value):
-        return "not finite"
-    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
-    return text.replace("-", "−")
 
 
 def _ends(values: Array) -> tuple[float, float]:

@@ -44,6 +44,14 @@ def turned(q: Sequence[float]) -> str:
     return ", upright" if upright else f", roll pitch yaw {vector([roll, pitch, yaw])} rad"
 
 
+def number(value: float | None) -> str:
+    """Four significant digits; powers of ten only for the very small and the very large. None is not finite."""
+    if value is None or not math.isfinite(value):
+        return "not finite"
+    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+    return text.replace("-", "−")
+
+
 def condition_number(value: float | None, robot: dict[str, Any]) -> str:
     """The condition number of W and, where it depends on one, the characteristic length; None is infinite."""
     number = "infinite" if value is None else f"{value:.4g}"

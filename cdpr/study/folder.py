@@ -15,8 +15,8 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.errors import LogError, OutputError
+from cdpr.log.files import replace, unwritable
 from cdpr.log.run_json import plain
-from cdpr.log.writer import unwritable
 from cdpr.simulation.cases import Outcome
 from cdpr.study.plan import Study
 
@@ -57,7 +57,7 @@ class StudyFolder:
                 self._expect(study, path / STUDY_NAME)
             else:
                 content = {"name": study.name, "cases": len(study.cases), "digest": study.digest}
-                replace(path / STUDY_NAME, (json.dumps(content, indent=2) + "\n").encode())
+                replace(path / STUDY_NAME, json.dumps(content, indent=2) + "\n")
             self.rows = self._read()
         except BaseException:
             self.close()
@@ -128,15 +128,3 @@ def clear(folder: Path) -> None:
     """Remove a run folder, where there is one."""
     with contextlib.suppress(FileNotFoundError):
         shutil.rmtree(folder)
-
-
-def replace(path: Path, content: bytes) -> None:
-    """Write a file in one step: no half of it ever bears the name. Raises OutputError."""
-    temporary = path.with_name(f"{path.name}.tmp")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise unwritable(path, error) from error

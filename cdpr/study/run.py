@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Protocol
 
 from cdpr.errors import ExitCode, PluginError
+from cdpr.log.files import replace as write
 from cdpr.simulation.pool import Case, Outcome, run_cases
 from cdpr.study.folder import RESULTS, StudyFolder
-from cdpr.study.folder import replace as write
 from cdpr.study.plan import Study, StudyCase
 from cdpr.study.table import Table, make_table, times, to_csv, to_parquet
 

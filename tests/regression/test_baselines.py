@@ -10,11 +10,20 @@ from pathlib import Path
 
 import pytest
 
-from cdpr.compare import baseline, baseline_check
+from cdpr.compare import baseline, baseline_check, baseline_file
 from cdpr.plugins.registry import registry
 
 FOLDER = Path(__file__).parent / "baselines"
 FILES = sorted(FOLDER.iterdir())
+NAMES = (
+    "cable_break_reference",
+    "caroca_reference",
+    "off_centre_mass_reference",
+    "planar_reference",
+    "rotated_start_bullet",
+    "rotated_start_dart",
+    "rotated_start_mujoco",
+)
 
 
 @pytest.fixture(scope="module")
@@ -24,10 +33,14 @@ def found():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_baseline(path, found):
-    if registry().get("backend", baseline.read(path).backend).missing:
+    if registry().get("backend", baseline_file.read(path).backend).missing:
         pytest.skip("its engine is not installed")
     checked = found[path.name.removesuffix(baseline.SUFFIX)]
     assert checked.agrees, checked.detail
+
+
+def test_they_are_all_there():
+    assert [path.name for path in FILES] == [f"{name}{baseline.SUFFIX}" for name in NAMES]
 
 
 def test_they_are_small():

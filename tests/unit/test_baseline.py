@@ -6,11 +6,12 @@ import json
 import shutil
 import subprocess
 import sys
+import weakref
 
 import pytest
 from compare_cases import ENGINES, SCENARIOS
 
-from cdpr.compare import baseline, baseline_check
+from cdpr.compare import baseline, baseline_check, baseline_file
 from cdpr.errors import CdprError, OutputError
 
 SHORT = ["simulation.duration=0.1"]
@@ -59,10 +60,10 @@ def test_it_can_be_read_by_people_and_loses_nothing(home, tmp_path):
     text = path.read_text()
     assert len(text) < 16_000
     assert max(map(len, text.splitlines())) < 600  # a sample a line
-    read = baseline.read(path)
+    read = baseline_file.read(path)
     assert len(read.samples["time"]) == baseline.SAMPLES
     assert read.samples["time"][[0, -1]].tolist() == [0.0, 0.1]
-    assert baseline.write(read, tmp_path).read_text() == text
+    assert baseline_file.write(read, tmp_path).read_text() == text
     assert "kp: 100" in read.scenario_yaml
 
 
@@ -123,8 +124,8 @@ def test_a_changed_scenario_is_told_as_that(kept):
 
 def test_another_end_is_told(kept):
     assert "was infeasible and is finished" in edit(kept, lambda data: data.update(status="infeasible")).detail
-    found = edit(kept, lambda data: data.update(status="finished", count=7))
-    assert "had 7 samples and has 101" in found.detail
+    found = edit(kept, lambda data: data.update(status="finished", count=102))
+    assert "had 102 samples and has 101" in found.detail
 
 
 def test_a_jumping_solver_is_not_held_to_its_tensions(home, tmp_path):
@@ -132,7 +133,63 @@ def test_a_jumping_solver_is_not_held_to_its_tensions(home, tmp_path):
         [str(SCENARIOS / "caroca.yaml")], tmp_path, overrides=[*SHORT, "solver.type=lp"], backends=[ENGINES[0]]
     )
     assert path.name == f"caroca_{ENGINES[0]}.baseline.json"
-    assert set(baseline.read(path).bounds) == {"position", "attitude"}
+    assert set(baseline_file.read(path).bounds) == {"position", "attitude"}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda data: data["samples"].pop(3), "indices and samples do not belong together"),
+        (lambda data: data["samples"][3].pop(), "columns and samples do not belong together"),
+        (lambda data: data["samples"][3].append("x"), "samples: 3: 22: a number expected, got 'x'"),
+        (lambda data: data["indices"].reverse(), "indices and samples do not belong together"),
+        (lambda data: data.update(count=7), "indices and samples do not belong together"),
+        (lambda data: data.update(samples=[], indices=[]), "samples: "),
+        (lambda data: data.update(bounds=None), "bounds: a mapping expected, got null"),
+        (lambda data: data["bounds"].update(taste=1.0), "not of taste"),
+        (lambda data: data["bounds"].update(position=-1.0), "bounds: position: "),
+        (lambda data: data.update(columns={}), "columns are those of position, "),
+        (lambda data: data.update(versions=["numpy"]), "versions: "),
+        (lambda data: data.update(more=1), "more: "),
+        (lambda data: data.pop("digest"), "digest: "),
+    ],
+)
+def test_a_spoilt_baseline_is_refused(kept, change, said):
+    with pytest.raises(CdprError, match=r"is no baseline that this cdpr can read: .*; save it anew") as caught:
+        edit(kept, change)
+    assert said in str(caught.value)
+
+
+def test_samples_of_another_robot_are_told(kept):
+    def change(data):
+        data["columns"]["tension"] -= 1
+        data["samples"] = [row[:-1] for row in data["samples"]]
+
+    assert "it has 8 cables, the samples have 7" in edit(kept, change).detail
+
+
+def test_which_samples_are_kept_stands_in_the_file(kept, monkeypatch):
+    """Another number for new baselines leaves older ones as they are."""
+    monkeypatch.setattr(baseline, "SAMPLES", 10)
+    found = edit(kept, lambda data: spoil(data, 2, 1e-6, row=-1))
+    assert "position differs first at t = 0.1 s, by 1.00e-06 m" in found.detail
+
+
+def test_runs_are_not_kept_in_memory(kept, tmp_path, monkeypatch):
+    """Each is let go before the next is read."""
+    alive, most, read = [], [], baseline_check.read
+
+    def spy(outcome):
+        most.append(sum(run() is not None for run in alive))
+        made = read(outcome)
+        alive.append(weakref.ref(made.run))
+        return made
+
+    monkeypatch.setattr(baseline_check, "read", spy)
+    planar, caroca = (str(kept / "scenarios" / f"{name}.yaml") for name in ("planar", "caroca"))
+    baseline_check.save([planar, caroca], tmp_path / "two", overrides=SHORT)
+    assert len(baseline_check.check(tmp_path / "two")) == 2
+    assert most == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 9}', '{"format": 1, "samples": 3}'])
@@ -163,7 +220,7 @@ def test_a_file_in_the_way(tmp_path, home):
     (tmp_path / "file").write_text("")
     (path,) = (home / "kept").iterdir()
     with pytest.raises(OutputError, match="cannot be written"):
-        baseline.write(baseline.read(path), tmp_path / "file")
+        baseline_file.write(baseline_file.read(path), tmp_path / "file")
 
 
 def cdpr(*arguments, code=0):

@@ -14,11 +14,13 @@ from cdpr.compare.differences import QUANTITIES, apart, difference, pose_apart
 from cdpr.compare.engines import describe, field, is_continuous
 from cdpr.compare.finished import compare_finished
 from cdpr.compare.refinement import refine
-from cdpr.compare.runs import Made, Wanted
+from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.compare.scenarios import changes
 from cdpr.compare.verdict import against_order, against_scheme, spans
 from cdpr.errors import CdprError, LogError, PluginError
+from cdpr.simulation.pool import Outcome
 
+SCHEME = "backend_options.reference.scheme"
 SHORT = {"simulation.duration": 0.2}
 needs_mujoco = pytest.mark.skipif("mujoco" not in ENGINES, reason="mujoco is not installed")
 
@@ -214,6 +216,24 @@ def test_wanted_runs_keep_the_control_period():
     assert describe(scheme, "reference").order == 1
 
 
+def test_runs_are_read_when_they_are_asked_for(monkeypatch, tmp_path):
+    """However many there are, none waits in memory."""
+
+    def ended(cases, *, jobs, timeout, done):
+        for case in cases:
+            cdpr.simulate(load("caroca", SHORT), overrides=case.changes, out=case.out)
+            done(Outcome(case.key, "finished", "", case.out))
+
+    monkeypatch.setattr("cdpr.compare.runs.run_cases", ended)
+    read, real = [], cdpr.compare.runs.read
+    monkeypatch.setattr("cdpr.compare.runs.read", lambda outcome: read.append(outcome.key) or real(outcome))
+    runs, wanted = Runs(load("caroca", SHORT), tmp_path, 1, None, lambda done, total: None), Wanted("reference", "qp")
+    runs.make([wanted])
+    assert read == []
+    assert runs[wanted].complete
+    assert read == ["reference_qp"]
+
+
 class Failing(Here):
     """One backend ends as it is told."""
 
@@ -271,6 +291,53 @@ def test_round_off_is_told_where_there_is_nothing_else():
     assert found["reference"].agrees
 
 
+def test_the_truth_is_of_the_highest_order_that_the_judge_has():
+    """Though the scenario has it run a first-order scheme, whose error would count as everybody's."""
+    scenario = load("rotated_start", {"simulation.duration": 0.3, SCHEME: "semi_implicit_euler"})
+    chosen = field(scenario, [ENGINES[0]])
+    assert (chosen.judge.name, chosen.judge.order) == ("reference", 1)
+    for measured in refine(Here(scenario), chosen, "qp"):
+        assert (measured.outcome, measured.order) == ("as declared", pytest.approx(1.0, abs=0.03))
+
+
+def test_a_step_too_long_is_not_taken_for_round_off():
+    """The engine is 0.2 m from the truth and so sound that nothing else would tell."""
+    long = {"simulation.control_step": 0.1, "simulation.physics_step": 0.1, "trajectory.duration": 1.0}
+    scenario = load("caroca", {**long, "controller.kp": 1.0, "controller.kd": 2.0})
+    found = {each.backend: each for each in refine(Here(scenario), field(scenario, [ENGINES[0]]), "qp")}
+    assert found[ENGINES[0]].outcome == "too far"
+    assert "m from the truth with a step of 100 ms" in found[ENGINES[0]].reason
+    assert not found[ENGINES[0]].agrees
+
+
+class Losing(Here):
+    """Some runs fail."""
+
+    def lost(self, wanted):
+        return wanted.backend == "reference" and wanted.divide >= 16
+
+    def _one(self, wanted):
+        return Made(None, "failed", "boom\nmore", begun=False) if self.lost(wanted) else super()._one(wanted)
+
+
+def test_a_lost_truth_is_not_taken_for_round_off():
+    scenario = load("caroca", {"simulation.duration": 0.05})
+    found = refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp")
+    assert [(each.backend, each.outcome, each.reason) for each in found] == [
+        ("reference", "failed", "the truth failed: boom"),
+        (ENGINES[0], "failed", "the truth failed: boom"),
+    ]
+
+
+def test_orders_are_measured_of_engines_that_ran(monkeypatch):
+    """One that refuses the scenario is told by the comparison, which it does not spoil."""
+    monkeypatch.setattr(Losing, "lost", lambda self, wanted: wanted.backend == ENGINES[0])
+    scenario = load("caroca", {"simulation.duration": 0.05})
+    assert [each.backend for each in refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp")] == ["reference"]
+    monkeypatch.setattr(Losing, "lost", lambda self, wanted: wanted.backend == "reference")
+    assert refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp") == []
+
+
 @pytest.mark.usefixtures("traps_plugin")
 def test_refinement_finds_what_does_not_shrink():
     traps = {"backend_options.traps": {"trap": "damping", "engine": "reference"}, "simulation.duration": 0.5}
@@ -303,6 +370,13 @@ def test_finished_runs(folders):
     assert [row["label"] for row in group["engines"]] == ["one", "other"]
     assert {row["outcome"] for row in group["engines"]} == {"agrees"}
     assert figures["agrees"] is True
+
+
+def test_finished_runs_of_several_solvers_are_told_by_all(folders, tmp_path):
+    cdpr.simulate(load("caroca", SHORT), solver="lp", out=tmp_path / "lp")
+    (group,) = compare_finished([str(folders / "judge"), str(tmp_path / "lp")]).figures["groups"]
+    assert group["solver"] == "qp, lp"
+    assert "solver.type" in group["engines"][0]["reason"]
 
 
 def test_finished_runs_of_other_gains_are_told_not_judged(folders):

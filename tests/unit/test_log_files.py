@@ -1,0 +1,45 @@
+"""Files written in one step."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from cdpr.errors import OutputError
+from cdpr.log.files import make_folder, replace, replacing
+
+
+@pytest.mark.parametrize("content", ["größer\n", b"gr\xc3\xb6\xc3\x9fer\n"])
+def test_a_file_is_replaced(tmp_path, content):
+    path = tmp_path / "file"
+    path.write_text("older and longer than the new one")
+    replace(path, content)
+    assert path.read_bytes() == b"gr\xc3\xb6\xc3\x9fer\n"
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_what_fails_half_way_leaves_the_older_one(tmp_path):
+    path = tmp_path / "file"
+    path.write_text("older")
+
+    def half():
+        with replacing(path) as file:
+            file.write(b"half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        half()
+    assert path.read_text() == "older"
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_what_is_in_the_way_is_told(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path / "folder", tmp_path / "none" / "file", tmp_path / "file" / "inside"):
+        with pytest.raises(OutputError, match=f"{path}: cannot be written: "):
+            replace(path, "text")
+    with pytest.raises(OutputError, match="file: cannot be written: "):
+        make_folder(tmp_path / "file")
+    assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
