@@ -21,6 +21,8 @@ FIGURES = (
     "tension_min_N",
     "tension_max_N",
     "tension_largest_step_N",
+    "cable_tension_min_N",  # where they are not ideal
+    "cable_tension_max_N",
     "residual_max_N",
     "margin_min_N",
     "energy_kinetic_max_J",
