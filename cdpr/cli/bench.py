@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from cdpr.cli.names import names
-from cdpr.cli.progress import Progress
+from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
@@ -42,9 +42,8 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
     # Only sound files are worth the time that these take to import.
     from cdpr import bench
     from cdpr.log.run_json import plain
-    from cdpr.model.jit import on_first_compilation
 
-    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    tell_of_compilation()
     with Progress() as progress:
         figures = plain(bench.run(loaded, chosen, poses, seed, progress=progress))
     if out is not None:

@@ -34,15 +34,15 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     import numpy as np
 
     from cdpr.cli.look import look
+    from cdpr.cli.progress import tell_of_compilation
     from cdpr.log.run_json import plain
-    from cdpr.model.jit import on_first_compilation
     from cdpr.plugins.registry import registry
     from cdpr.report.portrait import lines
     from cdpr.report.scene import Scene
     from cdpr.tension.portrait import describe_motion, describe_pose, describe_robot
     from cdpr.tension.survey import survey
 
-    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
     robot, gravity, at, source = look(loaded, pose)
     entry = registry().get("solver", "qp")

@@ -21,6 +21,13 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NOTHING: Mapping[str, int] = MappingProxyType({})
 
 
+def tell_of_compilation() -> None:
+    """Say so once, should kernels have to be compiled that no earlier command needed."""
+    from cdpr.model.jit import on_first_compilation
+
+    on_first_compilation(lambda: click.echo("compiling numerical kernels, kept for later runs...", err=True))
+
+
 class Progress:
     """How much is done and the time that is left: one line that changes and goes, or a line now and then in a file.
 

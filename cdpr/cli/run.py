@@ -48,16 +48,15 @@ def command(
 
     loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     # Only a sound scenario is worth the time that these take to import.
-    from cdpr.cli.progress import Progress, terminating
+    from cdpr.cli.progress import Progress, tell_of_compilation, terminating
     from cdpr.fmu.trust import any_fmu
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RunFolder
     from cdpr.log.run_json import plain
-    from cdpr.model.jit import on_first_compilation
     from cdpr.simulation import simulate
     from cdpr.simulation.build import make_header
 
-    on_first_compilation(lambda: click.echo("compiling numerical kernels, kept for later runs...", err=True))
+    tell_of_compilation()
     folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
     stop: CdprError | None = None
     with terminating(wait=True) as signals:

@@ -131,8 +131,7 @@ def _print(results: Results) -> None:
         left -= len(shown)
     if len(rows) > ROWS:
         click.echo(f"  and {len(rows) - ROWS} more")
-    counts = ", ".join(f"{count} {status}" for status, count in results.counts.items())
-    click.echo(f"{len(rows)} cases: {counts}")
+    click.echo(f"{len(rows)} cases: {results.told}")
     for case in results.study.cases:
         row = results.rows[case.id]
         if row.status in ("failed", "died", "hung"):

@@ -47,16 +47,16 @@ def command(
     loaded = load_any(file, overrides=changes)
     # Only a sound file is worth the time that these take to import.
     from cdpr.cli.look import look, parse_wrench
+    from cdpr.cli.progress import tell_of_compilation
     from cdpr.log.run_json import plain
     from cdpr.model.dynamics import required_wrench
-    from cdpr.model.jit import on_first_compilation
     from cdpr.model.kinematics import make_state
     from cdpr.model.properties import check_lengths
     from cdpr.report.distributions import lines
     from cdpr.tension.comparison import compare, describe
     from cdpr.tension.problem import Problem
 
-    on_first_compilation(lambda: click.echo("compiling the numerical kernels, once for this installation...", err=True))
+    tell_of_compilation()
     robot, gravity, at, source = look(loaded, pose)
     check_lengths(robot, at)
     if wrench is None:

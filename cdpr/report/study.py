@@ -39,9 +39,8 @@ def render(results: Results) -> str:
             links[f"block{k}figure1_1"] = "Figures"
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
-    counts = ", ".join(f"{count} {status}" for status, count in results.counts.items())
-    mood = "good" if not results.exit_code else "bad"
-    banner = f'<p class="banner {mood}" role="status"><strong>{len(records)} cases</strong>: {escape(counts)}</p>'
+    mood = "bad" if results.exit_code else "warn" if results.strained else "good"
+    banner = f'<p class="banner {mood}" role="status"><strong>{len(records)} cases</strong>: {escape(results.told)}</p>'
     return page(study.name, "a study by cdpr", banner, links, parts)
 
 

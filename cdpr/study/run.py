@@ -42,6 +42,18 @@ class Results:
         return dict(Counter(str(row[status]) for row in self.table.rows))
 
     @property
+    def told(self) -> str:
+        """How the cases ended, in words, and how many went on without admissible tensions now and then."""
+        text = ", ".join(f"{count} {status}" for status, count in self.counts.items())
+        return text + (f"; {self.strained} with infeasible steps" if self.strained else "")
+
+    @property
+    def strained(self) -> int:
+        """Number of finished cases with samples at which no tensions within the limits balanced the wrench."""
+        rows = [self.rows[case.id] for case in self.study.cases]
+        return sum(row.status == "finished" and bool(row.summary.get("infeasible_steps")) for row in rows)
+
+    @property
     def exit_code(self) -> ExitCode:
         """OK where every case has a result, whatever it is."""
         lost = [self.rows[case.id] for case in self.study.cases if self.rows[case.id].status not in RESULTS]

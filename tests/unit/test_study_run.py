@@ -155,6 +155,13 @@ def test_other_versions_are_told(results, tmp_path):
     assert f"numpy 1.0, here {numpy} (2 cases)" in said[0]
 
 
+def test_runs_that_miss_their_wrench_are_told(tmp_path):
+    heavy = "axes: [{key: robot.platform.mass, values: [150, 10000]}]\n"
+    results = run_study(load_study(write_study(tmp_path, heavy)), tmp_path / "out")
+    assert results.strained == 1
+    assert results.told == "2 finished; 1 with infeasible steps"
+
+
 @pytest.mark.parametrize(("keep", "kept"), [("all", 6), ("failed", 4)])
 def test_kept_runs(tmp_path, keep, kept):
     results = run_study(load_study(write_study(tmp_path, f"keep: {keep}\n" + KINDS)), tmp_path / "out", jobs=2)
