@@ -19,7 +19,7 @@ from mcap.writer import Writer
 
 from cdpr.errors import LogError
 from cdpr.log.chunk import CHUNK_HEAD
-from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.mcap_file import BLOCK, FORMAT, LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
@@ -170,8 +170,9 @@ def test_not_our_log(tmp_path: Path) -> None:
 
 def test_a_log_of_another_format_says_so(tmp_path: Path, whole: bytes) -> None:
     path = tmp_path / "log.mcap"
-    path.write_bytes(whole.replace(b"format\x01\0\0\x001", b"format\x01\0\0\x009", 1))
-    with pytest.raises(LogError, match="has log format 9, this cdpr reads 1"):
+    written = b"format\x01\0\0\x00"
+    path.write_bytes(whole.replace(written + FORMAT.encode(), written + b"9", 1))
+    with pytest.raises(LogError, match=f"has log format 9, this cdpr reads {FORMAT}"):
         load_run(path)
 
 

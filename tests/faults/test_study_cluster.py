@@ -141,6 +141,7 @@ def test_the_cluster_knows_how_many_at_a_time(tmp_path):
     assert "--jobs does not go with --scheduler" in done.stderr
 
 
+@pytest.mark.slow  # Dask tries for twenty seconds
 def test_nobody_answers(tmp_path):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
     assert done.returncode == ExitCode.BAD_INPUT
