@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -65,7 +65,8 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
         elif entry.missing:
             entry.load()  # says what is missing and how to get it
     here = [describe(scenario, name) for name in found.names("backend") if not found.get("backend", name).missing]
-    judge = min(here, key=lambda engine: (-engine.order, -len(engine.schemes), engine.name))
+    # By what it can, not by the scheme that the scenario has it run.
+    judge = min(here, key=lambda one: (-_order(found.get("backend", one.name).info.properties), -len(one.schemes)))
     wanted = [engine.name for engine in here] if names is None else list(dict.fromkeys(names))
     engines = tuple(engine for name in wanted for engine in here if engine.name == name != judge.name)
     if not engines:
@@ -78,14 +79,20 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
 def describe(scenario: Scenario, name: str) -> Engine:
     """Return what a backend declares with the scenario's options; PluginError where it is unknown."""
     declared = registry().get("backend", name).properties(scenario.backend_options(name))  # type: ignore[arg-type]
-    order, schemes = declared.get("order", 0), declared.get("schemes", ())
+    schemes = declared.get("schemes", ())
     return Engine(
         name=name,
-        order=order if isinstance(order, int) else 0,
+        order=_order(declared),
         scheme=str(declared.get("scheme", "")),
         schemes=tuple(schemes) if isinstance(schemes, (list, tuple)) else (),
         cables=str(declared.get("cables", "ideal")),
     )
+
+
+def _order(properties: Mapping[str, object]) -> int:
+    """The order that a plugin declares; 0 where it declares none."""
+    order = properties.get("order", 0)
+    return order if isinstance(order, int) else 0
 
 
 def finest_scheme(scenario: Scenario, judge: Engine) -> str:
