@@ -9,24 +9,20 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from cdpr.plugins import Backend
+
 
 def oracle(robot, gravity, physics_step, options=None):
     """The one for a free or a guided platform; looks like a `cdpr.plugins.Backend`."""
     return (SemiImplicitEuler if robot.n == 6 else GuidedSemiImplicitEuler)(robot, gravity, physics_step)
 
 
-class SemiImplicitEuler:
+class SemiImplicitEuler(Backend):
     """A free platform."""
 
     def __init__(self, robot, gravity, physics_step, options=None):
-        self.robot, self.gravity, self.h = robot, np.array(gravity), physics_step
-        self.command, self.external, self.state = np.zeros(robot.m), np.zeros(6), np.zeros(13)
-
-    def engine_time(self):
-        return None
-
-    def close(self):
-        pass
+        super().__init__(robot, gravity, physics_step, options)
+        self.h = physics_step
 
     def reset(self, state):
         self.state[:] = state
