@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +17,10 @@ from cdpr.plugins.registry import registry
 # The same examples each time; no deadline, for the first call of a kernel compiles it.
 settings.register_profile("cdpr", deadline=None, derandomize=True)
 settings.load_profile("cdpr")
+
+# Tests send signals to what they start, which must not have inherited from a CI in the background that it ignores them.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 ROOT = Path(__file__).parent.parent
 TRAPS = ROOT / "tests" / "plugins" / "traps" / "installed"
