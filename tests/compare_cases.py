@@ -14,7 +14,8 @@ from cdpr.plugins.registry import registry
 
 SCENARIOS = ROOT / "scenarios"
 
-ENGINES = [name for name in ("mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
+INSTALLED = {name for name in registry().names("backend") if not registry().get("backend", name).missing}
+ENGINES = [name for name in ("mujoco", "bullet", "dart") if name in INSTALLED]
 
 # What an engine can get wrong differs: space, a plane, a point; mass off the origin; axes turned; pushes; a broken
 # cable; gains that forgive nothing.
