@@ -14,7 +14,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
-from cdpr_backends.snapshots import put_back, save
+from cdpr_backends.snapshots import SnapshotOfArrays
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
@@ -32,7 +32,7 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
     return (ReferenceBackend if robot.n == 6 else GuidedReference)(robot, gravity, physics_step, options)
 
 
-class ReferenceBackend(Backend):
+class ReferenceBackend(SnapshotOfArrays, Backend):
     """Integrates position, attitude, momentum and angular momentum with the classical fourth-order scheme.
 
     The variables are those of the centre of mass; the angular momentum is kept in world axes, where a torque-free
@@ -70,16 +70,9 @@ class ReferenceBackend(Backend):
         """Advance by n physics steps."""
         self._advance(n)
 
-    def snapshot(self) -> object:
-        """Return a copy of everything."""
-        return save(self._arrays)
-
-    def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
-        put_back(snapshot, self._arrays)
-
     @property
-    def _arrays(self) -> tuple[Array, ...]:
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold."""
         return self.command, self.external, self._body, self._momentum, self.state
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -18,10 +17,10 @@ from cdpr.model.kernels import conjugate, exponential, multiply, quaternion, rot
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
 from cdpr_backends.attitude import put_attitude
-from cdpr_backends.snapshots import put_back, save
+from cdpr_backends.snapshots import SnapshotOfArrays
 
 
-class SemiImplicitEuler(RigidBodyBackend):
+class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
     """First the velocities from the accelerations at the start of the step, then the pose from these velocities."""
 
     def build(self) -> None:
@@ -57,14 +56,6 @@ class SemiImplicitEuler(RigidBodyBackend):
     def advance(self) -> None:
         """Advance by one physics step."""
         self._advance()
-
-    def snapshot(self) -> object:
-        """Return a copy of everything."""
-        return save(self.arrays)
-
-    def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
-        put_back(snapshot, self.arrays)
 
     @property
     def arrays(self) -> tuple[Array, ...]:

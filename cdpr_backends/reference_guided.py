@@ -13,10 +13,10 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_wrench, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
-from cdpr_backends.snapshots import put_back, save
+from cdpr_backends.snapshots import SnapshotOfArrays
 
 
-class GuidedReference(Backend):
+class GuidedReference(SnapshotOfArrays, Backend):
     """Classical Runge-Kutta of order four in position and hinge angle, the cables evaluated at every stage."""
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -47,16 +47,9 @@ class GuidedReference(Backend):
         """Advance by n physics steps."""
         self._advance(n)
 
-    def snapshot(self) -> object:
-        """Return a copy of everything."""
-        return save(self._arrays)
-
-    def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
-        put_back(snapshot, self._arrays)
-
     @property
-    def _arrays(self) -> tuple[Array, ...]:
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold."""
         return self.command, self.external, self._motion, self.state
 
 

@@ -17,10 +17,10 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
-from cdpr_backends.snapshots import put_back, save
+from cdpr_backends.snapshots import SnapshotOfArrays
 
 
-class WinchReference(Backend):
+class WinchReference(SnapshotOfArrays, Backend):
     """Classical Runge-Kutta of order four in body, winches and work of the cables, for free and guided platforms."""
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -56,16 +56,9 @@ class WinchReference(Backend):
         """Return the work of the cables on the platform, J."""
         return float(self.winches.live.work[0])
 
-    def snapshot(self) -> object:
-        """Return a copy of everything."""
-        return save(self._arrays)
-
-    def restore(self, snapshot: Any) -> None:
-        """Go back to a snapshot."""
-        put_back(snapshot, self._arrays)
-
     @property
-    def _arrays(self) -> tuple[Array, ...]:
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold."""
         return self.command, self.external, self._body, self.state, *self.winches.arrays
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from cdpr.model.robot import Array
 
@@ -18,3 +19,17 @@ def put_back(saved: Saved, arrays: Sequence[Array]) -> None:
     """Write the copies that `save` made into the arrays."""
     for copy, array in zip(saved, arrays, strict=True):
         array[:] = copy
+
+
+class SnapshotOfArrays:
+    """For a backend whose future depends on its `arrays` alone."""
+
+    arrays: tuple[Array, ...]
+
+    def snapshot(self) -> object:
+        """Return a copy of everything."""
+        return save(self.arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        put_back(snapshot, self.arrays)

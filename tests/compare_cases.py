@@ -13,6 +13,7 @@ from cdpr.errors import CdprError
 from cdpr.plugins.registry import registry
 
 SCENARIOS = ROOT / "scenarios"
+SCHEME = "backend_options.reference.scheme"
 
 INSTALLED = {name for name in registry().names("backend") if not registry().get("backend", name).missing}
 ENGINES = [name for name in ("mujoco", "bullet", "dart") if name in INSTALLED]

@@ -13,14 +13,12 @@ from cdpr.compare.comparison import compare
 from cdpr.compare.differences import QUANTITIES, apart, difference, pose_apart
 from cdpr.compare.engines import describe, field, is_continuous
 from cdpr.compare.finished import compare_finished
-from cdpr.compare.refinement import refine
 from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.compare.scenarios import changes
 from cdpr.compare.verdict import against_order, against_scheme, spans
 from cdpr.errors import CdprError, LogError, PluginError
 from cdpr.simulation.pool import Outcome
 
-SCHEME = "backend_options.reference.scheme"
 SHORT = {"simulation.duration": 0.2}
 needs_mujoco = pytest.mark.skipif("mujoco" not in ENGINES, reason="mujoco is not installed")
 
@@ -269,83 +267,6 @@ def test_a_judge_that_diverges_judges_nobody():
     group = comparison("caroca", [ENGINES[0]], wild).groups[0]
     assert group.agrees is False
     assert "the judge, reference, diverged" in group.problem
-
-
-def test_orders():
-    scenario = load("rotated_start", {"simulation.duration": 0.6})
-    chosen = field(scenario, [ENGINES[0]])
-    found = {measured.backend: measured for measured in refine(Here(scenario), chosen, "qp")}
-    first, judge = found[ENGINES[0]], found["reference"]
-    assert first.order == pytest.approx(1.0, abs=0.1)
-    assert first.steps == pytest.approx([1e-3, 5e-4, 2.5e-4])
-    assert judge.order == pytest.approx(4.0, abs=0.3)
-    assert judge.control_step > 1e-3  # at 1 ms its errors are round-off
-    assert all(measured.agrees and measured.errors[-1] > 1e-14 for measured in found.values())
-
-
-def test_round_off_is_told_where_there_is_nothing_else():
-    """A loop of so few periods cannot be closed less often."""
-    scenario = load("rotated_start", {"simulation.duration": 0.05})
-    found = {each.backend: each for each in refine(Here(scenario), field(scenario, [ENGINES[0]]), "qp")}
-    assert found["reference"].outcome == "at round-off"
-    assert found["reference"].order is None
-    assert found["reference"].agrees
-
-
-def test_the_truth_is_of_the_highest_order_that_the_judge_has():
-    """Though the scenario has it run a first-order scheme, whose error would count as everybody's."""
-    scenario = load("rotated_start", {"simulation.duration": 0.3, SCHEME: "semi_implicit_euler"})
-    chosen = field(scenario, [ENGINES[0]])
-    assert (chosen.judge.name, chosen.judge.order) == ("reference", 1)
-    for measured in refine(Here(scenario), chosen, "qp"):
-        assert (measured.outcome, measured.order) == ("as declared", pytest.approx(1.0, abs=0.03))
-
-
-def test_a_step_too_long_is_not_taken_for_round_off():
-    """The engine is 0.2 m from the truth and so sound that nothing else would tell."""
-    long = {"simulation.control_step": 0.1, "simulation.physics_step": 0.1, "trajectory.duration": 1.0}
-    scenario = load("caroca", {**long, "controller.kp": 1.0, "controller.kd": 2.0})
-    found = {each.backend: each for each in refine(Here(scenario), field(scenario, [ENGINES[0]]), "qp")}
-    assert found[ENGINES[0]].outcome == "too far"
-    assert "m from the truth with a step of 100 ms" in found[ENGINES[0]].reason
-    assert not found[ENGINES[0]].agrees
-
-
-class Losing(Here):
-    """Some runs fail."""
-
-    def lost(self, wanted):
-        return wanted.backend == "reference" and wanted.divide >= 16
-
-    def _one(self, wanted):
-        return Made(None, "failed", "boom\nmore", begun=False) if self.lost(wanted) else super()._one(wanted)
-
-
-def test_a_lost_truth_is_not_taken_for_round_off():
-    scenario = load("caroca", {"simulation.duration": 0.05})
-    found = refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp")
-    assert [(each.backend, each.outcome, each.reason) for each in found] == [
-        ("reference", "failed", "the truth failed: boom"),
-        (ENGINES[0], "failed", "the truth failed: boom"),
-    ]
-
-
-def test_orders_are_measured_of_engines_that_ran(monkeypatch):
-    """One that refuses the scenario is told by the comparison, which it does not spoil."""
-    monkeypatch.setattr(Losing, "lost", lambda self, wanted: wanted.backend == ENGINES[0])
-    scenario = load("caroca", {"simulation.duration": 0.05})
-    assert [each.backend for each in refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp")] == ["reference"]
-    monkeypatch.setattr(Losing, "lost", lambda self, wanted: wanted.backend == "reference")
-    assert refine(Losing(scenario), field(scenario, [ENGINES[0]]), "qp") == []
-
-
-@pytest.mark.usefixtures("traps_plugin")
-def test_refinement_finds_what_does_not_shrink():
-    traps = {"backend_options.traps": {"trap": "damping", "engine": "reference"}, "simulation.duration": 0.5}
-    scenario = load("rotated_start", traps)
-    found = {each.backend: each for each in refine(Here(scenario), field(scenario, ["traps"]), "qp")}
-    assert found["traps"].outcome == "differs"
-    assert not found["traps"].agrees
 
 
 @pytest.fixture(scope="module")
