@@ -45,8 +45,12 @@ def command(
     from pathlib import Path
 
     from cdpr.scenario import load_scenario
+    from cdpr.scenario.overrides import typed
 
-    loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
+    chosen = {"backend": backend, "solver": solver, "controller": controller}
+    loaded = load_scenario(scenario, overrides=typed(chosen, changes))
+    for note in loaded.notes:
+        click.echo(note, err=True)
     # Only a sound scenario is worth the time that these take to import.
     from cdpr.cli.progress import Progress, tell_of_compilation, terminating
     from cdpr.fmu.trust import any_fmu
