@@ -54,7 +54,6 @@ def command(
     # Only a sound scenario is worth the time that these take to import.
     from cdpr.cli.progress import Progress, tell_of_compilation, terminating
     from cdpr.fmu.trust import any_fmu
-    from cdpr.log.run import Run
     from cdpr.log.run_folder import RunFolder
     from cdpr.log.run_json import plain
     from cdpr.simulation import simulate
@@ -76,7 +75,7 @@ def command(
                 with any_fmu() if trust_fmu else nullcontext():
                     run = simulate(loaded, out=folder, real_time=real_time, progress=look)
             except CdprError as error:
-                if not isinstance(error.run, Run) or not len(error.run.rows):
+                if error.run is None or not len(error.run.rows):
                     raise
                 stop, run = error, error.run
         if report:
