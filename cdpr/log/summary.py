@@ -32,6 +32,8 @@ def summarise(run: Run) -> dict[str, Any]:
         for first in range(0, len(run.rows), PIECE):
             tally.add(run.rows[first : first + PIECE])
         counted = tally.figures()
+        if not isinstance(run.rows, np.ndarray):  # not to go through a long log again
+            object.__setattr__(run, "counted", counted)
     figures: dict[str, Any] = {"status": run.status, **counted}
     if run.header.log_every > 1:
         figures |= {"log_step_s": run.header.log_step, "logged_samples": len(run.rows)}
