@@ -20,9 +20,9 @@ DEFINITE_TOLERANCE = 1e-12
 
 # Properties of cables that a run takes no notice of, by cable model.
 UNUSED = {
-    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "length", "speed_max", "winch"),
-    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density", "length", "speed_max"),
-    "elastic": ("diameter", "linear_density", "length", "speed_max"),
+    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "winch"),
+    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density"),
+    "elastic": ("diameter", "linear_density"),
 }
 
 # What each cable model must know of every cable.
