@@ -15,6 +15,7 @@ from cdpr.fmu.signals import INPUTS, OUTPUTS, WXYZ, XYZ, Role, Signal
 from cdpr.model import Robot
 
 NONE = "none"  # said in a scenario: the FMU has no such signal
+COMPARED = 2000  # names that a wrong one is compared with; an FMU may have any number
 EULER = "euler"  # stands for quaternion where a scenario gives angles
 
 
@@ -197,7 +198,7 @@ class Resolver:
     def _near(self, name: str) -> str:
         """List the variables whose names are closest, or the first few."""
         sizes = {variable.name: variable.size for variable in self.finder.variables.values()}
-        near = difflib.get_close_matches(name, sizes, 4, 0.5) or list(sizes)[:8]
+        near = difflib.get_close_matches(name, list(sizes)[:COMPARED], 4, 0.5) or list(sizes)[:8]
         shown = ", ".join(each + (f" ({sizes[each]} numbers)" if sizes[each] > 1 else "") for each in near)
         return f"; {self.side} of the FMU: {shown}" if near else f"; the FMU has no real {self.side}"
 

@@ -100,8 +100,9 @@ def test_names_of_fmi_2_with_brackets_are_names():
 def test_aliases():
     about = read(description(3, [variable(3, "x", 1, "output", alias="body.x")]))
     assert about.by_name["body.x"] is about.by_name["x"]
-    rows = [variable(2, "x", 5, "output"), variable(2, "y", 5, "local"), variable(2, "b", 5, "local", kind="Boolean")]
-    assert read(description(2, rows)).by_name["x"].aliases == ("y",)
+    rows = [variable(2, "x", 5, "output"), variable(2, "y", 5, "local")]
+    x, y = read(description(2, rows)).variables  # two names of one value, each a variable
+    assert x.value_reference == y.value_reference == 5
 
 
 def test_units_come_from_the_definitions_or_the_declared_type():
@@ -119,9 +120,9 @@ def test_units_come_from_the_definitions_or_the_declared_type():
     assert by_name["none"].unit is None
 
 
-def test_letters_that_a_terminal_would_obey_are_blanks():
+def test_letters_that_a_terminal_would_obey_are_escaped():
     about = read(description(3, [variable(3, "x&#x9b;2J&#10;y", 1, "output")]).replace("&amp;", "&"))
-    assert about.variables[0].name == "x 2J y"
+    assert about.variables[0].name == r"x\x9b2J\ny"
 
 
 def test_terminals(tmp_path):
@@ -183,3 +184,36 @@ def test_whatever_is_left_out_there_is_an_fmu_or_an_error(fmi):
     for match in re.finditer(r'<[^?][^>]*/>| \w+="[^"]*"', xml):
         with contextlib.suppress(FmuError):
             resolve(read(xml[: match.start()] + xml[match.end() :]), ROBOT, Signals(), "controller")
+
+
+@pytest.mark.parametrize("text", ["2_0", "\u0663", "\uff15", "1e0", "0x1", "", " ", "1" * 5000, "-1"])
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_value_references_are_whole_numbers_in_ascii(text, fmi):
+    refused(description(fmi, [variable(fmi, "x", text, "output")]), "value")
+
+
+@pytest.mark.parametrize("text", ["1_0", "\u0663", "0x1p3", "inf", "INF", "nan", "1e999", ".", "1e", ""])
+def test_numbers_are_written_as_in_xml(text):
+    refused(description(2, [variable(2, "x", 1, "input", start=text)]), "1 numbers are expected")
+    refused(description(3, [], units={"u": {"m": 1, "factor": text}}), "needs a number as factor")
+    refused(description(3, [variable(3, "n", 1, "parameter", kind="Int32", start=text)]), "of the kind Int32")
+    refused(description(3, [variable(3, "f", 1, "parameter", kind="Float32", start=text)]), "of the kind Float32")
+    refused(description(3, [variable(3, "b", 1, "parameter", kind="Boolean", start=text)]), "of the kind Boolean")
+
+
+@pytest.mark.parametrize("text", ["1", "-1.5", "+2.", ".5", "1E-3", " 7 "])
+def test_numbers_of_xml_are_read(text):
+    assert read(description(2, [variable(2, "x", 1, "input", start=text)])).variables[0].start == (text,)
+
+
+def test_many_names_of_one_value_take_room_in_proportion():
+    """20 000 aliases of 60 kB once took 3 GB: each held the names of all others."""
+    n = 3000
+    about = read(description(2, [variable(2, f"v{i}", 1, "local") for i in range(n)]))
+    assert len(about.by_name) == n
+    assert sum(len(each.names) for each in about.variables) == n
+
+
+def test_an_array_of_many_dimensions_is_refused():
+    row = variable(3, "x", 1, "local", shape=(1,) * 50_000)
+    refused(description(3, [row]), "1 to 1000000 elements are expected")
