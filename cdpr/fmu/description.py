@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element as Node
 
 from cdpr.errors import FmuError, printable
-from cdpr.fmu.model import BASE_UNITS, REALS, Capabilities, ModelDescription, Unit, Variable
+from cdpr.fmu.model import BASE_UNITS, Capabilities, ModelDescription, Unit, Variable
 
 MAX_ELEMENTS = 1_000_000  # of one array: a thousand times what a robot needs, too few to fill the memory
 MAX_REFERENCE = 2**32 - 1  # value references are 32 bit

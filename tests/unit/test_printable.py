@@ -54,7 +54,9 @@ def test_errors_keep_their_lines_only():
     assert str(CdprError(f"{EVIL}\nnext")) == f"{SHOWN}\nnext"
 
 
-@pytest.mark.parametrize("command", ["validate", "info", "tension", "run", "fmu info", "fmu trust", "export --to csv", "compare"])
+@pytest.mark.parametrize(
+    "command", ["validate", "info", "tension", "run", "fmu info", "fmu trust", "export --to csv", "compare"]
+)
 def test_file_names(command, said):
     assert SHOWN in said(*command.split(), EVIL, code=2)
 
