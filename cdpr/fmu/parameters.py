@@ -31,7 +31,7 @@ def robot_parameters(
     if order is not None:
         robot = replace(robot, cables=tuple(robot.cables[i] for i in np.argsort(order)))
     return {
-        variable.name: (np.reshape(variable.values, variable.shape), variable.unit_of(0))
+        variable.name: (np.reshape(variable.values, variable.shape), variable.unit)
         for variable in Plant(robot, gravity, physics_step, state).variables()
         if variable.causality == "parameter"
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 from collections.abc import Sequence
 
 from cdpr.errors import FmuError
@@ -126,7 +127,7 @@ class Resolver:
         count, parts = self._count(signal), signal.components
         units = signal.units(count)
         for rule, found in (
-            ("name", self.finder.named(signal.name, count, parts)),
+            ("name", [*self.finder.named(signal.name, count, parts), *self._halves(signal)]),
             ("terminal", [each for terminal in self.terminals for each in terminal.named(signal.name, count, parts)]),
             (
                 "usual name",
@@ -146,6 +147,12 @@ class Resolver:
         if self._required(signal):
             raise FmuError(f"needed, but there is no {self._kind(count)} of that name{self._near(signal.name)}")
         return None
+
+    def _halves(self, signal: Signal) -> list[Candidate]:
+        """What is a force and a moment by their names."""
+        found = [self.finder.named(name, 3, XYZ) for name in signal.halves]
+        pairs = itertools.product(*found) if found else ()
+        return [Candidate(tuple(each for half in pair for each in half.elements)) for pair in pairs]
 
     def _port(
         self, signal: Signal, elements: Sequence[Element], source: Source | None, rule: str, euler: str = ""
