@@ -1,4 +1,4 @@
-"""Child processes that end when their parent does, however that ends: killed, crashed, or while they hang or are stopped.
+"""Child processes that end when their parent does, however that ends, also while they hang or are stopped.
 
 A thread of the child that looks for its parent is not enough: native code may hold Python's lock for ever.
 """

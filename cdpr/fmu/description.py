@@ -210,8 +210,8 @@ def _check_start(variable: Variable) -> None:
         shown = printable(" ".join(variable.start))[:60]
         what = "values" if variable.kind == "Boolean" else "numbers"
         raise FmuError(
-            f"modelDescription.xml: '{variable.name}' starts with '{shown}'; {variable.size} {what} are expected, of the "
-            f"kind {variable.kind}"
+            f"modelDescription.xml: '{variable.name}' starts with '{shown}'; {variable.size} {what} are expected, "
+            f"of the kind {variable.kind}"
         )
 
 

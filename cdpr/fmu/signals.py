@@ -66,11 +66,13 @@ LENGTHS = (
 )
 TENSIONS = ("tension", "tensions", "cable_force", "cable_forces", "F_cable", "F", "T")
 
+EXTERNAL = ("external_force", "external_moment")
+
 INPUTS: dict[Role, tuple[Signal, ...]] = {
     "plant": (
         Signal("cable_tension", 0, "N", "choice", synonyms=TENSIONS),
         Signal("command", 0, "N", "choice"),
-        _wrench("external_wrench", "optional", "wrench_external", "disturbance", halves=("external_force", "external_moment")),
+        _wrench("external_wrench", "optional", "wrench_external", "disturbance", halves=EXTERNAL),
     ),
     "winch": (Signal("command", 0, "", "required"), *LENGTHS),
     "controller": (*_state("optional"), *DESIRED, *LENGTHS),

@@ -129,7 +129,7 @@ def _fault(about: os.stat_result, folder: os.stat_result) -> str:
 
 @contextmanager
 def _locked() -> Iterator[Path]:
-    """Keep other processes from writing the list, whose path is given; made whole with what is read inside."""
+    """Keep other processes from writing the list, whose path this gives, until the end of the block."""
     path = list_path()
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -65,7 +65,7 @@ def model_description(
     _units(root, public)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong, and what to do")
-    SubElement(categories, "Category", name="logStatusWarning", description="inputs that were changed: cables cannot push")
+    SubElement(categories, "Category", name="logStatusWarning", description="what was asked for and cannot be")
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME), stepSize=repr(model.physics_step))
     (_variables2 if fmi == 2 else _variables3)(root, public)
     return _text(root)
@@ -105,7 +105,8 @@ def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:
             scalar = SubElement(
                 section, "ScalarVariable", {"name": name, "valueReference": str(reference + i), **_common(variable)}
             )
-            SubElement(scalar, "Real", {**_unit(variable.unit), **_least(variable), **_start(variable, variable.values[i : i + 1])})
+            start = _start(variable, variable.values[i : i + 1])
+            SubElement(scalar, "Real", {**_unit(variable.unit), **_least(variable), **start})
             if variable.causality == "output":
                 outputs.append((str(len(section)), variable))
     structure = SubElement(root, "ModelStructure")

@@ -83,12 +83,12 @@ class Plant(Model):
 
     def _inputs(self) -> list[Variable]:
         m = self.robot.m
-        least = 0.0 if self.robot.unilateral else None
-        pull = (
-            entrance("command", m, "N", COMMAND)
-            if self.winches
-            else entrance("cable_tension", m, "N", "tension of each cable" + ", of which a negative one counts as 0" * self.robot.unilateral, least=least)
-        )
+        if self.winches:
+            pull = entrance("command", m, "N", COMMAND)
+        elif self.robot.unilateral:
+            pull = entrance("cable_tension", m, "N", "tension of each cable; a negative one counts as 0", least=0.0)
+        else:
+            pull = entrance("cable_tension", m, "N", "tension of each leg")
         # Two variables, for an array has one unit.
         return [
             pull,
