@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import os
 import platform
 import re
 import stat
@@ -31,6 +32,7 @@ BUILD = "sources/buildDescription.xml"  # not used here, but FMPy reads it
 MAX_FILE = 256 * 2**20
 MAX_TOTAL = 2**30
 MAX_ENTRIES = 20_000
+MAX_NAME = 1000  # letters
 MAX_DIRECTORY = 8 * 2**20  # bytes of the zip's table of contents, read at once
 MAX_XML = 16 * 2**20  # the worst of it takes 0.8 GB while it is read
 MAX_RATIO = 200  # of sizes; text shrinks to a tenth, a bomb to a thousandth
@@ -145,10 +147,13 @@ def extract(archive: Archive, folder: str | Path) -> Path:
 
 def _read(path: Path) -> bytes:
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise FmuError(f"{path}: is not a regular file; an FMU is expected")
-        with open(path, "rb") as file:
+        # What was opened is what is checked; not to wait for whoever writes into a pipe.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise FmuError(f"{path}: is not a regular file; an FMU is expected")
             content = file.read(MAX_FILE + 1)
+    except IsADirectoryError:
+        raise FmuError(f"{path}: is not a regular file; an FMU is expected") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FmuError(f"{path}: cannot be read: {reason}") from None
@@ -183,9 +188,9 @@ def _checked(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
         if not info.is_dir():
             twins[info.filename].append(info)
     files = {name: same[0] for name, same in twins.items()}
-    folders = {name[:i] for name in files for i, letter in enumerate(name) if letter == "/"}
-    if both := folders & set(files):
-        raise FmuError(f"has {min(both)!r} as a file and as a folder")
+    folders = (name[:i] for name in files for i, letter in enumerate(name) if letter == "/")  # not kept: many, and long
+    if both := next((folder for folder in folders if folder in files), None):
+        raise FmuError(f"has {both!r} as a file and as a folder")
     total = sum(info.file_size for info in infos)
     if total > MAX_TOTAL:
         raise FmuError(f"would unpack to {total / 2**30:.3g} GiB, more than {MAX_TOTAL / 2**30:.3g} GiB")
@@ -205,6 +210,8 @@ def _digest(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
 def _check_entry(info: zipfile.ZipInfo) -> None:
     name = info.orig_filename
     parts = name.removesuffix("/").split("/")
+    if len(name) > MAX_NAME:
+        raise FmuError(f"has the entry {name[:80]!r}..., whose name has {len(name)} letters, more than {MAX_NAME}")
     if (
         any(part in ("", ".", "..") for part in parts)
         or any(letter in name for letter in "\\:")

@@ -28,6 +28,7 @@ TRUE = ("true", "1")
 WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*", re.ASCII)
 REAL = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
 MAX_DIMENSIONS = 32
+MAX_NAME = 1000  # letters, of names and units: tables are as wide as the longest
 # The name of a file in the archive, and of functions: anything else could lead out of the archive.
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 
@@ -225,7 +226,10 @@ def _refuse_doubles(variables: list[Variable]) -> None:
 
 def _text(node: Node, key: str, default: str = "") -> str:
     """A text, without letters that a terminal would obey."""
-    return printable(node.get(key, default))
+    text = node.get(key, default)
+    if len(text) > MAX_NAME and key != "description":
+        raise FmuError(f"modelDescription.xml: {_place(node)} has a {key} of {len(text)} letters, more than {MAX_NAME}")
+    return printable(text)
 
 
 def _integer(node: Node, key: str, default: int | None) -> int:

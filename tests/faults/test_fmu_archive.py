@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import stat
 import struct
 import zipfile
@@ -156,6 +157,11 @@ def test_entries_of_one_name_and_checksum_that_differ(tmp_path):
     refused(path, "two entries 'resources/x' that differ")
 
 
+def test_names_without_end(tmp_path):
+    """A name of 30 000 folders once took 0.9 GB, and a directory has room for a hundred of them."""
+    refused(make_fmu(tmp_path / "a.fmu", files={"resources/" + "d/" * 30_000 + "x": b""}), "60011 letters, more than")
+
+
 def test_names_that_differ_by_case_are_two_files(tmp_path):
     path = make_fmu(tmp_path / "a.fmu", files={"resources/a": b"1", "resources/A": b"2"})
     (tmp_path / "out").mkdir()
@@ -227,6 +233,8 @@ def test_a_zip64_file(tmp_path):
 
 def test_what_is_no_regular_file(tmp_path):
     refused(tmp_path, "not a regular file")
+    os.mkfifo(tmp_path / "pipe.fmu")
+    refused(tmp_path / "pipe.fmu", "not a regular file")
     refused(tmp_path / "nowhere.fmu", "cannot be read")
     refused("a\0b", "cannot be read")
 
