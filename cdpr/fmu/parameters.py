@@ -148,5 +148,6 @@ def _typed(variable: Variable, value: Value, where: str) -> Value:
 def _fits(kind: str, value: int) -> bool:
     """Tell whether a whole number fits: what does not would be cut to its last bits without a word."""
     bits = int(re.sub(r"\D", "", kind) or (32 if kind == "Integer" else 64))
-    signed = not kind.startswith("U")
-    return -(2 ** (bits - 1)) * signed <= value < 2 ** (bits - signed)
+    if kind.startswith("U"):
+        return 0 <= value < 1 << bits
+    return -(1 << bits - 1) <= value < 1 << bits - 1
