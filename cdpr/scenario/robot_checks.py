@@ -8,7 +8,17 @@ import numpy as np
 
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.problems import Path
-from cdpr.scenario.robot_schema import CableSection, CableTension, TensionSection, cable_name, limits
+from cdpr.scenario.robot_schema import (
+    ALL_DOF,
+    CableSection,
+    CableTension,
+    PlatformSection,
+    TensionSection,
+    cable_name,
+    limits,
+    of_a_body,
+    turns,
+)
 
 
 class RobotChecks(Checks):
@@ -21,6 +31,19 @@ class RobotChecks(Checks):
         self._names(cables)
         self._coincident(cables)
         self._tensions(cables)
+        self._inertia()
+
+    def _inertia(self) -> None:
+        """Only moments about held directions may be left at 0."""
+        platform, dof = self.section(PlatformSection, (*self.root, "platform")), self.document.get((*self.root, "dof"))
+        if platform is None or platform.inertia is None:
+            return
+        free = [name for name in (dof if isinstance(dof, list) else ALL_DOF) if str(name).startswith("r")]
+        if not set(free) <= set(turns(platform.inertia)):
+            try:
+                of_a_body(platform.inertia)
+            except ValueError as error:
+                self.say((*self.root, "platform", "inertia"), f"{error} where it turns about {', '.join(free)}")
 
     def _names(self, cables: list[tuple[int, CableSection]]) -> None:
         first: dict[str, int] = {}
