@@ -180,9 +180,9 @@ def test_a_huge_integer_is_one_problem(parser):
     ],
 )
 def test_bombs_are_refused_at_once(parser, text, what):
-    start = time.perf_counter()
+    start = time.process_time()
     assert what in refused(text, parser)
-    assert time.perf_counter() - start < 2.0  # 0.1 s with libyaml, 0.7 s without, on a slow machine
+    assert time.process_time() - start < 2.0  # 0.1 s with libyaml, 0.7 s without, on a slow machine
 
 
 def test_the_limits_themselves_are_allowed():
