@@ -9,7 +9,6 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
 from cdpr.model.robot import Array, CableModel, frozen_array
-from cdpr.model.rotations import held_upright
 from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
@@ -44,14 +43,16 @@ def tensor(inertia: Inertia) -> list[list[float]]:
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
-def turns(inertia: Inertia) -> tuple[str, ...]:
+def moments_about(inertia: Inertia) -> tuple[str, ...]:
     """Directions of the only moment that is given, () where none is: all else zero, as of planar robots in papers."""
     given = [name for name, value in zip(("rx", "ry", "rz"), inertia, strict=False) if value > 0.0]
     return tuple(given) if len(given) < 2 and sum(map(abs, inertia)) == sum(inertia[:3]) else ("rx", "ry", "rz")
 
 
 def _possible_inertia(inertia: Inertia) -> Inertia:
-    return inertia if len(turns(inertia)) < 2 else of_a_body(inertia)  # whether one is enough, the directions say
+    return (
+        inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)
+    )  # whether one is enough, the directions say
 
 
 def of_a_body(inertia: Inertia) -> Inertia:
@@ -244,33 +245,6 @@ class RobotSection(Section):
     winch: WinchSection | None = Field(None, description="the winch of every cable that names none of its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
-    @model_validator(mode="after")
-    def _home_in_guide(self) -> RobotSection:
-        if self.home is not None and not held_upright(self.dof, self.home.orientation.quaternion()):
-            raise ValueError(f"home.orientation may differ from upright only about the free directions, {self.dof}")
-        return self
-
-    @model_validator(mode="after")
-    def _turning_needs_inertia(self) -> RobotSection:
-        if self.platform.inertia is None and any(name.startswith("r") for name in self.dof):
-            raise ValueError(
-                "platform.inertia is missing: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2) is expected, for "
-                "the platform turns"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _model_has_its_values(self) -> RobotSection:
-        for name in NEEDED[self.cable.model]:
-            lacking = [cable_name(cable, i) for i, cable in enumerate(self.cables) if self._own(cable, name) is None]
-            if lacking:
-                common = "winch" if name == "winch" else f"cable.{name}"
-                raise ValueError(
-                    f"cable.model {self.cable.model} needs {NEEDS[name]} of each cable: give {common} for all, or "
-                    f"{name} of cable {', '.join(lacking[:5])}{', ...' if len(lacking) > 5 else ''}"
-                )
-        return self
-
     def to_robot(self) -> Robot:
         """Return the robot as the frozen arrays that the simulation takes."""
         platform = self.platform
@@ -292,7 +266,7 @@ class RobotSection(Section):
     def _inertia(self) -> Array:
         """The inertia tensor; where only one moment is given or none, that of a ball that turns in the same way."""
         given = self.platform.inertia or (0.0,) * 6
-        if len(turns(given)) < 2:
+        if len(moments_about(given)) < 2:
             return frozen_array((sum(given) or NO_TURNING) * np.eye(3))
         return frozen_array(tensor(given))
 
