@@ -18,7 +18,7 @@ from cdpr.tension import distribute
 from cdpr.testing import samples
 
 SAME_TENSION = 1e-8  # N, of the same instant by other equations; tensions are some hundred newtons
-SAME_SCHEME = 1e-8  # m, rad and their rates after 0.1 s of the same scheme in numpy; measured 1e-12, DART 3e-9
+SAME_SCHEME = 1e-8  # m, rad and their rates after 0.1 s of the same scheme in numpy; measured 1e-12
 EXACT = 1e-9  # of the reference at 0.1 ms, from DOP853 at 1e-12
 # m, from DOP853 after 0.5 s at 1 ms, by axial stiffness, N; all engines: 1.9e-5 of 2.3 mm, and 2.6e-5 of 0.65 mm
 FIRST_ORDER = {1e5: 3e-5, 1e6: 4e-5}
