@@ -55,6 +55,12 @@ class Problems:
             self.items.append(Problem(mark, path, text, plugin))
             self.paths.add(path)
 
+    def include(self, other: Problems) -> None:
+        """Keep all problems of another collection, too."""
+        self.items += other.items
+        self.paths |= other.paths
+        self.unreadable |= other.unreadable
+
     def has(self, path: Path) -> bool:
         """Tell whether something was said about this key or a section around it."""
         return _within(path, self.paths)

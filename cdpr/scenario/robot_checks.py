@@ -33,11 +33,11 @@ class RobotChecks(Checks):
 
     def _coincident(self, cables: list[tuple[int, CableSection]]) -> None:
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
+        distances = np.linalg.norm(anchors[:, None] - anchors[None], axis=3)  # (m, m, 2), m
+        same = np.all(distances < MIN_LENGTH, axis=2)
         for b in range(1, len(cables)):
-            distances = np.linalg.norm(anchors[:b] - anchors[b], axis=2)  # (b, 2), m
-            same = np.flatnonzero(np.all(distances < MIN_LENGTH, axis=1))
-            if len(same):
-                other = f"cables[{cables[int(same[0])][0]}]"
+            if same[b, :b].any():
+                other = f"cables[{cables[int(np.argmax(same[b, :b]))][0]}]"
                 text = f"coincides with {other} at both ends, so they are one cable (sharing one end is fine)"
                 self.say((*self.root, "cables", cables[b][0]), text)
 

@@ -40,10 +40,12 @@ class RunChecks(Checks):
         return motion.table
 
     def _start(self, initial: Initial) -> None:
+        cables = list(self.cables(("robot",)))
+        anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         R = rotations.matrix(initial.orientation.quaternion())
-        for i, cable in self.cables(("robot",)):
-            end = np.array(initial.position) + R @ np.array(cable.platform)
-            if np.linalg.norm(np.array(cable.frame) - end) < MIN_LENGTH:
+        lengths = np.linalg.norm(anchors[:, 0] - initial.position - anchors[:, 1] @ R.T, axis=1)
+        for (i, cable), length in zip(cables, lengths, strict=True):
+            if length < MIN_LENGTH:
                 name = cable_name(cable, i)
                 text = f"cable '{name}' has no length here: its two anchors coincide, so it has no direction"
                 self.say(("initial", "position"), text)

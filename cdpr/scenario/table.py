@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,6 +63,7 @@ class Table:
         return self.columns.get(name)
 
 
+@lru_cache(maxsize=4)  # the cases of a study name the same file
 def parse_table(content: bytes) -> Table:
     """Read a file's content; TableError lists what is wrong."""
     if len(content) > MAX_BYTES:
@@ -108,6 +110,8 @@ def parse_table(content: bytes) -> Table:
         if members[0] in names
     }
     _check(columns, lines)
+    for column in columns.values():
+        column.flags.writeable = False
     return Table(columns, lines, hashlib.sha256(content).hexdigest())
 
 
