@@ -24,8 +24,10 @@ NOTHING: Mapping[str, int] = MappingProxyType({})
 def tell_of_compilation() -> None:
     """Say so once, should kernels have to be compiled that no earlier command needed."""
     from cdpr.model.jit import on_first_compilation
+    from cdpr.model.kernel_cache import lasting
 
-    on_first_compilation(lambda: click.echo("compiling numerical kernels, kept for later runs...", err=True))
+    kept = ", kept for later runs" if lasting() else ""
+    on_first_compilation(lambda: click.echo(f"compiling numerical kernels{kept}...", err=True))
 
 
 class Progress:

@@ -52,7 +52,8 @@ class Reserved:
             self._close = weakref.finalize(self, os.close, self._file)
             with contextlib.suppress(OSError):  # a file system without locks
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            os.posix_fallocate(self._file, 0, size)
+            if size:
+                os.posix_fallocate(self._file, 0, size)
         except OSError as error:
             raise unwritable(path, error) from error
 

@@ -91,6 +91,9 @@ class Scan:
     header: Header
     rows: Array  # (K, width), up to the first damage
     problem: str | None  # None where the log is complete
+    form: LogFormat  # what its bytes should be
+    chunks: tuple[Written, ...]  # those that are whole, up to the first damage
+    end: int  # byte behind the last of them
 
 
 class _DamageError(Exception):
@@ -115,7 +118,8 @@ def scan(log: Path) -> Scan:
         raise LogError(f"{log}: cannot be read: {error.strerror or error}") from error
     rows = np.concatenate([np.empty((0, header.layout.width)), *walk.blocks])
     rows[:, header.layout.columns["time"]] = (np.arange(len(rows)) * header.control_step)[:, None]
-    return Scan(header, rows, problem if intact else "the description at its start is damaged")
+    problem = problem if intact else "the description at its start is damaged"
+    return Scan(header, rows, problem, form, tuple(walk.chunks), walk.position)
 
 
 def _read_header(file: BinaryIO, log: Path) -> tuple[Header, str]:
@@ -153,25 +157,25 @@ class _Walk:
         self._file = file
         self._form = form
         self._size = os.fstat(file.fileno()).st_size
-        self._position = len(form.description)
-        self._chunks: list[Written] = []
+        self.position = len(form.description)
+        self.chunks: list[Written] = []
         self._counts = [0] * len(form.templates)  # source rows so far, by group
         self.blocks: list[Array] = []
 
     def run(self) -> str | None:
         """Fill `blocks`; return what is wrong, None if nothing is."""
-        self._file.seek(self._position)
+        self._file.seek(self.position)
         try:
             while True:
                 head = self._take(CHUNK_HEAD.size)
                 if head[0] != Opcode.CHUNK:
                     break
                 self._chunk(head)
-            expected = self._form.ending(self._chunks, self._counts[0], self._position)
+            expected = self._form.ending(self.chunks, self._counts[0], self.position)
             if head + self._file.read(len(expected)) != expected:
                 raise _DamageError("damaged or cut off")
         except _DamageError as damage:
-            return f"{damage} at byte {self._position} of {self._size}"
+            return f"{damage} at byte {self.position} of {self._size}"
         return None
 
     def _chunk(self, head: bytes) -> None:
@@ -185,7 +189,7 @@ class _Walk:
         n, rest = divmod(length - CHUNK_HEAD.size, template.row.size)
         if rest or n == 0:
             raise _DamageError("damaged")
-        written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self._position)
+        written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self.position)
         index: bytes | None = None
         if groups[0] == 0:
             block = template.decode(data[CHUNK_HEAD.size :])
@@ -197,11 +201,11 @@ class _Walk:
         elif zlib.crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
             raise _DamageError("damaged")
         self._counts[groups[0]] += n
-        self._chunks.append(written)
+        self.chunks.append(written)
         index_length = len(template.group.topics) * template.index_length(n)
         if index not in (self._take(index_length), None):
             raise _DamageError("damaged")
-        self._position += length + index_length
+        self.position += length + index_length
 
     def _take(self, size: int) -> bytes:
         left = self._size - self._file.tell()

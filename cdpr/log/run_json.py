@@ -38,7 +38,7 @@ def now() -> datetime:
 
 
 def encode(content: dict[str, Any]) -> bytes:
-    """Return the bytes of run.json. Numbers that are not finite become null, bytes that are no UTF-8 lone surrogates."""
+    """Return the bytes of run.json. Numbers that are not finite become null."""
     text = json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode(errors="backslashreplace")  # \udcff is such an escape in JSON, too
 

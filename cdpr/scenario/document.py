@@ -25,7 +25,9 @@ class Document:
 
     def copy(self) -> Document:
         """Return a copy that can be changed freely."""
-        return Document(copied(self.data), self.source, self.folder, dict(self.keys), dict(self.values), list(self.dropped))
+        return Document(
+            copied(self.data), self.source, self.folder, dict(self.keys), dict(self.values), list(self.dropped)
+        )
 
     def get(self, path: Path) -> Any:
         """Return the value at `path`; None where there is none."""

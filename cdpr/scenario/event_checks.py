@@ -39,7 +39,8 @@ class EventChecks(Checks):
         if simulation:
             self._against_steps(events, simulation.control_step)
         cables = list(self.cables(("robot",)))
-        if len(cables) != len(self.document.get(("robot", "cables")) or ()):
+        given = self.document.get(("robot", "cables"))
+        if not isinstance(given, list) or len(cables) != len(given):
             return  # names and limits are not known
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, named(event, names)) for i, event in events if self._cable_exists(i, event, names)]
@@ -47,8 +48,8 @@ class EventChecks(Checks):
         self._need_ideal_cables(known)
         self._order(known)
         common = self.section(TensionSection, ("robot", "tension"))
-        given = () if common is None else (common.min, common.max)
-        if common and all(not isinstance(value, list) or len(value) == len(cables) for value in given):
+        both = () if common is None else (common.min, common.max)
+        if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
             self._limits(
                 known, {name: limits(common, cable, i) for name, (i, cable) in zip(names, cables, strict=True)}
             )
