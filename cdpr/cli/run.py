@@ -49,11 +49,14 @@ def command(
 
     with terminating() as signals:
         from cdpr.scenario import load_scenario
+        from cdpr.scenario.overrides import typed
 
-        loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
+        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        loaded = load_scenario(scenario, overrides=typed(chosen, changes))
+        for note in loaded.notes:
+            click.echo(note, err=True)
         # Only a sound scenario is worth the time that these take to import.
         from cdpr.fmu.trust import any_fmu
-        from cdpr.log.run import Run
         from cdpr.log.run_json import plain
 
         stop: CdprError | None = None
@@ -61,7 +64,7 @@ def command(
             with any_fmu() if trust_fmu else nullcontext(), hushed():
                 run = _simulate(loaded, out, signals, real_time=real_time)
         except CdprError as error:
-            if not isinstance(error.run, Run) or not len(error.run.rows):
+            if error.run is None or not len(error.run.rows):
                 if not isinstance(error, Interrupted):
                     raise
                 click.echo(f"stopped: {error}", err=True)
@@ -90,9 +93,10 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
 
     from cdpr.cli.progress import Progress, tell_of_compilation
     from cdpr.log.run import Run
-    from cdpr.log.run_folder import RunFolder
+    from cdpr.log.run_folder import RUNS, RunFolder
     from cdpr.simulation import simulate
     from cdpr.simulation.build import make_header
+    from cdpr.simulation.room import check_room
 
     def look(done: int, total: int) -> None:
         if signals.pending:  # here no write is under way
@@ -102,6 +106,7 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
 
     tell_of_compilation()
     header = make_header(scenario)
+    check_room(scenario, header, Path(out or RUNS))
     signals.wait = True
     folder = RunFolder(Path(out) if out else None, header, sys.argv)
     try:
@@ -154,6 +159,8 @@ def _print(run: Run) -> None:
 
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:
+    from cdpr.report.text import unit_for
+
     bad = figures["infeasible_steps"]
     but = (
         f", but {bad} of {figures['samples']} samples had no admissible tensions"
@@ -161,11 +168,12 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         else ""
     )
     yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
-    for name, key, scale, unit in (
-        ("position error", "position_error_m", 1e3, "mm"),
-        ("orientation error", "orientation_error_rad", 1e3, "mrad"),
+    for name, key, base in (
+        ("position error", "position_error_m", "m"),
+        ("orientation error", "orientation_error_rad", "rad"),
     ):
         if key in figures:
+            scale, unit = unit_for(figures[key].values(), base)
             values = "   ".join(f"{part} {scale * value:.4g} {unit}" for part, value in figures[key].items())
             yield f"{name:<20}{values}"
     if "tension_N" in figures:
