@@ -133,6 +133,11 @@ def shown(value: object) -> str:
     return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")
 
 
+def exact(value: float) -> str:
+    """Write a number with all its digits: a rounded one may seem to be right."""
+    return repr(float(value)).removesuffix(".0")
+
+
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return "did you mean 'x'? " or nothing."""
     near = difflib.get_close_matches(name[:SHORTEST], list(names), n=1)

@@ -11,6 +11,7 @@ from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.guide_checks import GuideChecks
 from cdpr.scenario.motion_checks import MotionChecks
+from cdpr.scenario.problems import exact
 from cdpr.scenario.robot_schema import cable_name
 from cdpr.scenario.schema import Initial, Simulation
 from cdpr.scenario.table import Table
@@ -58,11 +59,11 @@ class RunChecks(Checks):
             return
         if not _is_multiple(control, physics):
             near = _near(control / physics, lambda n: control / n)
-            text = f"must be control_step, {control:g} (s), divided by an integer, got {physics:g}; "
+            text = f"must be control_step, {exact(control)} (s), divided by an integer, got {exact(physics)}; "
             self.say(("simulation", "physics_step"), f"{text}nearest: {near}")
         if not _is_multiple(duration, control):
             near = _near(duration / control, lambda n: control * n)
-            text = f"must be an integer multiple of control_step, {control:g} (s), got {duration:g}; "
+            text = f"must be an integer multiple of control_step, {exact(control)} (s), got {exact(duration)}; "
             self.say(("simulation", "duration"), f"{text}nearest: {near}")
 
 
