@@ -20,7 +20,7 @@ from cdpr.scenario.event_schema import (
     TensionLimits,
     first_sample,
 )
-from cdpr.scenario.problems import nearest, exact
+from cdpr.scenario.problems import exact, nearest
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
 
