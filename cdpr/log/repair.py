@@ -65,14 +65,17 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
     """Complete the log from its last block on; return where what stood there is kept, and how much of it is not."""
     form, rows = found.form, found.rows
     last = max((i for i, chunk in enumerate(found.chunks) if chunk.group == 0), default=-1)
-    end, block = found.end, b""
-    if last >= 0:  # once more, for its index may be torn
-        chunk = found.chunks[last]
-        end, block = chunk.start, bytes(form.block(rows[len(rows) - chunk.n :], chunk.first))
-    first = max(len(rows) - 1, 0) // PICTURE_ROWS * PICTURE_ROWS  # all pictures before it are there
-    pictures, written = form.pictures(rows[first:], first, end + len(block)) if len(rows) else (b"", [])
-    data = block + pictures
-    data += form.ending([*found.chunks[: last + 1], *written], len(rows), end + len(data))
+    end, data, chunks, sample = found.end, b"", list(found.chunks[: last + 1]), 0
+    if chunks:
+        chunk = chunks[-1]
+        end, sample = chunk.start, chunk.first + (chunk.n - 1) * form.every
+        data = bytes(form.block(rows[len(rows) - chunk.n :], chunk.first))  # once more, for its index may be torn
+        if sample % form.every == 0:  # a last row off the grid follows the pictures, and has none
+            first = (len(rows) - 1) // PICTURE_ROWS * PICTURE_ROWS  # all pictures before it are there
+            pictures, written = form.pictures(rows[first:], first * form.every, end + len(data))
+            data += pictures
+            chunks += written
+    data += form.ending(chunks, sample, end + len(data))
     torn = _unused(log)
     try:
         with log.open("r+b") as file:

@@ -109,6 +109,12 @@ class Scenario:
         """What turns commands into tensions: the robot's model, or "fmu"."""
         return self.robot.cable_model if self.actuators is None else "fmu"
 
+    @property
+    def log_every(self) -> int:
+        """Samples from one that is kept to the next; the whole run where it is shorter."""
+        log, steps = self.sections.log, self.simulation.steps
+        return 1 if log is None else max(1, min(round(log.step / self.simulation.control_step), steps))
+
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""
         name = name or self.simulation.backend

@@ -16,7 +16,7 @@ FLOAT = 8  # bytes
 
 def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
     """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit."""
-    samples = scenario.simulation.steps + 1
+    samples = scenario.simulation.steps // header.log_every + 1
     if folder is None:
         need = samples * FLOAT * header.layout.width
         have, where = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), "the memory of this machine"
@@ -28,6 +28,6 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
     if need > have:
         text = (
             f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need "
-            f"{need / 1e9:.3g} GB, {where} has {have / 1e9:.3g} GB: shorten it or lengthen simulation.control_step"
+            f"{need / 1e9:.3g} GB, {where} has {have / 1e9:.3g} GB: shorten it or thin the log by log.step"
         )
         raise ScenarioError([text])
