@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import errno
 import os
 import sys
 import warnings
@@ -13,7 +12,7 @@ from typing import Any
 import click
 
 from cdpr import __version__
-from cdpr.cli.streams import printable_streams
+from cdpr.cli.streams import printable_streams, streams
 from cdpr.errors import CdprError, ExitCode
 
 DEBUG = "CDPR_DEBUG"
@@ -90,7 +89,8 @@ def main() -> None:
     # A warning is a line for the user, not a place in our code.
     warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
     try:
-        code = cli.main(standalone_mode=False)
+        with streams():
+            code = cli.main(standalone_mode=False)
     except click.exceptions.Abort:
         code = ExitCode.INTERRUPTED
     except KeyboardInterrupt:
@@ -104,12 +104,8 @@ def main() -> None:
         click.echo(str(error), err=True)
         code = error.exit_code
     except OSError as error:
-        if error.errno == errno.EPIPE:  # the reader of our output has gone: nobody to say anything to
-            sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit
-            code = ExitCode.OK
-        else:
-            click.echo(f"cannot write the output: {error}", err=True)
-            code = ExitCode.NOT_WRITABLE
+        click.echo(f"cannot write the output: {error}", err=True)
+        code = ExitCode.NOT_WRITABLE
     except Exception as error:
         if os.environ.get(DEBUG):
             raise

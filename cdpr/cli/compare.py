@@ -44,11 +44,12 @@ def command(
         raise CdprError("finished runs are compared as they are: leave out --backends, --solvers, --set and --refine")
     if finished:
         from cdpr.compare.finished import compare_finished
-        from cdpr.log.run_folder import empty_folder
+        from cdpr.compare.job import RESERVED
+        from cdpr.log.run_folder import claim
 
         result = compare_finished(what)
         if out is not None:
-            empty_folder(Path(out))
+            claim(Path(out), RESERVED)
     else:
         from cdpr.compare import job
 

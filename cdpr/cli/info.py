@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.errors import OutputError
-
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
     from cdpr.report.scene import Scene
@@ -87,14 +85,12 @@ def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> N
     """Write drawing and figures into the folder, made if need be."""
     from pathlib import Path
 
+    from cdpr.log.files import make_folder, replace
     from cdpr.report.scene import write_svg
 
     folder = Path(out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "info.json").write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{error.filename or out}: cannot be written: {error.strerror or error}") from error
+    make_folder(folder)
+    replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:
         click.echo(folder / "robot.svg")

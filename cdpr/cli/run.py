@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
-from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginError
+from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
+from cdpr.plugins.registry import hushed
 
 if TYPE_CHECKING:
+    from cdpr.cli.progress import Signals
     from cdpr.log.run import Run
+    from cdpr.scenario import Scenario
 
 
 @click.command("run")
@@ -42,42 +45,31 @@ def command(
     as_json: bool,
 ) -> None:
     """Simulate SCENARIO and write log, summary and report."""
-    from pathlib import Path
+    from cdpr.cli.progress import terminating
 
-    from cdpr.scenario import load_scenario
-    from cdpr.scenario.overrides import typed
+    with terminating() as signals:
+        from cdpr.scenario import load_scenario
+        from cdpr.scenario.overrides import typed
 
-    chosen = {"backend": backend, "solver": solver, "controller": controller}
-    loaded = load_scenario(scenario, overrides=typed(chosen, changes))
-    for note in loaded.notes:
-        click.echo(note, err=True)
-    # Only a sound scenario is worth the time that these take to import.
-    from cdpr.cli.progress import Progress, tell_of_compilation, terminating
-    from cdpr.fmu.trust import any_fmu
-    from cdpr.log.run_folder import RunFolder
-    from cdpr.log.run_json import plain
-    from cdpr.simulation import simulate
-    from cdpr.simulation.build import make_header
+        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        loaded = load_scenario(scenario, overrides=typed(chosen, changes))
+        for note in loaded.notes:
+            click.echo(note, err=True)
+        # Only a sound scenario is worth the time that these take to import.
+        from cdpr.fmu.trust import any_fmu
+        from cdpr.log.run_json import plain
 
-    tell_of_compilation()
-    folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
-    stop: CdprError | None = None
-    with terminating(wait=True) as signals:
-        with Progress() as progress:
-
-            def look(done: int, total: int) -> None:
-                if signals.pending:  # here no write is under way
-                    signals.pending = False
-                    raise Interrupted("interrupted")
-                progress(done, total)
-
-            try:
-                with any_fmu() if trust_fmu else nullcontext():
-                    run = simulate(loaded, out=folder, real_time=real_time, progress=look)
-            except CdprError as error:
-                if error.run is None or not len(error.run.rows):
+        stop: CdprError | None = None
+        try:
+            with any_fmu() if trust_fmu else nullcontext(), hushed():
+                run = _simulate(loaded, out, signals, real_time=real_time)
+        except CdprError as error:
+            if error.run is None or not len(error.run.rows):
+                if not isinstance(error, Interrupted):
                     raise
-                stop, run = error, error.run
+                click.echo(f"stopped: {error}", err=True)
+                raise click.exceptions.Exit(signals.exit_code) from None
+            stop, run = error, error.run
         if report:
             failure = _write_report(run)
             stop = stop or failure
@@ -90,7 +82,47 @@ def command(
         if os.environ.get(DEBUG):
             raise stop
         click.echo(f"stopped: {stop}", err=True)
-        raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else stop.exit_code)
+        raise click.exceptions.Exit(signals.exit_code if signals.pending else stop.exit_code)
+
+
+def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool) -> Run:
+    """Make the folder and run. Before the first sample a signal ends the run at once, then between two samples."""
+    from pathlib import Path
+
+    import numpy as np
+
+    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.log.run import Run
+    from cdpr.log.run_folder import RUNS, RunFolder
+    from cdpr.simulation import simulate
+    from cdpr.simulation.build import make_header
+    from cdpr.simulation.room import check_room
+
+    def look(done: int, total: int) -> None:
+        if signals.pending:  # here no write is under way
+            raise Interrupted("interrupted")
+        signals.wait = True
+        progress(done, total)
+
+    tell_of_compilation()
+    header = make_header(scenario)
+    check_room(scenario, header, Path(out or RUNS))
+    signals.wait = True
+    folder = RunFolder(Path(out) if out else None, header, sys.argv)
+    try:
+        signals.wait = False
+        if signals.pending:
+            raise KeyboardInterrupt
+        with Progress() as progress:
+            return simulate(scenario, out=folder, real_time=real_time, progress=look)
+    except KeyboardInterrupt as error:
+        run = getattr(error, "run", None)
+        if not isinstance(run, Run):
+            run = Run(header, np.empty((0, header.layout.width)), "interrupted", "interrupted")
+            folder.finish(run)
+        stopped = Interrupted("interrupted" if len(run.rows) else "interrupted before the first sample")
+        stopped.run = run
+        raise stopped from None
 
 
 def _write_report(run: Run) -> OutputError | None:

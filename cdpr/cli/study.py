@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.errors import PluginError
+from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
     from cdpr.study import Results, Study
@@ -78,8 +78,10 @@ def command(
                     progress=progress,
                     say=progress.say,
                 )
-            except KeyboardInterrupt:
-                progress.say(f"interrupted; this goes on: cdpr study {study} --out {folder}")
+            except (KeyboardInterrupt, CdprError) as stop:
+                if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
+                    told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
+                    progress.say(f"{told}; this goes on: cdpr study {study} --out {folder}")
                 raise
         if report:
             _report(results)

@@ -39,7 +39,10 @@ def any_fmu() -> Iterator[None]:
 def list_path() -> Path:
     """Where the user's list lies."""
     root = os.environ.get("XDG_CONFIG_HOME")
-    return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
+    try:
+        return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
+    except RuntimeError as error:  # no HOME, and a uid that the system does not know
+        raise FmuError(f"there is no place for the list of trusted FMUs ({error}); set XDG_CONFIG_HOME") from None
 
 
 def trusted() -> dict[str, str]:

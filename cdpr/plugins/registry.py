@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import importlib.metadata
 import importlib.util
 import os
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import import_module
@@ -56,7 +58,8 @@ class Registered:
             raise PluginError(f"{title} needs {', '.join(missing)}, which is not installed: {self.remedy}")
         module, _, attribute = self.info.factory.partition(":")
         try:
-            return getattr(import_module(module), attribute)
+            with hushed():
+                return getattr(import_module(module), attribute)
         except KeyboardInterrupt:
             raise
         except BaseException as error:
@@ -69,7 +72,8 @@ class Registered:
         """Load the factory and call it; PluginError, or the CdprError that it raises, if it cannot be made."""
         factory = self.load()
         try:
-            return factory(*arguments)
+            with hushed():
+                return factory(*arguments)
         except CdprError:
             raise
         except Exception as error:
@@ -166,11 +170,38 @@ def describe(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
+def hushed() -> contextlib.redirect_stdout[Any]:
+    """Return a context in which what foreign code prints goes to stderr: stdout is for results."""
+    return contextlib.redirect_stdout(sys.stderr)
+
+
 @lru_cache(maxsize=1)
 def registry() -> Registry:
     """Return the plugins of the installed distributions; looked for once per process."""
-    entry_points = importlib.metadata.entry_points(group=GROUP)
-    return collect(entry_points, disabled=bool(os.environ.get(DISABLE)))
+    problems: list[str] = []
+    found = collect(_entry_points(problems), disabled=bool(os.environ.get(DISABLE)))
+    found.problems[:0] = problems
+    return found
+
+
+def _entry_points(problems: list[str]) -> Iterator[importlib.metadata.EntryPoint]:
+    """Yield ours of each distribution, the first of a name on the path; one that is spoilt costs only its own.
+
+    `importlib.metadata.entry_points` raises for any spoilt one, of cdpr's group or not, and does not say which.
+    """
+    seen: set[str] = set()
+    for distribution in importlib.metadata.distributions():
+        try:
+            name = distribution.metadata["Name"]
+            if name in seen:
+                continue
+            points = [point for point in distribution.entry_points if point.group == GROUP]
+        except Exception as error:
+            place = getattr(distribution, "_path", None) or "a distribution"
+            problems.append(f"{place}: its entry points cannot be read: {describe(error)}")
+            continue
+        seen.add(name)
+        yield from points
 
 
 def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: bool = False) -> Registry:
@@ -191,7 +222,8 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
         if disabled and distribution != OWN_DISTRIBUTION:
             continue
         try:
-            rows = _rows(point)
+            with hushed():
+                rows = _rows(point)
         except KeyboardInterrupt:
             raise
         except BaseException as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import lru_cache
 from typing import Any, Literal
 
 from cdpr.model import Robot
@@ -157,7 +158,7 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
         return None
     file = os.path.join(document.folder, name)
     try:
-        robot = parse(read(file), file, problems)
+        robot = _parsed(read(file), file, problems)
     except UnreadableError as error:
         problems.add(mark, (), str(error))
         return None
@@ -165,6 +166,19 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
         problems.add(mark, (), f"'{file}' is a scenario; a robot file is expected")
         return None
     return robot
+
+
+def _parsed(content: bytes, file: str, problems: Problems) -> Document | None:
+    """Parse a robot file; each case of a study asks for one of few."""
+    document, found = _parse(content, file)
+    problems.include(found)
+    return document and document.copy()
+
+
+@lru_cache(maxsize=64)
+def _parse(content: bytes, file: str) -> tuple[Document | None, Problems]:
+    problems = Problems()
+    return parse(content, file, problems), problems
 
 
 def stem(path: str) -> str:

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
 from cdpr.model.robot import Array, CableModel, frozen_array
-from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
+from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -205,8 +205,8 @@ class CableSection(Section):
     """One cable between the frame and the platform."""
 
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
-    frame: Vector3 = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
-    platform: Vector3 = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
+    frame: Position = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
+    platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
     tension: CableTension | None = Field(None, description="limits of this cable alone; the robot's unless said")
     diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(
@@ -222,7 +222,7 @@ class CableSection(Section):
 class Home(Section):
     """The pose at which the robot is described; it has no effect on a run."""
 
-    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
 
 

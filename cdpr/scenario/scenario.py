@@ -133,6 +133,10 @@ class Scenario:
         """
         return dump(self._plain())
 
+    def place(self, *path: str | int) -> str:
+        """Return where the value at `path` was written: file, line and column."""
+        return str(self._document.mark(path))
+
     def with_changes(
         self,
         overrides: Overrides = (),

@@ -23,6 +23,7 @@ from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
+from cdpr.simulation.room import check_room
 
 STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
@@ -68,7 +69,11 @@ def simulate(
     else:
         scenario = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     header = make_header(scenario)
-    folder = RunFolder(Path(out), header) if isinstance(out, (str, os.PathLike)) else out
+    if isinstance(out, RunFolder):
+        folder: RunFolder | None = out
+    else:
+        check_room(scenario, header, None if out is None else Path(out))
+        folder = None if out is None else RunFolder(Path(out), header)
     attempt = _Attempt(scenario, header, folder)
     error: BaseException | None = None
     try:

@@ -43,12 +43,9 @@ if __name__ == "__main__":
 """
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """The process of a cluster of two workers, and its address."""
-    folder = tmp_path_factory.mktemp("cluster")
+def start_cluster(folder):
     (folder / "cluster.py").write_text(CLUSTER)
-    process = subprocess.Popen(
+    return subprocess.Popen(
         [sys.executable, folder / "cluster.py"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -57,6 +54,12 @@ def cluster(tmp_path_factory):
         cwd=folder,
         env=environment(),
     )
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """The process of a cluster of two workers, and its address."""
+    process = start_cluster(tmp_path_factory.mktemp("cluster"))
     yield psutil.Process(process.pid), process.stdout.readline().strip()
     process.communicate(timeout=60)
 
@@ -133,6 +136,24 @@ def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     process.communicate(timeout=120)
     assert process.returncode == 0
     assert cdpr.load_run(folder).status == "finished"
+
+
+def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(tmp_path):
+    study = faulty_study(tmp_path, ["none", "hang", "hang"], 0.1)
+    out = tmp_path / "out"
+    doomed = start_cluster(tmp_path)
+    process = begin(study, out, (doomed, doomed.stdout.readline().strip()), [tmp_path / "faults" / "1"])
+    wait_until(lambda: (out / "cases.jsonl").stat().st_size)  # one case has ended
+    doomed.kill()
+    doomed.communicate()
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == ExitCode.BACKEND_DIED
+    assert "is gone; the cases that had ended are kept" in errors
+    assert f"this goes on: cdpr study {study} --out {out}" in errors
+    assert "Traceback" not in errors
+    done = run(study, out)
+    assert done.returncode == 0
+    assert "3 cases: 3 finished" in done.stdout
 
 
 def test_the_cluster_knows_how_many_at_a_time(tmp_path):
