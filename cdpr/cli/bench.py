@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names
+from cdpr.cli.names import names, plugin_files
 from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
 
@@ -26,6 +26,7 @@ def command() -> None:
 @click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of poses, loads and paths.")
 @click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@plugin_files
 @click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: str | None, as_json: bool) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cdpr.cli import DEBUG
+from cdpr.cli.names import plugin_files
 from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginError
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 @click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
 @click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")

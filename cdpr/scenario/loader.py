@@ -69,12 +69,17 @@ def load_any(
 
 
 def change_scenario(
-    scenario: Scenario, overrides: Overrides, backend: str | None, solver: str | None, controller: str | None
+    scenario: Scenario,
+    overrides: Overrides,
+    backend: str | None,
+    solver: str | None,
+    controller: str | None,
+    plugins: Registry,
 ) -> Scenario:
     """Return a copy with changes, checked like a file."""
     problems = Problems()
     chosen = choices(backend, solver, controller, problems)
-    return _scenario(scenario._document.copy(), overrides, chosen, scenario._plugins, problems)
+    return _scenario(scenario._document.copy(), overrides, chosen, plugins, problems)
 
 
 def _scenario(
