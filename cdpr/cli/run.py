@@ -18,9 +18,11 @@ from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginErr
 if TYPE_CHECKING:
     from cdpr.log.run import Run
 
+FIRST = "caroca"  # the example for who has no scenario yet
+
 
 @click.command("run")
-@click.argument("scenario", type=click.Path())
+@click.argument("scenario", required=False, type=click.Path())
 @click.option("--backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
 @click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
-    scenario: str,
+    scenario: str | None,
     backend: str | None,
     solver: str | None,
     controller: str | None,
@@ -43,11 +45,17 @@ def command(
     report: bool,
     as_json: bool,
 ) -> None:
-    """Simulate SCENARIO and write log, summary and report."""
+    """Simulate SCENARIO, a file or the name of an example, and write log, summary and report.
+
+    Without any, the example caroca runs.
+    """
     from pathlib import Path
 
     from cdpr.scenario import load_scenario
 
+    if scenario is None:
+        scenario = FIRST
+        click.echo(f"no scenario is given: this runs the example {FIRST} (cdpr examples lists all)", err=True)
     loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
     # Only a sound scenario is worth the time that these take to import.
     from cdpr.cli.progress import Progress, tell_of_compilation, terminating
