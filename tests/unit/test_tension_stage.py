@@ -244,3 +244,16 @@ def test_a_cable_blocked_at_its_limit_still_pulls():
     steps, tension = nearest_tensions([[1, 0.5], [0.2, 1]], [10, 16], [100, 10])
     assert steps > 0
     np.testing.assert_allclose(tension, [6.2 / 1.04, 10.0], rtol=1e-14)
+
+
+@pytest.mark.parametrize("size", [1e3, 1e160, 1e200, 1e307])
+def test_absurd_wrenches_are_neither_balanced_nor_infinitely_far(size):
+    """Their squares overflow: an infinite residual once was within an infinite allowance."""
+    W, wrench = np.array([[1.0, -1.0, 0.5], [0.0, 1.0, 1.0]]), np.array([size, -size])
+    limits, report, out = np.array([np.full(3, 1.0), np.full(3, 1e308)]), np.zeros(4), np.zeros(3)
+    weak = np.full(3, 10.0)
+    assert accept(W, wrench, np.ones(2), limits, weak, out, report) == Status.NOT_FOUND
+    assert report[1] == pytest.approx(np.hypot(*(W @ weak / size - wrench / size)) * size)
+    exact = np.array([size, 1.0, 1.0])
+    assert accept(W, W @ exact, np.ones(2), limits, exact, out, report) == Status.OK
+    assert report[1] <= 1e-15 * size
