@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names
+from cdpr.cli.names import names, plugin_files
 from cdpr.cli.progress import Progress, tell_of_compilation
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import ExitCode
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
@@ -26,18 +26,20 @@ def command() -> None:
 @click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of poses, loads and paths.")
 @click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@plugin_files
 @click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: str | None, as_json: bool) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
-    ROBOTs are robot files; without any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
+    ROBOTs are robot files or names of examples; without any, eight examples are taken. Ctrl-C keeps what has been
+    measured.
     """
     from pathlib import Path
 
     from cdpr.scenario import load_robot
 
-    loaded = [load_robot(path) for path in robots or _default_robots()]
+    loaded = [load_robot(path) for path in robots or ROBOTS]
     chosen = None if solvers == "all" else names(solvers)
     # Only sound files are worth the time that these take to import.
     from cdpr import bench
@@ -59,18 +61,6 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
     if figures["interrupted"]:
         click.echo("interrupted: not all was measured", err=True)
         raise click.exceptions.Exit(ExitCode.INTERRUPTED)
-
-
-def _default_robots() -> list[str]:
-    from pathlib import Path
-
-    import cdpr
-
-    folder = Path(cdpr.__file__).parent.parent / "scenarios" / "robots"
-    paths = [folder / f"{name}.yaml" for name in ROBOTS]
-    if not all(path.is_file() for path in paths):
-        raise CdprError("this installation has no robots of its own: name robot files, cdpr bench solvers ROBOT...")
-    return [str(path) for path in paths]
 
 
 def _print(figures: dict[str, Any]) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cdpr.cli.names import plugin_files
 from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ ROWS = 40  # of the table that are printed
 
 @click.command("study")
 @click.argument("study", type=click.Path())
+@plugin_files
 @click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
 @click.option(
     "--timeout",

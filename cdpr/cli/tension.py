@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.names import plugin_files
 from cdpr.errors import PluginError
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     file: str,
