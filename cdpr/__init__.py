@@ -6,7 +6,7 @@
     run.time, run.position, run.tension      # arrays, shapes as cdpr.Run says
     run.plot()
     robot = cdpr.load_robot("scenarios/robots/caroca.yaml")
-    cdpr.tension.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
+    cdpr.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
 
 Everything here is imported when it is first used, so that `import cdpr` stays quick.
 """
@@ -19,6 +19,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from cdpr import model, tension
+    from cdpr.distribution import admissible, distribute
     from cdpr.errors import CdprError, Diverged, Infeasible, PluginError, ScenarioError, SimulationStopped
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
@@ -34,6 +35,8 @@ _HOME = {
     "Scenario": "cdpr.scenario",
     "ScenarioError": "cdpr.errors",
     "SimulationStopped": "cdpr.errors",
+    "admissible": "cdpr.distribution",
+    "distribute": "cdpr.distribution",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario",
@@ -52,6 +55,8 @@ __all__ = [
     "ScenarioError",
     "SimulationStopped",
     "__version__",
+    "admissible",
+    "distribute",
     "load_robot",
     "load_run",
     "load_scenario",

@@ -1,4 +1,4 @@
-"""The tension-distribution problem: statuses, checks, box least squares, the infeasible policy, `distribute`."""
+"""The tension-distribution problem: statuses, checks, box least squares, the infeasible policy."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from cdpr.tension.status import Status
 
 if TYPE_CHECKING:
-    from cdpr.tension.distribution import Distribution, distribute
+    from cdpr.distribution import Distribution, distribute
 
 __all__ = ["Distribution", "Status", "distribute"]
 
@@ -15,7 +15,7 @@ __all__ = ["Distribution", "Status", "distribute"]
 def __getattr__(name: str) -> object:
     """Import what compiles only when it is asked for, so that `Status` stays light."""
     if name in ("Distribution", "distribute"):
-        from cdpr.tension import distribution
+        from cdpr import distribution  # their room lies below; users find them here, too
 
         return getattr(distribution, name)
     raise AttributeError(f"module 'cdpr.tension' has no attribute {name!r}")

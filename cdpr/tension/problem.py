@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cdpr.model.arrays import checked
 from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.model.properties import conditioning, free_wrench_matrix
 from cdpr.model.robot import Array, Robot
@@ -22,6 +23,11 @@ class Problem:
     robot: Robot
     pose: Array  # (7,): position, m, and quaternion
     wrench: Array  # (6,): what the cables must exert at the platform's origin, world axes, N and N m
+
+    def __post_init__(self) -> None:
+        """Raise CdprError where pose or wrench are not real numbers of these shapes."""
+        object.__setattr__(self, "pose", checked(self.pose, (7,), "pose"))
+        object.__setattr__(self, "wrench", checked(self.wrench, (6,), "wrench"))
 
     @cached_property
     def W(self) -> Array:  # noqa: N802 - the field's name

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdpr.model import kernels
+from cdpr.model.arrays import checked
 from cdpr.model.dynamics import required_wrench
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.stage import Solve, TensionStage
@@ -38,7 +39,8 @@ def survey(robot: Robot, time: Array, desired: Array, gravity: Array, solve: Sol
     `gravity` is (3,), m/s^2, world; `solve` is the bound method of a solver made for this robot. A pose at rest is one
     sample without velocity and acceleration.
     """
-    count, m = len(time), robot.m
+    time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
+    gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m
     W, w, t, report = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4)
     stage = TensionStage(robot, solve, "survey", True, "best_effort", W, w, t, report)
     length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
