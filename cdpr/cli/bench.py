@@ -40,7 +40,8 @@ def solvers(
 ) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
-    Then the same problems that are made to mislead, on which no answer called OK should be wrong. ROBOTs are robot files; without any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
+    Then problems that are made to mislead, where no answer called OK should be wrong. ROBOTs are robot files; without
+    any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
     """
     from pathlib import Path
 

@@ -1,8 +1,8 @@
 """Problems made to mislead a tension solver, whose answers are known for certain.
 
 Robots in general poses are kind: their columns are far from parallel, their limits far from the solution. Here are
-parallel, opposite and equal columns, columns and rows of zeros, dependent rows, arms of a hundred metres, cables exactly
-at a limit or locked, sets of admissible tensions as thin as 1e-12 of the tensions, loads from millinewtons to
+parallel, opposite and equal columns, columns and rows of zeros, dependent rows, arms of a hundred metres, cables
+exactly at a limit or locked, sets of admissible tensions as thin as 1e-12 of the tensions, loads from millinewtons to
 meganewtons, and wrenches that just cannot be balanced.
 
 Nothing is decided by a solver. The entries are dyadic rationals of few bits, so that W t, for tensions t chosen first,
@@ -123,8 +123,8 @@ def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
             certificate[k] = y
         else:
             solution[k] = t * scale
-        for array in (wrench, low, high):
-            array[k] *= scale
+        for vectors in (wrench, low, high):
+            vectors[k] *= scale
     for array in (W, wrench, low, high):
         array.flags.writeable = False  # no solver can change what the next one is asked
     return Adversaries(robot, W, wrench, low, high, feasible, solution, certificate, kind)
@@ -217,9 +217,8 @@ def certify(problems: Adversaries, k: int) -> float:
         t = _fractions(problems.solution[k])
         assert all(sum(W[j] * t) == wrench[j] for j in range(n))
         assert all(low[i] <= t[i] <= high[i] for i in range(m))
-        return float(
-            min((min(t[i] - low[i], high[i] - t[i]) for i in range(m) if low[i] < high[i]), default=1) / largest
-        )
+        room = (min(t[i] - low[i], high[i] - t[i]) for i in range(m) if low[i] < high[i])
+        return float(min(room, default=largest) / largest)
     y = _fractions(problems.certificate[k])
     c = [sum(y * W[:, i]) for i in range(m)]
     gap = sum(y * wrench) - sum(max(c[i] * low[i], c[i] * high[i]) for i in range(m))

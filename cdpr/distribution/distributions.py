@@ -94,7 +94,7 @@ def distribute(
     if robot.unilateral and (low < 0.0).any():
         raise CdprError("tension_min: below zero, but cables cannot push; only a robot of `unilateral: false` may")
     count = _count({"poses": pose, "wrenches": wrench, "tension_min": low, "tension_max": high})
-    _check_unit(pose)
+    check_unit(pose, "poses")
     arguments = (poses, wrenches, tension_min, tension_max)
     single = all(np.ndim(values) < 2 for values in arguments if values is not None)
     limits = np.ascontiguousarray(np.stack(np.broadcast_arrays(low, high), axis=1))
@@ -161,10 +161,11 @@ def _count(given: Mapping[str, Array | None]) -> int:
     return next(iter(several.values()), 1)
 
 
-def _check_unit(pose: Array) -> None:
+def check_unit(pose: Array, name: str) -> None:
+    """Raise CdprError where a quaternion of poses (K, 7) has not length 1."""
     length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
     if (off := np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)).size:
-        raise CdprError(f"poses[{off[0]}]: the quaternion has length {length[off[0]]:.6g}, it must be 1")
+        raise CdprError(f"{name}[{off[0]}]: the quaternion has length {length[off[0]]:.6g}, it must be 1")
 
 
 def _repeated(array: Array, count: int) -> Array:

@@ -28,15 +28,17 @@ have been missed. Times are wall time of one call from Python. Compare medians, 
 often the operating system's. All other figures are the same on every run.</p>"""
 
 MISLEADING = f"""<h2>Problems made to mislead</h2>
-<p>Matrices with parallel, opposite, equal and nearly parallel columns, columns and rows of zeros, dependent rows and arms
-of {ARM:g} m; cables exactly at a limit, locked, or with as little as 1e-12 of the largest tension between their limits;
-largest tensions from 1e-3 to 1e6 N; a third of the wrenches out of reach, by a share of 1.5e-8 to 1. A compiled solver's
-work space is filled with NaN, 1e30 or 0 before each call. No solver decides what is true: feasible problems are made
-from a solution in dyadic rationals, so that they have it exactly, infeasible ones come with Farkas' certificate.</p>
-<p>The band: a feasible problem counts where all limits could be narrowed by {BAND:g} of the largest tension. Those nearer
-to the edge are feasible, too, and stand in a column of their own, but a solver that calls one infeasible is not called
-wrong. All infeasible ones count. An answer called OK is judged everywhere: it is bad if it leaves the wrench unbalanced
-by a millionth, or the limits by a millionth of a newton, or of the largest tension where that is less than 1 N.</p>"""
+<p>Matrices with parallel, opposite, equal and nearly parallel columns, columns and rows of zeros, dependent rows and
+arms of {ARM:g} m; cables exactly at a limit, locked, or with as little as 1e-12 of the largest tension between their
+limits; largest tensions from 1e-3 to 1e6 N; a third of the wrenches out of reach, by a share of 1.5e-8 to 1. A compiled
+solver's work space is filled with NaN, 1e30 or 0 before each call. No solver decides what is true: feasible problems
+are made from a solution in dyadic rationals, so that they have it exactly, infeasible ones come with a certificate by
+Farkas' lemma.</p>
+<p>The band: a feasible problem counts where all limits could be narrowed by {BAND:g} of the largest tension. Those
+nearer to the edge are feasible, too, and stand in a column of their own, but a solver that calls one infeasible is not
+called wrong. All infeasible ones count. An answer called OK is judged everywhere: it is bad if it leaves the wrench
+unbalanced by a millionth, or the limits by a millionth of a newton, or of the largest tension where that is less than
+1 N.</p>"""
 
 CAPTION = (
     "Dots: median time of a call on feasible problems; the line reaches to the 99th percentile; logarithmic. Bars: "

@@ -55,7 +55,7 @@ MISLED: dict[str, Callable[[Row], str]] = {
     "residual": lambda row: power(row["worst_residual"]),
     "beyond N": lambda row: digits(row["worst_violation_N"], 2),
     "coverage": lambda row: percent(row["coverage"]),
-    "on the edge": lambda row: percent(row["edge_coverage"]),
+    "edge": lambda row: percent(row["edge_coverage"]),
     "inf. found": lambda row: percent(row["on_infeasible"].get("INFEASIBLE", 0.0) if row["on_infeasible"] else None),
     "asked": lambda row: str(row["problems"]),
 }
@@ -89,7 +89,7 @@ MEANING = {
     "p99 us": "the same, 99th percentile",
     "pinv": "the median, in calls of numpy's pinv of a 6x8 matrix in the same run",
     "asked": "number of problems",
-    "on the edge": f"valid answers among feasible problems whose limits leave less than {BAND:g} of the largest tension",
+    "edge": f"valid answers to feasible problems too close to the edge to be judged by (slack below {BAND:g})",
 }
 
 OVERVIEW: dict[str, Callable[[Row], str]] = {
