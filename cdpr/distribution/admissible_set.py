@@ -105,7 +105,7 @@ def describe(problem: Problem) -> Admissible:
     nothing = frozen_array(np.full(m, np.nan))
     if problem.general is None:
         basis, span = frozen_array(np.empty((m, 0))), frozen_array(np.full((m, 2), np.nan))
-        idle = np.zeros(m, dtype=np.int64)
+        idle = _frozen(np.zeros(m, dtype=np.int64))
         return Admissible(
             False, False, W, wanted, nothing, basis, None, span, -np.inf, nothing, idle, frozen_array(sensitivity)
         )
@@ -125,9 +125,14 @@ def describe(problem: Problem) -> Admissible:
         frozen_array(problem.ranges),
         margin,
         frozen_array(safest),
-        active,
+        _frozen(active),
         frozen_array(sensitivity),
     )
+
+
+def _frozen(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+    numbers.flags.writeable = False
+    return numbers
 
 
 def _corners(problem: Problem, c: Array, N: Array) -> Array | None:

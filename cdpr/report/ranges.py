@@ -55,7 +55,7 @@ def chart(figures: dict[str, Any], groups: Sequence[Group], notes: Sequence[str]
         axes.add_artist(Line2D([max(low, limits[i, 0]), min(high, limits[i, 1])], [middle] * 2, color="#b9b9b9"))
         for value in limits[i]:
             if low <= value <= high:
-                axes.add_artist(Line2D([value] * 2, [middle - 0.16, middle + 0.16], color=INK, linewidth=1.1))
+                axes.add_artist(Line2D([value] * 2, [middle - 0.16, middle + 0.16], color=INK, linewidth=1.1, zorder=3))
         if np.isfinite(ranges[i]).all():
             bottom, size = middle - BAR / LANE, 2.0 * BAR / LANE
             axes.broken_barh([(ranges[i, 0], ranges[i, 1] - ranges[i, 0])], (bottom, size), color="#8ccaa5", zorder=2)
