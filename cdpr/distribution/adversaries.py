@@ -75,7 +75,7 @@ class Adversaries:
         """
         room = np.minimum(self.solution - self.low, self.high - self.solution)
         room = np.where(self.low == self.high, np.inf, room).min(axis=1)
-        return np.asarray(room / np.abs(self.high).max(axis=1))
+        return np.where(self.feasible, room / np.abs(self.high).max(axis=1), np.nan)
 
 
 def robots() -> list[Robot]:

@@ -165,9 +165,8 @@ def check_unit(pose: Array, name: str) -> None:
     """Raise CdprError where a quaternion of poses (K, 7) has not length 1."""
     length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
     if (off := np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)).size:
-        raise CdprError(
-            f"{name}{f'[{off[0]}]' if len(pose) > 1 or name == 'poses' else ''}: the quaternion has length {length[off[0]]:.6g}, it must be 1"
-        )
+        which = f"{name}[{off[0]}]" if name.endswith("s") else name
+        raise CdprError(f"{which}: the quaternion has length {length[off[0]]:.6g}, it must be 1")
 
 
 def _repeated(array: Array, count: int) -> Array:

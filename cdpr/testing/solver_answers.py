@@ -171,7 +171,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
     """Where columns are parallel, limits touched, sets thin or W singular, OK is true, and so is INFEASIBLE.
 
     Asked of solvers that declare exact: true and respect the limits, on the problems of `cdpr.distribution.adversaries`
-    with rubbish in the solver's memory; what is asked of those closer to the edge than their band is said there.
+    with rubbish in the solver's memory. Those closer to the edge than their band may be refused.
     """
     needs(subject.declares("exact") and subject.respects_bounds, "it does not declare itself exact within the limits")
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
@@ -191,9 +191,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
                 largest = float(np.abs(problem.t_max).max())
                 lack = float(np.abs(problem.W @ tension - problem.wrench).max())
                 rows = float((np.abs(problem.W) @ np.abs(tension) + np.abs(problem.wrench)).max())
-                expect(
-                    lack <= subject.accuracy * rows, f"OK, but W t - wrench is {lack / rows:.2g} of its terms: {what}"
-                )
+                expect(lack <= subject.accuracy * rows, f"OK, but W t - wrench is {lack:.2g} of {rows:.2g} N: {what}")
                 over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
                 expect(over <= 1e-6 * min(1.0, largest), f"OK, but {over:.3g} N beyond a limit: {what}")
             elif found.feasible[k] and slack[k] > adversaries.BAND:
@@ -203,7 +201,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
     return f"{asked} problems"
 
 
-def objective_is_reached(subject: SolverSubject) -> None:
+def objective_is_reached(subject: SolverSubject) -> str:
     """The tensions are nearest to zero (min_norm), to the middle of the limits (mid_range), or of least declared cost.
 
     A plugin that minimises something else declares its `cost`, as below.
@@ -229,9 +227,10 @@ def objective_is_reached(subject: SolverSubject) -> None:
         expect_close(np.clip(target + problem.W.T @ y, low, high), tension, allowed, f"distance from {objective}, N")
         certified += 1
     expect(certified, "it answered none of the feasible problems")
+    return f"{certified} certified"
 
 
-def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> None:
+def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> str:
     """A convex cost is least where no direction within the admissible set lowers it.
 
     Tried are the way to the best answer that the cost's gradient sees, a linear program, and random ones.
@@ -258,6 +257,7 @@ def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> None:
                 expect(beside >= here - allowed, f"a cost of {beside:.9g} beside an answer of {here:.9g}")
         certified += 1
     expect(certified, "it answered none of the feasible problems that leave a choice")
+    return f"{certified} looked at"
 
 
 def _null_space(W: Array) -> Array:
