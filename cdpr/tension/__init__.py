@@ -1,4 +1,4 @@
-"""The tension-distribution problem: statuses, checks, box least squares, the infeasible policy."""
+"""The tension-distribution problem: statuses, checks, box least squares, the infeasible policy, `distribute`."""
 
 from __future__ import annotations
 
@@ -8,14 +8,9 @@ from cdpr.tension.status import Status
 
 if TYPE_CHECKING:
     from cdpr.distribution import Distribution, distribute
+else:  # their room lies below this one; users find them here, too
+    from cdpr.lazy import lazily
+
+    __getattr__ = lazily(__name__, dict.fromkeys(("Distribution", "distribute"), "cdpr.distribution"))
 
 __all__ = ["Distribution", "Status", "distribute"]
-
-
-def __getattr__(name: str) -> object:
-    """Import what compiles only when it is asked for, so that `Status` stays light."""
-    if name in ("Distribution", "distribute"):
-        from cdpr import distribution  # their room lies below; users find them here, too
-
-        return getattr(distribution, name)
-    raise AttributeError(f"module 'cdpr.tension' has no attribute {name!r}")
