@@ -36,8 +36,10 @@ def best_effort(
 ) -> int:
     """Write the nearest tensions; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     n, m = W.shape
-    if parameters.shape[0] != n or work.shape[1] < max(n, m):
+    if parameters.shape[0] != n or wrench.shape[0] != n or work.shape[1] < max(n, m):
         return BAD_INPUT  # made for another robot
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return BAD_INPUT
     sound = 0.0
     for i in range(m):
         if not t_min[i] <= t_max[i]:

@@ -312,7 +312,7 @@ def test_where_it_writes_by_default_and_where_it_does_not(tmp_path, monkeypatch)
     ("problem", "reason"),
     [
         (box_problem(6), "r = 0"),
-        (box_problem(12), "fill 6 dimensions"),
+        (box_problem(12, limits=(10.0, np.inf)), "some limits are infinite"),
         (box_problem(5), "no tensions at all balance the wrench"),
     ],
 )
