@@ -13,7 +13,7 @@ from cdpr.report.histories import histories
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.page import table
-from cdpr.report.text import number
+from cdpr.report.text import number, unit_for
 
 MOST_EVENTS = 200
 
@@ -45,13 +45,13 @@ def summary(run: Run) -> str:
     out = "<h2>Summary</h2>\n"
     if not figures["samples"]:
         return out + "<p>The run has no sample.</p>"
-    errors = [
-        (f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final")))
-        for name, unit, scale, key in (
-            ("Position error", "mm", 1e3, "position_error_m"),
-            ("Orientation error", "mrad", 1e3, "orientation_error_rad"),
-        )
-    ]
+    errors = []
+    for name, base, key in (
+        ("Position error", "m", "position_error_m"),
+        ("Orientation error", "rad", "orientation_error_rad"),
+    ):
+        scale, unit = unit_for(figures[key].values(), base)
+        errors.append((f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final"))))
     out += table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
     tension, energy = figures["tension_N"], figures["energy_J"]
     rows = [

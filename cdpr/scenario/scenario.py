@@ -35,6 +35,7 @@ class Scenario:
         solver_options: the same for the tension solver.
         source: the file that it came from.
         unused: dotted keys that are given but that a run does not use.
+        notes: what became of the options of a controller or solver that was replaced, a sentence each.
     """
 
     sections: ScenarioSection
@@ -43,6 +44,7 @@ class Scenario:
     solver_options: BaseModel
     source: str
     unused: tuple[str, ...]
+    notes: tuple[str, ...]
     _backend_options: Mapping[str, BaseModel]
     _document: Document = field(repr=False)
     _plugins: Registry = field(repr=False)
