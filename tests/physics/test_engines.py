@@ -78,9 +78,10 @@ def with_oracle(case):
 
 def differences(a, b):
     """Largest distance in position (m) and attitude (rad)."""
-    both = dataclasses.replace(a, rows=a.rows.copy())
-    both["desired_position"][:] = b.position
-    both["desired_orientation"][:] = b.orientation
+    rows, columns = a.rows.copy(), a.header.layout.columns
+    rows[:, columns["desired_position"]] = b.position
+    rows[:, columns["desired_orientation"]] = b.orientation
+    both = dataclasses.replace(a, rows=rows)
     return (
         float(np.linalg.norm(both.position_error, axis=1).max()),
         float(np.linalg.norm(both.orientation_error, axis=1).max()),
