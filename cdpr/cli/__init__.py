@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from cdpr import __version__
+from cdpr.cli.streams import printable_streams
 from cdpr.errors import CdprError, ExitCode
 
 DEBUG = "CDPR_DEBUG"
@@ -83,6 +84,7 @@ def cli() -> None:
     """Simulate and analyse cable-driven parallel robots."""
 
 
+@printable_streams()
 def main() -> None:
     """Run the command line; every error meant for the user becomes text and an exit code, never a traceback."""
     # A warning is a line for the user, not a place in our code.

@@ -82,7 +82,8 @@ def _print(figures: dict[str, Any]) -> None:
 
     from cdpr.report.bench_cells import COLUMNS, MEANING, NOTHING, cells, facts
 
-    console = Console(width=WIDTH)  # in a narrower terminal lines wrap; squeezed columns would lose figures
+    # In a narrower terminal lines wrap; squeezed columns would lose figures. Colours would be escaped, see cli.streams.
+    console = Console(width=WIDTH, color_system=None)
     for robot in figures["robots"]:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
         table.add_column("solver", overflow="fold")

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -111,12 +111,12 @@ def _write_report(run: Run) -> OutputError | None:
 
 def _print(run: Run) -> None:
     """Print the summary for people, the folder last."""
-    header, figures = run.header, run.summary()
+    header = run.header
     click.echo(
         f"{header.scenario}: {len(header.cables)} cables, {header.backend}, {header.controller}, {header.solver}; "
         f"control {_ms(header.control_step)}, physics {_ms(header.physics_step)}"
     )
-    for line in _lines(figures):
+    for line in _lines(run):
         click.echo(f"  {line}")
     for event in run.events:
         until = f" to {event.until:.6g}" if event.until is not None else ""
@@ -126,15 +126,13 @@ def _print(run: Run) -> None:
     click.echo(run.folder)
 
 
-def _lines(figures: dict[str, Any]) -> Iterator[str]:
+def _lines(run: Run) -> Iterator[str]:
+    from cdpr.report.reservations import reservations
     from cdpr.report.text import unit_for
 
-    bad = figures["infeasible_steps"]
-    but = (
-        f", but {bad} of {figures['samples']} samples had no admissible tensions"
-        if bad and figures["status"] == "finished"
-        else ""
-    )
+    figures = run.summary()
+    said = list(reservations(run)) if figures["status"] == "finished" else []
+    but = f", but {'; '.join(said)}" if said else ""
     yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
     for name, key, base in (
         ("position error", "position_error_m", "m"),
@@ -163,7 +161,9 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "
             f"of {energy['turned_over']:.4g} J turned over{but}"
         )
-    yield f"{'infeasible steps':<20}{figures['infeasible_steps']} of {figures['samples']}"
+    for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
+        if figures[key] or key == "infeasible_steps":
+            yield f"{name:<20}{figures[key]} of {figures['samples']}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
 

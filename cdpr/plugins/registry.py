@@ -90,21 +90,35 @@ class Registered:
 
 @dataclass
 class Registry:
-    """All plugins found, by role and name, and what went wrong while looking."""
+    """All plugins found, by role and name, and what went wrong while looking.
+
+    `broken` holds those of the problems that kept a package from saying what it brings, by its names.
+    """
 
     plugins: dict[Role, dict[str, Registered]] = field(default_factory=lambda: {role: {} for role in ROLES})
     problems: list[str] = field(default_factory=list)
+    broken: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def names(self, role: Role) -> list[str]:
         """Names that a scenario may use for `role`, sorted."""
         return sorted(self.plugins[role])
 
     def get(self, role: Role, name: str) -> Registered:
-        """Return the plugin; PluginError with the nearest name and all names if there is none."""
+        """Return the plugin; PluginError with the nearest name and all names if there is none.
+
+        What a package that cannot be loaded would have brought is not known: its reason is told, too, and first where
+        the name is like one of its own.
+        """
         found = self.plugins[role].get(name)
-        if found is None:
-            raise PluginError(unknown(role, name, self.names(role)))
-        return found
+        if found is not None:
+            return found
+        for names, problem in self.broken.items():
+            if _bare(name) in map(_bare, names):
+                raise PluginError(f"{role} '{name}' cannot be loaded: {problem}")
+        text = unknown(role, name, self.names(role))
+        if self.broken:
+            text += "; not loaded, so that it is not known what they bring: " + "; ".join(self.broken.values())
+        raise PluginError(text)
 
     def add(self, role: Role, info: PluginInfo, distribution: str, version: str) -> None:
         """Register one row. Of two with one name the built-in wins; a stranger's is `distribution:name`."""
@@ -132,6 +146,11 @@ def _found(module: str) -> bool:
         return importlib.util.find_spec(module) is not None
     except (ImportError, ValueError):  # of a package that is missing itself
         return False
+
+
+def _bare(name: str) -> str:
+    """A name without what those of packages and plugins differ in: case, - and _, and the prefix cdpr."""
+    return name.lower().replace("_", "-").removeprefix("cdpr-")
 
 
 def unknown(role: Role, name: str, names: list[str]) -> str:
@@ -176,7 +195,9 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            result.problems.append(f"{distribution} {version}, entry point '{point.name}': {describe(error)}")
+            problem = f"{distribution} {version}, entry point '{point.name}': {describe(error)}"
+            result.problems.append(problem)
+            result.broken[distribution, point.name] = problem
             continue
         for role, info in rows:
             result.add(role, info, distribution, version)

@@ -93,7 +93,8 @@ class Histories:
 
 
 def _status(run: Run) -> NDArray[np.int8]:
-    return np.nan_to_num(run.solver_status, nan=-1.0).astype(np.int8)
+    status: NDArray[np.int8] = np.nan_to_num(run.solver_status, nan=-1.0).astype(np.int8)
+    return status
 
 
 class Attitude:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from cdpr.errors import PluginError, ScenarioError
+from cdpr.errors import PluginError, ScenarioError, printable
 
 Path = tuple[str | int, ...]
 
@@ -95,11 +95,6 @@ def _merged(problems: list[Problem]) -> list[str]:
 
 def _within(path: Path, roots: set[Path]) -> bool:
     return any(path[:end] in roots for end in range(1, len(path) + 1))
-
-
-def printable(text: str) -> str:
-    """Escape what would break a line or speak to the terminal: file names and keys are foreign."""
-    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def dotted(path: Path) -> str:

@@ -16,9 +16,12 @@ from cdpr.scenario.robot_schema import (
     CablesSection,
     CableTension,
     Home,
+    PlatformSection,
     TensionSection,
     cable_name,
     limits,
+    moments_about,
+    of_a_body,
 )
 
 
@@ -41,9 +44,16 @@ class RobotChecks(Checks):
         if not dof:
             return
         platform, inertia = (*self.root, "platform"), (*self.root, "platform", "inertia")
-        turns = any(name.startswith("r") for name in dof)
+        turns = [name for name in dof if name.startswith("r")]
         if turns and isinstance(self.document.get(platform), dict) and self.document.get(inertia) is None:
             self.say(inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), for the platform turns")
+        section = self.section(PlatformSection, platform)
+        given = section.inertia if section else None
+        if given is not None and not set(turns) <= set(moments_about(given)):  # what is 0 is needed
+            try:
+                of_a_body(given)
+            except ValueError as error:
+                self.say(inertia, f"{error} where it turns about {', '.join(turns)}")
         home = self.section(Home, (*self.root, "home"))
         if home and not held_upright(dof, home.orientation.quaternion()):
             text = f"may differ from upright only about the free directions, {', '.join(dof)}"

@@ -15,12 +15,13 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.model.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
-from cdpr.simulation.events import marks, scheduled_events, tension_events
+from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
 
 STATUS: dict[type[BaseException], str] = {
@@ -126,6 +127,15 @@ class _Attempt:
 
         self.loop.run(recorder.rows, flush, steps=samples - 1, real_time=real_time)
 
+    def _reach(self, rows: Array | LogRows) -> Reach:
+        """Where cables left their limits, of all samples."""
+        assert self.recorder is not None
+        if self.recorder.tally is not None:
+            return self.recorder.tally.reach
+        reach, columns = Reach(self.header.bounds, len(self.header.cables)), self.header.layout.columns
+        reach.add(*(np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate")))
+        return reach
+
     def end(self, error: BaseException | None) -> Run:
         """Close log, folder and backend, and return the run or raise the error with the run in it."""
         looped = perf_counter()
@@ -143,6 +153,7 @@ class _Attempt:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
             events += tension_events(self.recorder.status, self.header.control_step, self.parts)
+            events += limit_events(self._reach(rows), self.header)
         plugins: dict[str, Any] = {}
         if self.parts is not None:
             events.sort(key=lambda event: event.time)

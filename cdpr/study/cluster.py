@@ -34,7 +34,7 @@ def executor(address: str) -> Executor:
             return
         try:
             client = distributed.Client(address, timeout=CONNECTING)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
             raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {describe(error)}") from error
         with client:  # once it is closed, however this ends, nobody waits for the cases any more: see `run_here`
             run = partial(run_here, timeout=timeout)

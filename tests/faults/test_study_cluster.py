@@ -146,3 +146,11 @@ def test_nobody_answers(tmp_path):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
     assert done.returncode == ExitCode.BAD_INPUT
     assert "no Dask scheduler answers there" in done.stderr
+
+
+@pytest.mark.parametrize("address", ["tls://127.0.0.1:9", "nonsense://x", "tcp://"])
+def test_an_address_that_cannot_be_used_is_told(tmp_path, address):
+    """Among them TLS without certificates."""
+    done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", address)
+    assert done.returncode == ExitCode.BAD_INPUT, done.stderr
+    assert f"--scheduler {address}: no Dask scheduler answers there" in done.stderr

@@ -55,6 +55,32 @@ def test_inertias_that_some_body_has(inertia):
     assert np.all(np.linalg.eigvalsh(robot.platform.inertia) > 0)
 
 
+ALL_FREE = "dof: [x, y, z, rx, ry, rz]"
+BARE = {"x": [0] * 6, "ry": [0, 0.4, 0, 0, 0, 0], "rx": [0.4, 0, 0, 0, 0, 0], "rz": [0, 0, 0.4, 0, 0, 0]}
+
+
+@pytest.mark.parametrize("last", BARE)
+def test_moments_that_have_no_effect_may_be_zero(last):
+    """As planar robots are published. The motion is that with any moments in their place."""
+    dof = ["x"] if last == "x" else ["x", "z", last]
+    bare, full = (
+        load_robot("r.yaml", text=changed(changed(ROBOT, INERTIA, f"inertia: {entries}"), ALL_FREE, f"dof: {dof}"))
+        for entries in (BARE[last], [max(entry, 0.3) for entry in BARE[last][:3]] + [0, 0, 0])
+    )
+    axis = [last == name for name in ("rx", "ry", "rz")]
+    np.testing.assert_array_equal(*(robot.platform.inertia.diagonal()[axis] for robot in (bare, full)))
+    assert np.all(np.linalg.eigvalsh(bare.platform.inertia) > 0)
+
+
+@pytest.mark.parametrize("dof", ["[x, z, rx]", "[rz]", "[x, y, z, rx, ry, rz]"])
+def test_the_moment_about_a_free_direction_is_needed(dof):
+    text = changed(changed(ROBOT, INERTIA, "inertia: [0, 0.4, 0, 0, 0, 0]"), ALL_FREE, f"dof: {dof}")
+    with pytest.raises(
+        ScenarioError, match=r"platform.inertia: no rigid body has this inertia: .* where it turns about"
+    ):
+        load_robot("r.yaml", text=text)
+
+
 @given(
     st.lists(st.floats(0.1, 10), min_size=3, max_size=3),
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),

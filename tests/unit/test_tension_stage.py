@@ -9,6 +9,7 @@ from conftest import crossed_box, make_robot
 from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import kinematics
 from cdpr.tension import Status
+from cdpr.tension.checks import accept
 from cdpr.tension.stage import TensionStage
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
@@ -184,3 +185,16 @@ def test_held_cables_pull_what_they_pull_and_the_report_says_so():
     assert bench.report[1] == pytest.approx(missing, rel=1e-9)
     others = np.delete(bench.tension, 2)
     assert bench.report[2] == np.minimum(others - LOW, HIGH - others).min()  # it does not hide theirs
+
+
+@pytest.mark.parametrize("size", [1e3, 1e160, 1e200, 1e307])
+def test_absurd_wrenches_are_neither_balanced_nor_infinitely_far(size):
+    """Their squares overflow: an infinite residual once was within an infinite allowance."""
+    W, wrench = np.array([[1.0, -1.0, 0.5], [0.0, 1.0, 1.0]]), np.array([size, -size])
+    limits, report, out = np.array([np.full(3, 1.0), np.full(3, 1e308)]), np.zeros(4), np.zeros(3)
+    weak = np.full(3, 10.0)
+    assert accept(W, wrench, np.ones(2), limits, weak, out, report) == Status.NOT_FOUND
+    assert report[1] == pytest.approx(np.hypot(*(W @ weak / size - wrench / size)) * size)
+    exact = np.array([size, 1.0, 1.0])
+    assert accept(W, W @ exact, np.ones(2), limits, exact, out, report) == Status.OK
+    assert report[1] <= 1e-15 * size
