@@ -12,6 +12,7 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.active_set import DEPENDENCE_TOLERANCE
 from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.factors import turn
 from cdpr.tension.null_space import reduce
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
 from cdpr_solvers.projection import nearest_to_middle
@@ -73,27 +74,9 @@ def improved_closed_form(
                     bound = box[1, i] if below > above else box[2, i]
         if worst < 0:
             return OK
-        _turn(N, r, fixed, worst, size, spare)
+        turn(N, r, fixed, worst, size, spare)
         step = (bound - tension[worst]) / N[worst, fixed]
         for i in range(m):
             tension[i] += N[i, fixed] * step
         tension[worst] = bound
     return NOT_FOUND
-
-
-@kernel
-def _turn(N: Array, r: int, k: int, i: int, size: float, v: Array) -> None:
-    """Reflect columns k to r of N so that of these only column k changes cable i, whose row there has length `size`."""
-    v[k] = N[i, k] + math.copysign(size, N[i, k])
-    for j in range(k + 1, r):
-        v[j] = N[i, j]
-    scale = 1.0 / (size * abs(v[k]))  # 2 / |v|^2
-    for row in range(N.shape[0]):
-        s = 0.0
-        for j in range(k, r):
-            s += N[row, j] * v[j]
-        s *= scale
-        for j in range(k, r):
-            N[row, j] -= s * v[j]
-    for j in range(k + 1, r):
-        N[i, j] = 0.0  # but for round-off, which would let a fixed cable drift

@@ -14,6 +14,7 @@ from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
 from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
@@ -103,8 +104,14 @@ def minimum_norm(
             for k in range(r):
                 box[0, i] += N[i, k] * x[k]
     steps = nearest(N, r, box, x, tension, active, rest)
-    if steps < 0:
-        return NOT_FOUND if window else -steps
+    status = -steps
+    if steps >= 0:
+        if weighted:
+            status = verdict(scaled, wrench, N, r, box, x, tension)
+        else:
+            status = verdict(W, wrench, N, r, box, x, tension)
+    if status != OK:
+        return NOT_FOUND if window else status
     if weighted:
         for i in range(m):
             tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
