@@ -14,7 +14,7 @@ from cdpr.tension.factors import turn
 from cdpr.tension.null_space import ROUNDING, reduce
 from cdpr.tension.safest import safest_point
 from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
-from cdpr.tension.verdict import tensions, verdict
+from cdpr.tension.verdict import settle, solution
 from cdpr_solvers.options import per_cable
 
 # Newton's decrement, a length relative to the distance from the limits, below which its full step is the last one:
@@ -34,8 +34,8 @@ NOISE, SHRINKING = 1e-3, 0.5
 # that of the largest ball, which differs by no more. Some hundred times the round-off of the tensions themselves.
 THIN = 1e-12
 
-# Below this share it may be so much longer than wide that its Hessian, whose entries are the squares of distances, loses
-# the long directions to round-off, unless the basis is turned to tell them apart.
+# Below this share it may be so much longer than wide that the Hessian, made of inverse squares of distances, loses the
+# long directions to round-off, unless the basis is turned to tell them apart.
 FLAT = 1e-4
 
 
@@ -83,8 +83,8 @@ def analytic_centre(
     flat = radius < FLAT * largest
     if r > 0 and radius > THIN * largest and not _centre(work[: m + 1], r, box, flat, parameters, rest):
         return NOT_FOUND
-    tensions(N, r, box, x, tension)
-    return verdict(W, wrench, N, r, box, x, tension)
+    solution(N, r, box, x, tension)
+    return settle(W, wrench, box, tension)
 
 
 @kernel

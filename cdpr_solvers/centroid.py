@@ -13,7 +13,7 @@ from cdpr.tension import null_space, polygon
 from cdpr.tension.null_space import reduce
 from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon
 from cdpr.tension.status import INFEASIBLE, UNSUPPORTED
-from cdpr.tension.verdict import tensions, verdict
+from cdpr.tension.verdict import settle, solution
 
 
 class Centroid(CompiledSolver):
@@ -59,5 +59,5 @@ def centroid(
         if count == 0:
             return INFEASIBLE
         centre_of_polygon(vertices, count, x)
-    tensions(N, r, box, x, tension)
-    return verdict(W, wrench, N, r, box, x, tension)
+    solution(N, r, box, x, tension)
+    return settle(W, wrench, box, tension)

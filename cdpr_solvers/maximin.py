@@ -13,7 +13,7 @@ from cdpr.tension import null_space, safest
 from cdpr.tension.null_space import reduce
 from cdpr.tension.safest import safest_point
 from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
-from cdpr.tension.verdict import tensions, verdict
+from cdpr.tension.verdict import settle, solution
 
 
 class Maximin(CompiledSolver):
@@ -49,5 +49,5 @@ def maximin(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
         return NOT_FOUND
     if margin == math.inf and r > 0:
         return UNSUPPORTED  # there is no largest
-    tensions(N, r, box, x, tension)
-    return verdict(W, wrench, N, r, box, x, tension)
+    solution(N, r, box, x, tension)
+    return settle(W, wrench, box, tension)

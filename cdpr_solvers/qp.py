@@ -13,7 +13,7 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
@@ -58,7 +58,10 @@ class MinimumNorm(CompiledSolver):
 def minimum_norm(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
+    """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT.
+
+    Also UNSUPPORTED: infinite limits have no middle.
+    """
     n, m = W.shape
     N, box, x, active = work[:m], work[m : m + 3], work[m + 3], work[m + 4]
     rest = work[m + 5 :]
@@ -96,6 +99,8 @@ def minimum_norm(
             for i in range(m):
                 if about == MIDDLE:
                     target = 0.5 * (t_min[i] + t_max[i])
+                    if not math.isfinite(target):
+                        return UNSUPPORTED
                 else:
                     target = tension[i] if about == PREVIOUS else reference[i]
                 s += N[i, k] * (root[i] * target if weighted else target)

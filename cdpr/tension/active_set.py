@@ -26,10 +26,10 @@ def work_rows(r: int) -> int:
 def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array, work: Array) -> int:
     """Write the x (r,) of least norm with low <= c + N x <= high, and point = c + N x (m,); return the steps taken.
 
-    N is (m, >= r), a row that is round-off made zero, as by `reduce`; the rows of `box` (3, >= m) are c, low and high, of which the limits may be infinite. `active` (m,)
-    receives -1, 0 or 1 where a limit holds x back; the point lies exactly on those limits and nowhere outside. Returns
-    -INFEASIBLE, or -NOT_FOUND after a number of steps that no sound problem needs. `work` has at least `work_rows(r)`
-    rows and m columns.
+    N is (m, >= r), rows that are round-off made zero, as by `reduce`; the rows of `box` (3, >= m) are c, low and high,
+    of which the limits may be infinite. `active` (m,) receives -1, 0 or 1 where a limit holds x back; the point lies
+    exactly on those limits and nowhere outside. Returns -INFEASIBLE, or -NOT_FOUND after a number of steps that no
+    sound problem needs. `work` has at least `work_rows(r)` rows and m columns.
 
     Goldfarb and Idnani, Mathematical Programming 27 (1983), for a Hessian of 1: with J the orthogonal and R the
     triangular factor of the active normals.

@@ -59,6 +59,7 @@ def remove(J: Array, R: Array, u: Array, member: Array, k: int, drop: int) -> No
                 J[i, j] = cosine * left + sine * right
                 J[i, j + 1] = cosine * right - sine * left
 
+
 @kernel
 def turn(N: Array, r: int, k: int, i: int, size: float, v: Array) -> None:
     """Reflect columns k to r of N so that of these only column k changes row i, which has length `size` there.

@@ -35,8 +35,8 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     """Write all solutions of W t = wrench, W (n, m), as t = c + N[:, :r] x; return r, the redundancy.
 
     `box` (3, >= m) receives c and the limits. c is the solution of least norm, but for cables whose limits are equal:
-    they are locked, or cut, where that is 0. Their tension is given and the others balance what is left. The columns of N
-    (m, >= r) are orthonormal and orthogonal to c, so that |t|^2 = |c|^2 + |x|^2. A row of N is zero, exactly, if and
+    they are locked, or cut, where that is 0. Their tension is given and the others balance what is left. The columns of
+    N (m, >= r) are orthonormal and orthogonal to c, so that |t|^2 = |c|^2 + |x|^2. A row of N is zero, exactly, if and
     only if x does not change that cable: it is locked, or the wrench alone determines its tension.
 
     Returns -INFEASIBLE where W is rank-deficient and the wrench outside its range, -BAD_INPUT where an entry is not

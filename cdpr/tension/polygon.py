@@ -1,6 +1,6 @@
 """The admissible distributions of a robot with one or two cables too many: an interval, a convex polygon.
 
-With t = c + N x, N (m, r) orthonormal as from `reduce`, they are { x : low <= c + N x <= high }: for r = 1 an interval, for r = 2 a
+With t = c + N x, N (m, r) as from `reduce`, they are { x : low <= c + N x <= high }: for r = 1 an interval, for r = 2 a
 polygon (Mikelsons, Bruckmann, Schramm and Hiller, ICRA 2008; Gouttefarde, Lamaury, Reichert and Bruckmann, IEEE Trans.
 Robotics 31, 2015). Both coordinates are in newtons. The kernels allocate nothing. Limits must be finite.
 """

@@ -23,8 +23,9 @@ def safest_point(ball: bool, N: Array, r: int, box: Array, x: Array, work: Array
 
     d_i is 1, so that s is the smallest distance of a tension from its limits; with `ball` it is the length of row i of
     N, so that s is the radius of the largest ball within the limits, and x its centre (Chebyshev). Locked cables
-    (low = high) do not count. s is negative where no x lies within the limits, inf where nothing can be changed or, with
-    infinite limits, s can be as large as you like, NaN where the linear program was not solved. N is (m, >= r), the rows of `box` (3, >= m) are c, low and high; `work` has
+    (low = high) do not count. s is negative where no x lies within the limits; inf where nothing can be changed or,
+    with infinite limits, s can be as large as one likes; NaN where the linear program was not solved. N is (m, >= r),
+    rows that are round-off made zero, as by `reduce`; the rows of `box` (3, >= m) are c, low and high; `work` has
     `work_rows(m)` rows and 2 m + 1 columns.
 
     A linear program in (x, s), whose start at x = 0 is made feasible by s alone.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
@@ -13,7 +11,7 @@ from cdpr.tension.status import INFEASIBLE, OK
 # ill-conditioned problem whose only solution is a vertex. It is the band within which round-off decides feasibility.
 VERTEX_TOLERANCE = 1e-9
 
-# Below this share of the largest tension a breach is the round-off of any sound problem, and balances as well as it can.
+# A breach below this share of the largest tension is the round-off of any sound problem: it balances as well as it can.
 ROUND_OFF = 1e-12
 
 # Beyond that the tensions, moved onto the limits, must still balance each row to this share of what the tension stage
@@ -22,31 +20,51 @@ STRICTER = 0.1
 
 
 @kernel
-def tensions(N: Array, r: int, box: Array, x: Array, tension: Array) -> None:
-    """Write c + N x (m,), moved onto the limits where it breaks them; `box` (3, >= m) holds c and the limits."""
+def solution(N: Array, r: int, box: Array, x: Array, tension: Array) -> None:
+    """Write c + N x (m,); `box` (3, >= m) holds c and the limits."""
     for i in range(tension.shape[0]):
-        s = box[0, i]
+        tension[i] = box[0, i]
         for k in range(r):
-            s += N[i, k] * x[k]
+            tension[i] += N[i, k] * x[k]
+
+
+@kernel
+def settle(W: Array, wrench: Array, box: Array, tension: Array) -> int:
+    """Move a solution (m,) of W t = wrench onto the limits in `box` where it breaks them; return its verdict."""
+    breach, scale = 0.0, 0.0
+    for i in range(tension.shape[0]):
+        s = tension[i]
         tension[i] = min(max(s, box[1, i]), box[2, i])
+        scale = max(scale, abs(s))
+        breach = _larger(breach, abs(s - tension[i]))
+    return _judge(W, wrench, tension, breach, scale)
 
 
 @kernel
 def verdict(W: Array, wrench: Array, N: Array, r: int, box: Array, x: Array, tension: Array) -> int:
-    """Return OK where `tension` (m,), within the limits, is the solution c + N x of W t = wrench, else INFEASIBLE.
-
-    The one place that decides whether what a method has found in the null space is an answer. `tension` may differ
-    from c + N x by round-off, and by VERTEX_TOLERANCE where W t is the wrench none the less.
-    """
+    """Return OK where `tension` (m,), within the limits, is the solution c + N x of W t = wrench, else INFEASIBLE."""
     breach, scale = 0.0, 0.0
     for i in range(tension.shape[0]):
         s = box[0, i]
         for k in range(r):
             s += N[i, k] * x[k]
-        scale = max(scale, abs(s), abs(box[0, i]))
-        difference = abs(s - tension[i])
-        if not difference <= breach:  # NaN, too
-            breach = difference
+        scale = max(scale, abs(s))
+        breach = _larger(breach, abs(s - tension[i]))
+    return _judge(W, wrench, tension, breach, scale)
+
+
+@kernel
+def _larger(a: float, b: float) -> float:
+    """The larger one, NaN if b is that."""
+    return a if b <= a else b
+
+
+@kernel
+def _judge(W: Array, wrench: Array, tension: Array, breach: float, scale: float) -> int:
+    """Whether tensions within the limits are an answer that differ by `breach` from a solution as large as `scale`.
+
+    The one place that decides it, for all methods that work in the null space.
+    """
     if breach <= ROUND_OFF * scale:
         return OK
     if not breach <= VERTEX_TOLERANCE * scale:
