@@ -109,15 +109,13 @@ def minimum_norm(
             for k in range(r):
                 box[0, i] += N[i, k] * x[k]
     steps = nearest(N, r, box, x, tension, active, rest)
-    status = -steps
-    if steps >= 0:
-        if weighted:
-            status = verdict(scaled, wrench, N, r, box, x, tension)
-        else:
-            status = verdict(W, wrench, N, r, box, x, tension)
-    if status != OK:
-        return NOT_FOUND if window else status
-    if weighted:
+    if steps < 0:
+        return NOT_FOUND if window else -steps
+    if weighted:  # back to newtons
         for i in range(m):
             tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
-    return OK
+            box[0, i] /= root[i]
+            for k in range(r):
+                N[i, k] /= root[i]
+    status = verdict(W, wrench, N, r, box, x, tension)
+    return NOT_FOUND if window and status != OK else status
