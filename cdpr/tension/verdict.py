@@ -30,13 +30,18 @@ def solution(N: Array, r: int, box: Array, x: Array, tension: Array) -> None:
 
 @kernel
 def settle(W: Array, wrench: Array, box: Array, tension: Array) -> int:
-    """Move a solution (m,) of W t = wrench onto the limits in `box` where it breaks them; return its verdict."""
+    """Return OK where a solution (m,) of W t = wrench keeps the limits in `box`, else INFEASIBLE.
+
+    Where it breaks them by so little that it may be OK, it is moved onto them.
+    """
     breach, scale = 0.0, 0.0
     for i in range(tension.shape[0]):
-        s = tension[i]
-        tension[i] = min(max(s, box[1, i]), box[2, i])
-        scale = max(scale, abs(s))
-        breach = _larger(breach, abs(s - tension[i]))
+        scale = max(scale, abs(tension[i]))
+        breach = _larger(breach, max(box[1, i] - tension[i], tension[i] - box[2, i]))
+    if not breach <= VERTEX_TOLERANCE * scale:
+        return INFEASIBLE
+    for i in range(tension.shape[0]):
+        tension[i] = min(max(tension[i], box[1, i]), box[2, i])
     return _judge(W, wrench, tension, breach, scale)
 
 
