@@ -60,8 +60,8 @@ def verdict(W: Array, wrench: Array, N: Array, r: int, box: Array, x: Array, ten
 
 @kernel
 def _larger(a: float, b: float) -> float:
-    """The larger one, NaN if b is that."""
-    return a if b <= a else b
+    """The larger one, NaN if either is that."""
+    return a if b <= a or a != a else b
 
 
 @kernel
