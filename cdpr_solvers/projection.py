@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.checks import LIMIT_TOLERANCE
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.verdict import settle
 
 
 @kernel
@@ -26,17 +28,21 @@ def nearest_solution(N: Array, r: int, c: Array, target: Array, tension: Array) 
 
 
 @kernel
-def nearest_to_middle(N: Array, r: int, box: Array, middle: Array, tension: Array) -> None:
-    """Write the middle of the limits (m,) and the closed form, the solution nearest to it; `box` as from `reduce`."""
+def nearest_to_middle(N: Array, r: int, box: Array, middle: Array, tension: Array) -> bool:
+    """Write the middle of the limits (m,) and the closed form, the solution nearest to it; `box` as from `reduce`.
+
+    Returns False where a limit is infinite: there is no middle.
+    """
     for i in range(tension.shape[0]):
         middle[i] = 0.5 * (box[1, i] + box[2, i])
+        if not math.isfinite(middle[i]):
+            return False
     nearest_solution(N, r, box[0], middle, tension)
+    return True
 
 
 @kernel
-def verdict(r: int, box: Array, tension: Array) -> int:
-    """Return OK if a solution is within the limits, else NOT_FOUND, or INFEASIBLE where it is the only one (r = 0)."""
-    for i in range(tension.shape[0]):
-        if not box[1, i] - LIMIT_TOLERANCE <= tension[i] <= box[2, i] + LIMIT_TOLERANCE:
-            return NOT_FOUND if r > 0 else INFEASIBLE
-    return OK
+def admitted(W: Array, wrench: Array, r: int, box: Array, tension: Array) -> int:
+    """Settle a solution (m,) of W t = wrench; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0)."""
+    status = settle(W, wrench, box, tension)
+    return NOT_FOUND if status != OK and r > 0 else status

@@ -13,7 +13,8 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
@@ -57,7 +58,10 @@ class MinimumNorm(CompiledSolver):
 def minimum_norm(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
+    """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT.
+
+    Also UNSUPPORTED: infinite limits have no middle.
+    """
     n, m = W.shape
     if t_min.shape[0] < m or t_max.shape[0] < m:
         return BAD_INPUT
@@ -97,6 +101,8 @@ def minimum_norm(
             for i in range(m):
                 if about == MIDDLE:
                     target = 0.5 * (t_min[i] + t_max[i])
+                    if not math.isfinite(target):
+                        return UNSUPPORTED
                 else:
                     target = tension[i] if about == PREVIOUS else reference[i]
                 s += N[i, k] * (root[i] * target if weighted else target)
@@ -107,7 +113,11 @@ def minimum_norm(
     steps = nearest(N, r, box, x, tension, active, rest)
     if steps < 0:
         return NOT_FOUND if window else -steps
-    if weighted:
+    if weighted:  # back to newtons
         for i in range(m):
             tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
-    return OK
+            box[0, i] /= root[i]
+            for k in range(r):
+                N[i, k] /= root[i]
+    status = verdict(W, wrench, N, r, box, x, tension)
+    return NOT_FOUND if window and status != OK else status
