@@ -18,7 +18,6 @@ from cdpr.model.properties import check_lengths
 from cdpr.model.robot import Array, frozen_array
 from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import RANK_TOLERANCE
-from cdpr.tension.polygon import ZERO_ROW
 from cdpr.tension.problem import Problem
 
 # Three limits whose normals span less than this share of what orthogonal ones do meet in no corner but in an edge.
@@ -151,7 +150,7 @@ def _corners_in_space(c: Array, N: Array, low: Array, high: Array) -> Array:
     """Corners (k, 3) of { x : low <= c + N x <= high }: where three limits meet and all others are kept."""
     normals, offsets = np.concatenate([N, N]), np.concatenate([low - c, high - c])
     size = np.linalg.norm(normals, axis=1)
-    rows = np.flatnonzero(size > ZERO_ROW)
+    rows = np.flatnonzero(size > 0.0)  # `reduce` leaves no row of rounding
     triples = rows[np.array(list(combinations(range(len(rows)), 3)), dtype=np.int64).reshape(-1, 3)]
     A, b = normals[triples], offsets[triples]
     spanning = np.abs(np.linalg.det(A)) > FLAT * size[triples].prod(axis=1)
