@@ -37,7 +37,7 @@ def best_effort(
 ) -> int:
     """Write the nearest tensions; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT."""
     n, m = W.shape
-    if parameters.shape[0] != n:
+    if parameters.shape[0] != n or wrench.shape[0] != n or work.shape[1] < max(n, m):
         return BAD_INPUT  # made for another robot
     N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)

@@ -13,7 +13,7 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
@@ -63,6 +63,8 @@ def minimum_norm(
     Also UNSUPPORTED: infinite limits have no middle.
     """
     n, m = W.shape
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return BAD_INPUT
     N, box, x, active = work[:m], work[m : m + 3], work[m + 3], work[m + 4]
     rest = work[m + 5 :]
     about, change, weighted = int(parameters[0]), parameters[1], parameters[2] != 0.0

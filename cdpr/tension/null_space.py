@@ -47,6 +47,8 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     n, m = wrench.shape[0], N.shape[0]
     if not (W.shape[0] >= n and W.shape[1] >= m and work.shape[0] >= n + 5 and work.shape[1] >= max(n, m)):
         return -BAD_INPUT  # made for another robot
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return -BAD_INPUT
     rhs, cable = work[n], work[n + 1]  # the wrench that is left, and the number of each free cable
     free, sound, load = 0, 0.0, 0.0
     for i in range(m):
