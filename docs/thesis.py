@@ -149,7 +149,7 @@ def study_cases() -> tuple[StudyCase, ...]:
 
 
 def stored(folder: Path) -> list[Row]:
-    """The study's rows for thesis.csv; ends with one line where the folder holds another study, or cases without result."""
+    """The study's rows for thesis.csv; one line ends the script where a folder holds another study or lacks results."""
     path, remedy = folder / "table.csv", f"run: cdpr study scenarios/studies/{STUDY.name} --out {folder}"
     try:
         with path.open(newline="") as file:
@@ -237,11 +237,16 @@ def updated(text: str) -> str:
     return rewritten(text, TABLES)
 
 
-if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        rows = [*stored(Path(sys.argv[1])), *plant_rows()]  # all of it before the old is overwritten
+def main(folder: Path | None = None) -> None:
+    """Keep what a folder of the study holds, if one is given, and write the tables."""
+    if folder is not None:
+        rows = [*stored(folder), *plant_rows()]  # all of it before the old is overwritten
         with RESULTS.open("w", newline="") as file:
             writer = csv.DictWriter(file, [*AXES, "status", *FIGURES], lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)
     PAGE.write_text(updated(PAGE.read_text()))
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:2]))

@@ -18,7 +18,7 @@ SHORT = ["--set", "simulation.duration=0.02"]
 # Arguments behind those of the page, by the beginning of a command: the same command in less time.
 SHORTER = {
     "run": [*SHORT, "--no-report"],
-    "study": ["--dry-run"],
+    "study": ["--dry-run"],  # which asks no scheduler
     "compare scenarios/": SHORT,
     "bench solvers": ["--poses", "2", "--adversaries", "1"],
 }
@@ -27,10 +27,10 @@ SLOW = ("compare scenarios/", "bench", "check", "study scenarios/studies/thesis_
 # What no test runs as it stands there, with the reason.
 NOT_RUN = {
     "pip install 'cdpr[mujoco]'": "needs an index of packages",
-    "pip install --editable .": "needs an index of packages; tests/plugins/test_packages.py installs the package offline",
-    "python docs/thesis.py out/thesis": "takes some minutes and rewrites docs/; tests/unit/test_docs.py holds its parts",
+    "pip install --editable .": "needs an index of packages; test_packages.py installs the package offline",
+    "python docs/thesis.py out/thesis": "takes some minutes and rewrites docs/; test_docs.py holds its parts",
     "openssl": "another program",
-    "dask": "another program, which listens; tests/faults and tests/unit start schedulers of their own",
+    "dask": "another program, which listens; tests of studies start schedulers of their own",
     "export DASK": "a setting of the shell",
 }
 # Plugins that the page builds; tests/plugins/test_packages.py installs them and runs these.
