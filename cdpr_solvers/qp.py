@@ -13,7 +13,8 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.row_space import nearest_by_rows, worthwhile
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK
 from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
@@ -48,9 +49,14 @@ class MinimumNorm(CompiledSolver):
             options,
             minimum_norm,
             parameters=[ABOUT[about], change, weighted, *reference, *roots],
-            # With W rank-deficient the null space may have up to m dimensions.
-            rows=null_space.form_rows(m) + 4 + n + max(null_space.work_rows(n), active_set.work_rows(m)),
+            rows=_rows(n, m),
         )
+
+
+@kernel
+def _rows(n: int, m: int) -> int:
+    """Rows of work space; the null space of a rank-deficient W may have up to m dimensions."""
+    return null_space.form_rows(m) + 5 + n + max(null_space.work_rows(n), active_set.work_rows(m))
 
 
 @kernel
@@ -59,52 +65,53 @@ def minimum_norm(
 ) -> int:
     """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     n, m = W.shape
-    N, box, x, active = work[:m], work[m : m + 3], work[m + 3], work[m + 4]
-    rest = work[m + 5 :]
+    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or parameters.shape[0] != REFERENCE + 2 * m:
+        return BAD_INPUT  # made for another robot
+    N, box, x, active, target = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5, :m]
+    A, low, high, rest = work[m + 6 : m + 6 + n], work[m + n + 6, :m], work[m + n + 7, :m], work[m + n + 8 :]
     about, change, weighted = int(parameters[0]), parameters[1], parameters[2] != 0.0
     reference = parameters[REFERENCE : REFERENCE + m]
     root = parameters[REFERENCE + m :]
-    if weighted:
-        scaled, low, high = rest[:n], rest[n], rest[n + 1]
-        rest = rest[n + 2 :]
-        for i in range(m):
-            low[i], high[i] = root[i] * t_min[i], root[i] * t_max[i]
-            for j in range(n):
-                scaled[j, i] = W[j, i] / root[i]
-        r = reduce(scaled, wrench, low, high, box, N, rest)
-    else:
-        r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
     # A first step has nothing previous.
     window = math.isfinite(change)
     if about == PREVIOUS or window:
         for i in range(m):
             if not math.isfinite(tension[i]):
                 about, window = (ZERO if about == PREVIOUS else about), False
-    if window:
-        for i in range(m):
-            s = root[i] if weighted else 1.0
-            box[1, i] = max(box[1, i], s * (tension[i] - change))
-            box[2, i] = min(box[2, i], s * (tension[i] + change))
-            if not box[1, i] <= box[2, i]:  # the limits themselves have moved away
+    for i in range(m):
+        s = root[i] if weighted else 1.0
+        low[i], high[i], target[i] = s * t_min[i], s * t_max[i], 0.0
+        if about == MIDDLE:
+            target[i] = s * (0.5 * (t_min[i] + t_max[i]))
+        elif about != ZERO:
+            target[i] = s * (tension[i] if about == PREVIOUS else reference[i])
+        if window:
+            if not t_min[i] <= t_max[i]:
+                return BAD_INPUT
+            low[i] = max(low[i], s * (tension[i] - change))
+            high[i] = min(high[i], s * (tension[i] + change))
+            if not low[i] <= high[i]:  # the limits themselves have moved away
                 return NOT_FOUND
-    if about != ZERO:
-        for k in range(r):
-            s = 0.0
-            for i in range(m):
-                if about == MIDDLE:
-                    target = 0.5 * (t_min[i] + t_max[i])
-                else:
-                    target = tension[i] if about == PREVIOUS else reference[i]
-                s += N[i, k] * (root[i] * target if weighted else target)
-            x[k] = s
-        for i in range(m):
+        for j in range(n):
+            A[j, i] = W[j, i] / s if weighted else W[j, i]
+    status = NOT_FOUND
+    if worthwhile(n, m):
+        status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
+    if status == NOT_FOUND:
+        r = reduce(A, wrench, low, high, box, N, rest)
+        if r < 0:
+            return -r
+        if about != ZERO:
             for k in range(r):
-                box[0, i] += N[i, k] * x[k]
-    steps = nearest(N, r, box, x, tension, active, rest)
-    if steps < 0:
-        return NOT_FOUND if window else -steps
+                x[k] = 0.0
+                for i in range(m):
+                    x[k] += N[i, k] * target[i]
+            for i in range(m):
+                for k in range(r):
+                    box[0, i] += N[i, k] * x[k]
+        status = -min(nearest(N, r, box, x, tension, active, rest), 0)
+    if status != OK:
+        return NOT_FOUND if window and status == INFEASIBLE else status
     if weighted:
         for i in range(m):
             tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
