@@ -10,6 +10,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.null_space import reduce
+from cdpr.tension.status import INFEASIBLE
 from cdpr_solvers.projection import nearest_to_middle, verdict
 
 
@@ -18,8 +19,8 @@ class ClosedForm(CompiledSolver):
 
     Computed as W^+ wrench + N N^T t_mid, N an orthonormal basis of the null space: the same, and a wrench outside the
     range of W is told by the wrench. No iteration and no jump, but the limits are not asked: where t lies outside them
-    another distribution may still lie inside, so the answer is NOT_FOUND. (The thesis prints W_m^t for W t_mid, and t
-    for t_mid.)
+    another distribution may still lie inside, so the answer is NOT_FOUND; it is INFEASIBLE where t is so far out that
+    none can (`nearest_to_middle`). (The thesis prints W_m^t for W t_mid, and t for t_mid.)
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -37,5 +38,6 @@ def closed_form(
     r = reduce(W, wrench, t_min, t_max, box, N, work[m + 4 :])
     if r < 0:
         return -r
-    nearest_to_middle(N, r, box, middle, tension)
+    if nearest_to_middle(N, r, box, middle, tension) == INFEASIBLE:
+        return INFEASIBLE
     return verdict(r, box, tension)

@@ -11,7 +11,7 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
 from cdpr_solvers.projection import nearest_solution, nearest_to_middle, verdict
 
 
@@ -48,7 +48,8 @@ def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    nearest_to_middle(N, r, box, point, tension)
+    if nearest_to_middle(N, r, box, point, tension) == INFEASIBLE:
+        return INFEASIBLE
     status = verdict(r, box, tension)
     if r == 0 or status == OK:
         return status

@@ -53,7 +53,8 @@ def improved_closed_form(
     if r < 0:
         return -r
     scaled = parameters[0] != 0.0
-    nearest_to_middle(N, r, box, spare, tension)
+    if nearest_to_middle(N, r, box, spare, tension) == INFEASIBLE:
+        return INFEASIBLE
     for fixed in range(r + 1):
         # The first columns of N belong to the fixed cables; the others span what is left of the null space.
         worst, most, bound, size = -1, 0.0, 0.0, 0.0

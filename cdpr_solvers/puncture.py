@@ -11,6 +11,7 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import reduce
+from cdpr.tension.status import INFEASIBLE
 from cdpr_solvers.projection import nearest_to_middle, verdict
 
 
@@ -38,8 +39,16 @@ def puncture(
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    nearest_to_middle(N, r, box, spare, end)
+    if nearest_to_middle(N, r, box, spare, end) == INFEASIBLE:
+        return INFEASIBLE
+    return least_step(r, box, end, tension)
+
+
+@kernel
+def least_step(r: int, box: Array, end: Array, tension: Array) -> int:
+    """Write the first point on the way from the least norm to `end` (m,) within the limits; return `verdict`."""
     start = box[0]
+    m = tension.shape[0]
     s = 0.0
     for i in range(m):
         lacking = max(box[1, i] - start[i], 0.0) + min(box[2, i] - start[i], 0.0)

@@ -8,6 +8,7 @@ from typing import Any
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
+from cdpr.model.kinematics import lengths, make_state
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
@@ -29,6 +30,9 @@ class MinimumNorm(CompiledSolver):
     the optimum is the point of least norm in a polytope in m - n dimensions. A reference moves the origin to N^T ref;
     weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
 
+    `weights: stiffness` takes l_i / (E A)_i, the compliance of each cable at the robot's home: what is least is then
+    twice the elastic energy, sum t_i^2 / k_i, so that stiff cables carry more.
+
     `change` narrows the limits to t_previous +- change. Where no distribution lies within that window the answer is
     NOT_FOUND. In a first step nothing is previous: then `about: previous` is about zero and any change is allowed.
     """
@@ -42,7 +46,8 @@ class MinimumNorm(CompiledSolver):
             raise PluginError("reference: is for `about: given`, and needed there; give both or neither")
         change = math.inf if options.change is None else options.change
         reference = per_cable(robot, "reference", options.reference)
-        roots = [math.sqrt(weight) for weight in per_cable(robot, "weights", options.weights)]
+        weights = compliance(robot) if options.weights == "stiffness" else per_cable(robot, "weights", options.weights)
+        roots = [math.sqrt(weight) for weight in weights]
         weighted = float(options.weights is not None)
         super().__init__(
             robot,
@@ -51,6 +56,17 @@ class MinimumNorm(CompiledSolver):
             parameters=[ABOUT[about], change, weighted, *reference, *roots],
             rows=_rows(n, m),
         )
+
+
+def compliance(robot: Robot) -> list[float]:
+    """Return l_i / (E A)_i of each cable at the robot's home, relative to the largest; PluginError where unknown."""
+    soft = [cable.axial_stiffness for cable in robot.cables]
+    if robot.home is None or None in soft:
+        missing = "home" if robot.home is None else "cable: {axial_stiffness: ...} of each cable"
+        raise PluginError(f"weights: stiffness needs the robot's {missing}; robot '{robot.name}' has none")
+    length = lengths(robot, make_state(robot.home[:3], robot.home[3:]))
+    values = [float(size / k) for size, k in zip(length, soft, strict=True) if k is not None]
+    return [value / max(values) for value in values]
 
 
 @kernel

@@ -100,11 +100,16 @@ class Registry:
         return sorted(self.plugins[role])
 
     def get(self, role: Role, name: str) -> Registered:
-        """Return the plugin; PluginError with the nearest name and all names if there is none."""
-        found = self.plugins[role].get(name)
+        """Return the plugin of this name, or else alias; PluginError with the nearest name and all if there is none."""
+        found = self.plugins[role].get(name) or self._by_alias(role, name)
         if found is None:
             raise PluginError(unknown(role, name, self.names(role)))
         return found
+
+    def _by_alias(self, role: Role, name: str) -> Registered | None:
+        """Return the first plugin, by name, that is also known as `name`."""
+        entries = (self.plugins[role][each] for each in self.names(role))
+        return next((entry for entry in entries if name in entry.info.aliases), None)
 
     def add(self, role: Role, info: PluginInfo, distribution: str, version: str) -> None:
         """Register one row. Of two with one name the built-in wins; a stranger's is `distribution:name`."""
