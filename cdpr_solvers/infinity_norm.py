@@ -45,7 +45,7 @@ def minimum_largest(
 ) -> int:
     """Write the distribution whose largest tension is least; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
     m = W.shape[1]
-    if work.shape[1] < 3 * m or work.shape[0] < 7 * m + 10:
+    if work.shape[1] < 3 * m or work.shape[0] < 6 * m + 20:
         return BAD_INPUT  # made for another robot
     N, box, rest = work[:m], work[m : m + 3], work[m + 3 :]
     rows, level = rest[: 3 * m], rest[3 * m : 3 * m + 3]  # the linear program's N and box
