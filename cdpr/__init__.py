@@ -17,59 +17,93 @@ from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
-if TYPE_CHECKING:
-    from cdpr import model, tension
-    from cdpr.errors import CdprError, Diverged, Infeasible, PluginError, ScenarioError, SimulationStopped
-    from cdpr.log.reader import load_run
-    from cdpr.log.run import Run
-    from cdpr.scenario import Scenario, load_robot, load_scenario
-    from cdpr.simulation import simulate
-
 _HOME = {
+    "BackendDied": "cdpr.errors",
     "CdprError": "cdpr.errors",
     "Diverged": "cdpr.errors",
+    "FmuError": "cdpr.errors",
     "Infeasible": "cdpr.errors",
+    "Interrupted": "cdpr.errors",
+    "LogError": "cdpr.errors",
+    "OutputError": "cdpr.errors",
+    "PlantEnded": "cdpr.errors",
     "PluginError": "cdpr.errors",
+    "Robot": "cdpr.model.robot",
     "Run": "cdpr.log.run",
     "Scenario": "cdpr.scenario",
     "ScenarioError": "cdpr.errors",
     "SimulationStopped": "cdpr.errors",
+    "compare_scenario": "cdpr.compare.job",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario",
+    "load_study": "cdpr.study",
+    "run_study": "cdpr.study",
     "simulate": "cdpr.simulation",
 }
 
-_ROOMS = ("model", "tension")  # of which users call the functions
-
 __all__ = [
+    "BackendDied",
     "CdprError",
     "Diverged",
+    "FmuError",
     "Infeasible",
+    "Interrupted",
+    "LogError",
+    "OutputError",
+    "PlantEnded",
     "PluginError",
+    "Robot",
     "Run",
     "Scenario",
     "ScenarioError",
     "SimulationStopped",
     "__version__",
+    "bench",
+    "compare",
+    "compare_scenario",
+    "errors",
     "load_robot",
     "load_run",
     "load_scenario",
+    "load_study",
     "model",
+    "plugins",
+    "run_study",
     "simulate",
+    "study",
     "tension",
+    "testing",
+    "trajectory",
 ]
 
+if TYPE_CHECKING:
+    from cdpr import bench, compare, errors, model, plugins, study, tension, testing, trajectory
+    from cdpr.compare.job import compare_scenario
+    from cdpr.errors import (
+        BackendDied,
+        CdprError,
+        Diverged,
+        FmuError,
+        Infeasible,
+        Interrupted,
+        LogError,
+        OutputError,
+        PlantEnded,
+        PluginError,
+        ScenarioError,
+        SimulationStopped,
+    )
+    from cdpr.log.reader import load_run
+    from cdpr.log.run import Run
+    from cdpr.model import Robot
+    from cdpr.scenario import Scenario, load_robot, load_scenario
+    from cdpr.simulation.simulate import simulate  # the package has a module of that name, too
+    from cdpr.study import load_study, run_study
+else:
+    from cdpr.lazy import lazily
 
-def __getattr__(name: str) -> object:
-    """Import a public name from the room where it lives."""
-    from importlib import import_module
-
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
-    if name in _ROOMS:
-        return import_module(f"cdpr.{name}")
-    raise AttributeError(f"module 'cdpr' has no attribute {name!r}")
+    __getattr__ = lazily(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

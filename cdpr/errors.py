@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cdpr.log.run import Run
 
 
 class ExitCode(IntEnum):
@@ -26,7 +30,7 @@ class CdprError(Exception):
 
     exit_code = ExitCode.BAD_INPUT
 
-    run: object = None  # a `cdpr.Run` with what was computed, where the error ended a run
+    run: Run | None = None  # with what was computed, where the error ended a run
 
 
 class ScenarioError(CdprError):
@@ -59,6 +63,8 @@ class LogError(CdprError):
 
 class SimulationStopped(CdprError):  # noqa: N818 - not always a fault
     """A run ended before its time. `run` holds what was computed up to there."""
+
+    run: Run  # `simulate` sees to it
 
 
 class Infeasible(SimulationStopped):

@@ -10,6 +10,12 @@ feasible or optimal is decided by other means than the solvers', in `cdpr.bench.
 the same each time.
 """
 
+from typing import TYPE_CHECKING
+
 from cdpr.bench.benchmark import run
+from cdpr.lazy import lazily
+
+if not TYPE_CHECKING:
+    __getattr__ = lazily(__name__)
 
 __all__ = ["run"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import errno
 import os
 import sys
@@ -15,6 +16,7 @@ from cdpr import __version__
 from cdpr.errors import CdprError, ExitCode
 
 DEBUG = "CDPR_DEBUG"
+SHOWN = 60  # letters of a word that is no command
 
 # Name -> module and one line of help, so that `cdpr --help` imports none of them.
 COMMANDS = {
@@ -57,6 +59,17 @@ class LazyGroup(click.Group):
             return None
         command: click.Command = import_module(f"cdpr.cli.{self.prefix}{cmd_name}").command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that is meant; the error for one that there is not names the nearest."""
+        name = args[0]
+        if name not in self.table and not name.startswith("-"):
+            near = difflib.get_close_matches(name, self.table, n=1)
+            hint = f"Did you mean '{near[0]}'? " if near else ""
+            ctx.fail(f"No such command {name[:SHOWN]!r}. {hint}There are {', '.join(self.table)}.")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list from the table alone."""

@@ -10,7 +10,9 @@ import click
 from cdpr.errors import OutputError
 
 if TYPE_CHECKING:
+    from cdpr.model.robot import Array
     from cdpr.report.scene import Scene
+    from cdpr.tension.stage import TensionStage
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 
@@ -54,14 +56,22 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     scene = Scene.of_robot(robot, np.zeros(1), at[None])
     if scenario is not None:
         from cdpr.scenario.motion import make_trajectory
+        from cdpr.simulation.schedule import Schedule, stopped
 
         simulation = scenario.simulation
         steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
-        trajectory = make_trajectory(scenario.trajectory)
-        time = steps * simulation.control_step
+        events, period = scenario.events, simulation.control_step
+
+        def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
+            return Schedule(events, period, robot, stage, tension, wrench, status, external, np.zeros(6))
+
+        trajectory = stopped(make_trajectory(scenario.trajectory), events, period)
+        time = steps * period
         asked, desired = scenario.controlled, np.array([trajectory.sample(t) for t in time])
-        motion = survey(asked, time, desired, gravity, solver(asked, options).solve)
-        figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(asked, motion)}
+        solve = solver(asked, options).solve
+        motion = survey(asked, time, desired, gravity, solve, happens=happens, samples=steps)
+        told = [f"{event.type} at {event.time:g} s" for event in sorted(events, key=lambda event: event.time)]
+        figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(asked, motion), "events": told}
         scene = Scene.of_robot(robot, time, motion.desired[:, :7])
     figures = plain(figures)
     if as_json:

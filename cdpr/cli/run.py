@@ -45,12 +45,15 @@ def command(
     from pathlib import Path
 
     from cdpr.scenario import load_scenario
+    from cdpr.scenario.overrides import typed
 
-    loaded = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
+    chosen = {"backend": backend, "solver": solver, "controller": controller}
+    loaded = load_scenario(scenario, overrides=typed(chosen, changes))
+    for note in loaded.notes:
+        click.echo(note, err=True)
     # Only a sound scenario is worth the time that these take to import.
     from cdpr.cli.progress import Progress, tell_of_compilation, terminating
     from cdpr.fmu.trust import any_fmu
-    from cdpr.log.run import Run
     from cdpr.log.run_folder import RunFolder
     from cdpr.log.run_json import plain
     from cdpr.simulation import simulate
@@ -72,7 +75,7 @@ def command(
                 with any_fmu() if trust_fmu else nullcontext():
                     run = simulate(loaded, out=folder, real_time=real_time, progress=look)
             except CdprError as error:
-                if not isinstance(error.run, Run) or not len(error.run.rows):
+                if error.run is None or not len(error.run.rows):
                     raise
                 stop, run = error, error.run
         if report:
@@ -124,6 +127,8 @@ def _print(run: Run) -> None:
 
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:
+    from cdpr.report.text import unit_for
+
     bad = figures["infeasible_steps"]
     but = (
         f", but {bad} of {figures['samples']} samples had no admissible tensions"
@@ -131,11 +136,12 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         else ""
     )
     yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
-    for name, key, scale, unit in (
-        ("position error", "position_error_m", 1e3, "mm"),
-        ("orientation error", "orientation_error_rad", 1e3, "mrad"),
+    for name, key, base in (
+        ("position error", "position_error_m", "m"),
+        ("orientation error", "orientation_error_rad", "rad"),
     ):
         if key in figures:
+            scale, unit = unit_for(figures[key].values(), base)
             values = "   ".join(f"{part} {scale * value:.4g} {unit}" for part, value in figures[key].items())
             yield f"{name:<20}{values}"
     if "tension_N" in figures:

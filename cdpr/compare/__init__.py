@@ -7,3 +7,23 @@
 - `refinement`: the measured order;
 - `baseline`: what is kept of a run, `baseline_file` where, and `baseline_check` holds a later run against it.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+_HOME = {
+    "Comparison": "cdpr.compare.job",
+    "compare_finished": "cdpr.compare.finished",
+    "compare_scenario": "cdpr.compare.job",
+}
+
+if TYPE_CHECKING:
+    from cdpr.compare.finished import compare_finished
+    from cdpr.compare.job import Comparison, compare_scenario
+else:
+    from cdpr.lazy import lazily
+
+    __getattr__ = lazily(__name__, _HOME)
+
+__all__ = ["Comparison", "compare_finished", "compare_scenario"]

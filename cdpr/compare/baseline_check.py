@@ -184,9 +184,10 @@ def _others(kept: Baseline, run: Run) -> str:
 def _measure(kept: Baseline, run: Run) -> tuple[str, str]:
     """What is beyond its bound, "" for nothing, and the largest difference of each quantity."""
     now = Run(run.header, run.rows[kept.indices])
-    before = dataclasses.replace(now, rows=now.rows.copy())
+    rows, columns = np.array(now.rows), now.header.layout.columns
     for field in FIELDS:
-        before[field][...] = kept.samples[field].reshape(before[field].shape)
+        rows[:, columns[field]] = kept.samples[field].reshape(len(rows), -1)
+    before = dataclasses.replace(now, rows=rows)
     beyond, largest = "", []
     for name in STATE:
         quantity = QUANTITIES[name]

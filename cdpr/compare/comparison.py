@@ -163,4 +163,4 @@ def step_cost(run: Run | None) -> float | None:
     """Wall time of a control step, microseconds, where it is known."""
     if run is None or len(run.rows) < 2 or not run.timings.get("loop_s"):
         return None
-    return 1e6 * run.timings["loop_s"] / (len(run.rows) - 1)
+    return 1e6 * run.timings["loop_s"] / round(run.span[1] / run.header.control_step)

@@ -16,7 +16,7 @@ from cdpr.log.run import Header, Run
 from cdpr.scenario import Scenario, load_scenario
 
 # Without these two runs have nothing in common that could be subtracted.
-SHARED = ("robot", "cables", "anchors", "mass", "gravity", "control_step")
+SHARED = ("robot", "cables", "anchors", "mass", "gravity", "control_step", "log_step")
 
 UNKNOWN = Engine("", 0, "", (), "ideal")
 
@@ -53,7 +53,7 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
     facts = {
         "scenario": head.scenario,
         "robot": head.robot,
-        "duration_s": (len(loaded[judge].rows) - 1) * head.control_step,
+        "duration_s": loaded[judge].span[1],
         "control_step_s": head.control_step,
         "physics_step_s": head.physics_step,
         "judge": {"backend": judge, "order": read[judge][0].order},

@@ -44,6 +44,8 @@ class Wanted:
         if self.stretch > 1:
             changes["simulation.control_step"] = control
             changes["simulation.duration"] = (given.steps // self.stretch) * control
+            if scenario.sections.log is not None:
+                changes["log.step"] = scenario.sections.log.step * self.stretch
         if self.divide or self.stretch > 1:
             changes["simulation.physics_step"] = control / (self.divide or given.substeps)
         return changes

@@ -41,7 +41,7 @@ _HEAD_STAMP = 24  # where the stamp stands in it
 
 
 def nanoseconds(numbers: NDArray[np.int64], step: float) -> NDArray[np.uint64]:
-    """Return the simulation time of the rows `numbers`, ns."""
+    """Return the simulation time of the samples `numbers`, ns."""
     times: NDArray[np.uint64] = np.rint(numbers * step * 1e9).astype(np.uint64)
     return times
 
@@ -83,7 +83,7 @@ class Template:
         """Return the length of the message index that each channel has after a chunk of n rows, in bytes."""
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 
-    def decode(self, records: bytes) -> Array:
+    def decode(self, records: bytes | memoryview) -> Array:
         """Return the source rows (n, width) in the records of n rows; columns that no message holds are 0."""
         source = np.zeros((len(records) // self.row.size, self.group.width))
         source.view(self.values_from)[:, 0] = np.frombuffer(records, self.values_to)
@@ -126,7 +126,7 @@ class Chunk:
         self._step = step
 
     def encode(self, source: Array, first: int) -> memoryview:
-        """Return the bytes for the source rows of the run's rows first, first + every, ...
+        """Return the bytes for the source rows of the samples first, first + every, ...
 
         They are valid until the next call.
         """

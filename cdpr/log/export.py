@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Callable
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -13,6 +15,10 @@ import numpy as np
 from cdpr.errors import OutputError, PluginError
 from cdpr.log.files import replacing
 from cdpr.log.run import Header, Run
+from cdpr.model.robot import Array
+
+PIECE = 16_384  # rows that are in memory at a time
+MAT_LIMIT = 2**31  # B, of a variable in a MATLAB file of version 5, which the run becomes
 
 # Where a column stands for one component or one cable of a field, {} is its name.
 _COLUMNS = {
@@ -74,10 +80,16 @@ def column_names(header: Header) -> list[str]:
     return names
 
 
+def _pieces(run: Run) -> Iterator[Array]:
+    """Yield all rows, some at a time: a long run stands on disk."""
+    for first in range(0, len(run.rows), PIECE):
+        yield run.rows[first : first + PIECE]
+
+
 def _csv(run: Run, file: BinaryIO) -> None:
     file.write((",".join(map(_quoted, column_names(run.header))) + "\n").encode())
-    for first in range(0, len(run.rows), 1024):
-        lines = [",".join(map(repr, row)) + "\n" for row in run.rows[first : first + 1024].tolist()]
+    for piece in _pieces(run):
+        lines = [",".join(map(repr, row)) + "\n" for row in piece.tolist()]
         file.write("".join(lines).encode())
 
 
@@ -86,11 +98,26 @@ def _quoted(name: str) -> str:
 
 
 def _npz(run: Run, file: BinaryIO) -> None:
-    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in _fields(run).items()}
-    np.savez(file, **arrays)
+    """As numpy.savez does, but a field is written piece by piece."""
+    with zipfile.ZipFile(file, "w", allowZip64=True) as archive:
+        for name, value in _fields(run).items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                if isinstance(value, _Field):
+                    described = {"descr": "<f8", "fortran_order": False, "shape": value.shape}
+                    np.lib.format.write_array_header_1_0(member, described)
+                    for piece in value.pieces():
+                        member.write(piece.tobytes())
+                else:
+                    np.lib.format.write_array(member, np.asarray(value), allow_pickle=False)
 
 
 def _mat(run: Run, file: BinaryIO) -> None:
+    size = 8 * run.header.layout.width * len(run.rows)
+    if size > MAT_LIMIT:
+        raise OutputError(
+            f"{size / 2**30:.3g} GiB of samples do not fit into a MATLAB file of version 5, which holds "
+            f"{MAT_LIMIT / 2**30:g} GiB: export as parquet or csv, or thin the log by log.step"
+        )
     fields = _fields(run)
     fields["cables"] = np.array(fields["cables"], dtype=object)  # a cell array of names
     _module("scipy.io", "scipy").savemat(file, {"run": fields}, oned_as="column")
@@ -98,9 +125,11 @@ def _mat(run: Run, file: BinaryIO) -> None:
 
 def _parquet(run: Run, file: BinaryIO) -> None:
     arrow, parquet = _module("pyarrow", "pyarrow"), _module("pyarrow.parquet", "pyarrow")
-    columns = [arrow.array(column) for column in run.rows.T]
-    table = arrow.Table.from_arrays(columns, names=column_names(run.header))
-    parquet.write_table(table.replace_schema_metadata({"cdpr": json.dumps(run.header.to_dict())}), file)
+    columns = [(name, arrow.float64()) for name in column_names(run.header)]
+    schema = arrow.schema(columns, metadata={"cdpr": json.dumps(run.header.to_dict())})
+    with parquet.ParquetWriter(file, schema) as writer:
+        for piece in _pieces(run):
+            writer.write_table(arrow.Table.from_arrays([arrow.array(column) for column in piece.T], schema=schema))
 
 
 EXPORTS: dict[str, Callable[[Run, BinaryIO], None]] = {
@@ -111,8 +140,28 @@ EXPORTS: dict[str, Callable[[Run, BinaryIO], None]] = {
 }
 
 
+@dataclass(frozen=True)
+class _Field:
+    """A field of a run that becomes an array when it is written, not before."""
+
+    run: Run
+    name: str
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (len(self.run.rows), *self.run.part(0, 0)[self.name].shape[1:])
+
+    def pieces(self) -> Iterator[Array]:
+        """Yield its rows, some at a time."""
+        for first in range(0, len(self.run.rows), PIECE):
+            yield self.run.part(first, first + PIECE)[self.name]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return self.run[self.name]
+
+
 def _fields(run: Run) -> dict[str, Any]:
-    fields: dict[str, Any] = {name: run[name] for name, _ in run.header.layout.fields}
+    fields: dict[str, Any] = {name: _Field(run, name) for name, _ in run.header.layout.fields}
     fields["solver_status"] = fields.pop("status")
     known = {"header": json.dumps(run.header.to_dict()), "cables": list(run.header.cables)}
     return fields | known | {"status": run.status, "message": run.message}

@@ -16,6 +16,7 @@ import zlib
 from dataclasses import dataclass
 from itertools import chain
 
+import numpy as np
 from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -40,7 +41,7 @@ class Written:
     """One chunk of the file."""
 
     group: int  # which of the groups of topics
-    first: int  # row of its first messages
+    first: int  # sample of its first messages
     n: int  # source rows in it
     start: int  # byte where its record begins
 
@@ -56,6 +57,8 @@ class LogFormat:
         groups = (main, *visual_topics(header, main.channel + len(main.topics)))
         self.templates = tuple(Template(group) for group in groups)  # the rows' own, then the pictures'
         self.step = header.control_step
+        self.every = header.log_every
+        self._time = header.layout.columns["time"].start
         self._full_block = Chunk(self.templates[0], BLOCK, self.step)
         topics = [topic for group in groups for topic in group.topics]
         kinds = list(dict.fromkeys(topic.kind for topic in topics))
@@ -90,8 +93,14 @@ class LogFormat:
             media_type=self._attachment.media_type,
         )
 
+    def rows(self, records: bytes | memoryview, first: int) -> Array:
+        """Return the rows, the first of them sample `first`, whose messages are `records`."""
+        rows = self.templates[0].decode(records)
+        rows[:, self._time] = (first + self.every * np.arange(len(rows))) * self.step
+        return rows
+
     def block(self, rows: Array, first: int) -> memoryview:
-        """Return the chunk and the indexes of `rows`, the run's rows from `first` on.
+        """Return the chunk and the indexes of `rows`, the first of them sample `first`.
 
         They are valid until the next call.
         """
@@ -100,20 +109,20 @@ class LogFormat:
         return chunk.encode(rows, first)
 
     def pictures(self, rows: Array, first: int, start: int) -> tuple[bytes, list[Written]]:
-        """Return the chunks that show `rows`, the run's rows from `first` on, to stand at byte `start`."""
+        """Return the chunks that show `rows`, the first of them sample `first`, to stand at byte `start`."""
         data = b""
         written = []
         for i, template in enumerate(self.templates[1:], 1):
             every, source = template.group.every, template.group.source
             begin = -(-first // every) * every
-            chosen = rows[begin - first :: every]
+            chosen = rows[(begin - first) // self.every :: every // self.every]
             if len(chosen):
                 written.append(Written(i, begin, len(chosen), start + len(data)))
                 data += Chunk(template, len(chosen), self.step).encode(source(chosen), begin)
         return data, written
 
-    def ending(self, chunks: list[Written], rows: int, start: int) -> bytes:
-        """Return all that follows the last chunk, to stand at byte `start`."""
+    def ending(self, chunks: list[Written], last: int, start: int) -> bytes:
+        """Return all that follows the last chunk, to stand at byte `start`; `last` is the last sample."""
         counts = dict.fromkeys((channel.id for channel in self._channels), 0)
         for chunk in chunks:
             for channel in self._channels_of(chunk.group):
@@ -124,7 +133,7 @@ class LogFormat:
             channel_message_counts=counts,
             chunk_count=len(chunks),
             message_count=sum(counts.values()),
-            message_end_time=self._time(max(rows - 1, 0)),
+            message_end_time=self._nanoseconds(max(last, 0)),
             message_start_time=0,
             metadata_count=1,
             schema_count=len(self._schemas),
@@ -165,14 +174,14 @@ class LogFormat:
         last = written.first + (n - 1) * template.group.every
         content = struct.pack(
             "<QQQQI" + "HQ" * len(channels) + "QIQQ",
-            *(self._time(written.first), self._time(last), written.start, length),
+            *(self._nanoseconds(written.first), self._nanoseconds(last), written.start, length),
             *(10 * len(channels), *chain.from_iterable(zip(channels, places, strict=True))),
             *(len(channels) * index_length, 0, size, size),  # 0: no compression, an empty name
         )
         return struct.pack("<BQ", Opcode.CHUNK_INDEX, len(content)) + content
 
-    def _time(self, row: int) -> int:
-        return round(row * self.step * 1e9)  # as `nanoseconds` does for many
+    def _nanoseconds(self, sample: int) -> int:
+        return round(sample * self.step * 1e9)  # as `nanoseconds` does for many
 
 
 def _bytes(record: records.McapRecord) -> bytes:

@@ -7,14 +7,15 @@ test covers checksum, numbers, times and every constant byte.
 from __future__ import annotations
 
 import json
+import math
 import os
 import struct
 import warnings
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from mcap import records
@@ -27,10 +28,12 @@ from cdpr.log import run_json
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import FORMAT, MAGIC, METADATA, OPENING, LogFormat, Written
 from cdpr.log.recorder import LOG_NAME
+from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Event, Header, Run
 from cdpr.model.robot import Array
 
 _CHANNEL = slice(CHUNK_HEAD.size + 9, CHUNK_HEAD.size + 11)  # of a chunk's first message
+_NUMBER = slice(CHUNK_HEAD.size + 11, CHUNK_HEAD.size + 15)
 
 
 def load_run(path: str | Path) -> Run:
@@ -64,11 +67,29 @@ def load_run(path: str | Path) -> Run:
             unused=tuple(known.get("unused", ())),
             plugins=dict(known.get("plugins", {})),
             folder=None if folder is None else str(folder),
+            counted=_counted(found.header, known),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise LogError(
             f"{folder}/{run_json.NAME}: not as cdpr writes it ({error!r}); without that file the log still loads"
         ) from error
+
+
+def _counted(header: Header, known: dict[str, Any]) -> dict[str, Any] | None:
+    """The figures of all samples of a thinned run, where run.json has them; None where they are counted in the rows."""
+    figures = known.get("summary")
+    if header.log_every == 1 or known["status"] == "running" or not isinstance(figures, dict):
+        return None
+    if not all(key in figures for key in ("samples", "simulated_s", "infeasible_steps")):
+        return None
+    return {key: _number(value) for key, value in figures.items() if key not in ("status", "real_time_factor")}
+
+
+def _number(value: Any) -> Any:
+    """Undo what run.json does to numbers that are not finite."""
+    if isinstance(value, dict):
+        return {key: _number(item) for key, item in value.items()}
+    return math.nan if value is None else value
 
 
 def locate(path: str | Path) -> tuple[Path, Path | None]:
@@ -89,7 +110,7 @@ class Scan:
     """What stands in a log."""
 
     header: Header
-    rows: Array  # (K, width), up to the first damage
+    rows: Array | LogRows  # (K, width), up to the first damage
     problem: str | None  # None where the log is complete
 
 
@@ -111,10 +132,9 @@ def scan(log: Path) -> Scan:
             intact = file.read(len(form.description)) == form.description
             walk = _Walk(file, form)
             problem = walk.run()
+            rows = walk.rows()
     except OSError as error:
         raise LogError(f"{log}: cannot be read: {error.strerror or error}") from error
-    rows = np.concatenate([np.empty((0, header.layout.width)), *walk.blocks])
-    rows[:, header.layout.columns["time"]] = (np.arange(len(rows)) * header.control_step)[:, None]
     return Scan(header, rows, problem if intact else "the description at its start is damaged")
 
 
@@ -156,10 +176,18 @@ class _Walk:
         self._position = len(form.description)
         self._chunks: list[Written] = []
         self._counts = [0] * len(form.templates)  # source rows so far, by group
-        self.blocks: list[Array] = []
+        self._last = -1  # the sample that was read last
+        self._blocks: list[Array] | None = []  # None where they are too many for the memory
+
+    def rows(self) -> Array | LogRows:
+        """The rows that were found."""
+        if self._blocks is None:
+            chunks = [chunk for chunk in self._chunks if chunk.group == 0]
+            return LogRows(os.dup(self._file.fileno()), self._form, chunks)
+        return np.concatenate([np.empty((0, self._form.templates[0].group.width)), *self._blocks])
 
     def run(self) -> str | None:
-        """Fill `blocks`; return what is wrong, None if nothing is."""
+        """Look for chunks; return what is wrong, None if nothing is."""
         self._file.seek(self._position)
         try:
             while True:
@@ -167,7 +195,7 @@ class _Walk:
                 if head[0] != Opcode.CHUNK:
                     break
                 self._chunk(head)
-            expected = self._form.ending(self._chunks, self._counts[0], self._position)
+            expected = self._form.ending(self._chunks, self._last, self._position)
             if head + self._file.read(len(expected)) != expected:
                 raise _DamageError("damaged or cut off")
         except _DamageError as damage:
@@ -188,12 +216,14 @@ class _Walk:
         written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self._position)
         index: bytes | None = None
         if groups[0] == 0:
-            block = template.decode(data[CHUNK_HEAD.size :])
-            expected = bytes(self._form.block(block, written.first))
+            written = self._sampled(written, data)
+            block = self._form.rows(data[CHUNK_HEAD.size :], written.first)
+            expected = self._form.block(block, written.first)
             if expected[:length] != data:
                 raise _DamageError("damaged")
-            self.blocks.append(block)
-            index = expected[length:]
+            self._last = written.first + (n - 1) * template.group.every
+            self._keep(block)
+            index = bytes(expected[length:])
         elif zlib.crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
             raise _DamageError("damaged")
         self._counts[groups[0]] += n
@@ -202,6 +232,21 @@ class _Walk:
         if index not in (self._take(index_length), None):
             raise _DamageError("damaged")
         self._position += length + index_length
+
+    def _sampled(self, written: Written, data: bytes) -> Written:
+        """Say which sample a block begins with: the next of the grid, but for the last of a thinned run."""
+        every = self._form.every
+        if self._last >= 0 and self._last % every:
+            raise _DamageError("damaged")
+        number = int.from_bytes(data[_NUMBER], "little")
+        off_grid = written.n == 1 and self._last < number < written.first
+        return replace(written, first=number) if off_grid else written
+
+    def _keep(self, block: Array) -> None:
+        if self._blocks is not None:
+            self._blocks.append(block)
+            if self._counts[0] * block[0].nbytes + block.nbytes > IN_MEMORY:
+                self._blocks = None
 
     def _take(self, size: int) -> bytes:
         left = self._size - self._file.tell()

@@ -1,42 +1,109 @@
-"""Keeps the rows of a run, in memory and on disk."""
+"""Keeps the rows of a run: in memory or, where they are many and a log is written, there."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
+from time import monotonic
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cdpr.log.mcap_file import BLOCK
+from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
+from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header
+from cdpr.log.summary import Tally
 from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
 
-__all__ = ["BLOCK", "LOG_NAME", "Recorder"]
+__all__ = ["BLOCK", "BLOCK_SECONDS", "LOG_NAME", "Recorder"]
 
 LOG_NAME = "log.mcap"
+BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
 
 
 class Recorder:
     """Rows of a run of `steps` steps, and their log where a run folder is given.
 
-    The loop fills `rows[k]` itself, one copy a step; the time in it is k * control_step. With n rows done, it
-    calls `flush(n)` when `n % BLOCK == 0`, which is cheapest, and when half a second has passed since it last
-    did; and `close(n)` at the end. Without a folder there is nothing to write, and both only return.
+    The loop puts sample k into `rows[k % len(rows)]` itself, one copy a step; the time in it is k * control_step. With
+    n samples done, it calls `flush(n)` when `n % BLOCK == 0`, which it must, and when half a second has passed since it
+    last did; and `close(n)` at the end. Without a folder nothing is written.
 
-    Raises OutputError where the log cannot be written; the rows in memory are not touched by that.
+    Kept is every sample, or as the header's `log_every` says every so manyth from the first on, and the last. What is
+    kept stays in memory, unless it is large (IN_MEMORY) and stands in the log. All samples are counted by the `tally`.
+
+    Raises OutputError where the log cannot be written; what is in memory is not touched by that.
+
+    Args:
+        marks: samples of which the row is kept in `marked` besides.
     """
 
-    def __init__(self, header: Header, steps: int, folder: Path | None = None) -> None:
-        self.rows: Array = np.empty((steps + 1, header.layout.width))  # (steps + 1, width)
-        self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header)
+    def __init__(self, header: Header, steps: int, folder: Path | None = None, marks: Iterable[int] = ()) -> None:
+        width, self._every = header.layout.width, header.log_every
+        self._status = header.layout.columns["status"].start
+        kept = steps // self._every + (2 if steps % self._every else 1)
+        on_disk = folder is not None and 8 * width * kept > IN_MEMORY
+        self._kept: Array = np.empty((min(kept, PICTURE_ROWS) if on_disk else kept, width))
+        thinned = np.empty((min(steps + 1, PICTURE_ROWS), width)) if self._every > 1 else None
+        self.rows: Array = self._kept if thinned is None else thinned
+        self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header, readable=on_disk)
+        self.tally = Tally(header, steps + 1) if on_disk or thinned is not None else None
+        self.marked: dict[int, Array] = {}
+        self._marks = sorted(set(marks))
+        self._count = 0  # rows that are kept: row i is sample i * every, but for the last
+        self._written = monotonic()
 
     def flush(self, stop: int) -> None:
-        """Bring the log up to row `stop`, excluded."""
-        if self._writer is not None:
-            self._writer.write(self.rows, stop)
+        """Take the samples up to `stop`, excluded, and bring the log up to them."""
+        self._take(stop)
+        if self._writer is not None and (self._every == 1 or monotonic() > self._written + BLOCK_SECONDS):
+            self._writer.write(self._kept, self._count)
+            self._written = monotonic()
 
-    def close(self, stop: int) -> Array:
-        """Complete the log with the rows up to `stop`, excluded, and return these rows."""
+    def close(self, stop: int) -> Array | LogRows:
+        """Take the last samples, up to `stop`, excluded, complete the log, and return what the run keeps."""
+        self._take(stop)
+        if stop and (stop - 1) % self._every and self._count <= (stop - 1) // self._every + 1:
+            self._kept[self._count % len(self._kept)] = self.rows[(stop - 1) % len(self.rows)]
+            self._count += 1
+        if self.tally is not None:
+            self._tally_up(stop)
         if self._writer is not None:
-            self._writer.close(self.rows, stop)
-        return self.rows[:stop]
+            self._writer.close(self._kept, self._count)
+        return self.kept
+
+    @property
+    def kept(self) -> Array | LogRows:
+        """What `close` returns, also where that failed."""
+        on_disk = None if self._writer is None else self._writer.rows
+        return self._kept[: self._count] if on_disk is None else on_disk
+
+    @property
+    def status(self) -> NDArray[np.generic]:
+        """What the solver's answer was found to be at each sample, (K,); after `close`."""
+        return self.rows[: self._count, self._status] if self.tally is None else self.tally.status
+
+    def _take(self, stop: int) -> None:
+        """Keep what is to be kept of the samples up to `stop`; once more after an interrupt does no harm."""
+        size, every = len(self.rows), self._every
+        for k in self._marks:
+            if k < stop and k not in self.marked:
+                self.marked[k] = self.rows[k % size].copy()
+        if every == 1:
+            self._count = stop
+        while self._count * every < stop:
+            first, at = self._count * every % size, self._count % len(self._kept)
+            there = -(-min(stop - self._count * every, size - first) // every)  # before the table begins anew
+            n = min(there, len(self._kept) - at, BLOCK - self._count % BLOCK)
+            self._kept[at : at + n] = self.rows[first : first + (n - 1) * every + 1 : every]
+            self._count += n
+            if self._writer is not None and self._count % BLOCK == 0:
+                self._writer.write(self._kept, self._count)
+        if stop % size == 0 and self.tally is not None:
+            self._tally_up(stop)
+
+    def _tally_up(self, stop: int) -> None:
+        """Count what is in the table and was not yet counted, up to `stop`."""
+        assert self.tally is not None
+        first = self.tally.count % len(self.rows)
+        self.tally.add(self.rows[first : first + stop - self.tally.count])

@@ -9,10 +9,12 @@ import numpy as np
 
 from cdpr.log.layout import FIELDS, Layout
 from cdpr.model import rotations
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from cdpr.log.rows import LogRows
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,12 @@ class Header:
     scenario_yaml: str  # the resolved scenario
     controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
     cable_model: str = "ideal"
+    log_every: int = 1  # samples from one row of the run to the next
+
+    @property
+    def log_step(self) -> float:
+        """Time from one row of the run to the next, s."""
+        return self.log_every * self.control_step
 
     @property
     def layout(self) -> Layout:
@@ -46,8 +54,11 @@ class Header:
         return Layout(len(self.cables), self.cable_model == "ideal")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a dictionary for JSON."""
-        return asdict(self)
+        """Return a dictionary for JSON; `log_every` only where it thins, so that older versions read all other logs."""
+        data = asdict(self)
+        if self.log_every == 1:
+            del data["log_every"]
+        return data
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Header:
@@ -69,14 +80,16 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run, K samples of a robot with m cables; sample k was taken at time k * control_step.
+    """One run, K rows of a robot with m cables; row k was sampled at time k * control_step.
 
-    Frames and signs as `cdpr.model` says. `status` is "finished", "ended" (as the plant asked), "diverged",
-    "infeasible", "interrupted", "failed" or "running" (killed while it ran).
+    Where the scenario's `log.step` thins the log, row k was sampled at k * log_step, the last one at the end of the
+    run; `summary` and `events` count every sample all the same. Frames and signs as `cdpr.model` says. `status` is
+    "finished", "ended" (as the plant asked), "diverged", "infeasible", "interrupted", "failed" or "running" (killed
+    while it ran). Arrays are read-only: copy what is to be changed.
     """
 
     header: Header
-    rows: Array  # (K, width), columns as header.layout
+    rows: Array | LogRows  # (K, width), columns as header.layout; of a long run they are read from its log when asked
     status: str = "finished"
     message: str = ""
     events: tuple[Event, ...] = ()
@@ -84,10 +97,27 @@ class Run:
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
     plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
+    counted: dict[str, Any] | None = field(default=None, repr=False)  # figures of all samples, where rows are not all
+    start: Array | None = field(default=None, repr=False)  # first row of the run that this is a part of
+
+    def __post_init__(self) -> None:
+        """Protect the rows: who edits a result edits a copy."""
+        if isinstance(self.rows, np.ndarray):
+            object.__setattr__(self, "rows", read_only(self.rows))
 
     def __repr__(self) -> str:
         header = self.header
         return f"<Run of {header.scenario} on {header.backend}: {len(self.rows)} samples, {self.status}>"
+
+    def part(self, first: int, stop: int) -> Run:
+        """Return the rows from `first` to `stop` (excluded); energies still count from the first row of all."""
+        start = self.start if self.start is not None or not len(self.rows) else self.rows[0]
+        return Run(self.header, self.rows[first:stop], self.status, start=start)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times of the first and the last row, s; zeros where there is none."""
+        return (float(self.rows[0][0]), float(self.rows[-1][0])) if len(self.rows) else (0.0, 0.0)
 
     def __getitem__(self, name: str) -> Array:
         """Return a field by name: (K,) where it has one column, else (K, columns)."""
@@ -95,6 +125,7 @@ class Run:
             raise KeyError(f"no field is named {name!r}; there are {', '.join(self.header.layout.columns)}")
         columns = self.header.layout.columns[name]
         block = self.rows[:, columns]
+        block.flags.writeable = False
         return block[:, 0] if name in SCALARS else block
 
     @property
@@ -125,12 +156,12 @@ class Run:
     @property
     def acceleration(self) -> Array:
         """Mean acceleration of the origin over the period after each sample, (K, 3), m/s^2, world; last row NaN."""
-        return _difference_quotient(self.velocity, self.header.control_step)
+        return self._quotient(self.velocity)
 
     @property
     def angular_acceleration(self) -> Array:
         """Mean angular acceleration over the period after each sample, (K, 3), rad/s^2, world; last row NaN."""
-        return _difference_quotient(self.angular_velocity, self.header.control_step)
+        return self._quotient(self.angular_velocity)
 
     @property
     def desired_position(self) -> Array:
@@ -233,6 +264,11 @@ class Run:
         return self["potential"]
 
     @property
+    def potential_change(self) -> Array:
+        """Change of the potential energy since the first sample, (K,), J."""
+        return self.potential - self._at_first("potential")
+
+    @property
     def cable_work(self) -> Array:
         """Work of the cables on the platform since the first sample, (K,), J."""
         return self["cable_work"]
@@ -245,12 +281,12 @@ class Run:
     @property
     def cable_power(self) -> Array:
         """Mean power of the cables over the period after each sample, (K,), W; last one NaN."""
-        return _difference_quotient(self.cable_work, self.header.control_step)
+        return self._quotient(self.cable_work)
 
     @property
     def external_power(self) -> Array:
         """Mean power of the external wrench over the period after each sample, (K,), W; last one NaN."""
-        return _difference_quotient(self.external_work, self.header.control_step)
+        return self._quotient(self.external_work)
 
     @property
     def energy_residual(self) -> Array:
@@ -259,7 +295,8 @@ class Run:
         0 but for round-off under exact integration with massless cables; of the order of the backend in its step.
         """
         stored = self.kinetic + self.potential
-        return stored - stored[:1] - self.cable_work - self.external_work
+        first = self._at_first("kinetic") + self._at_first("potential")
+        return stored - first - self.cable_work - self.external_work
 
     def summary(self) -> dict[str, Any]:
         """Return the figures that `cdpr run` prints, as plain numbers."""
@@ -273,11 +310,20 @@ class Run:
 
         return overview(self)
 
+    def _at_first(self, name: str) -> Array:
+        """A field of one column at the first sample of all, (1,); of no rows (0,)."""
+        row = self.rows[:1] if self.start is None else self.start[None]
+        return row[:, self.header.layout.columns[name]][:, 0]
+
+    def _quotient(self, values: Array) -> Array:
+        """Changes of `values` (K, ...) from each row to the next, by the time between; the last NaN."""
+        quotient = np.full_like(values, np.nan)
+        changes = np.diff(values, axis=0)
+        if self.header.log_every == 1:
+            quotient[:-1] = changes / self.header.control_step
+        else:  # the last period may be shorter
+            quotient[:-1] = (changes.T / np.diff(self.time)).T
+        return quotient
+
 
 SCALARS = tuple(name for name, width in FIELDS if width == 1)
-
-
-def _difference_quotient(values: Array, step: float) -> Array:
-    quotient = np.full_like(values, np.nan)
-    quotient[:-1] = np.diff(values, axis=0) / step
-    return quotient

@@ -1,77 +1,151 @@
-"""The figures by which a run is judged at a glance."""
+"""The figures by which a run is judged at a glance, counted while it goes on: rows are seen once and forgotten."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 
 if TYPE_CHECKING:
-    from cdpr.log.run import Run
+    from cdpr.log.run import Header, Run
 
 # Energy counts as balanced where what no work explains is below this share of what was turned over: engines of first
 # order reach a thousandth at their usual steps, and damping or a wrong mass that matters is above it.
 BALANCED = 0.01
+
+PIECE = 4096  # rows that are looked at together: enough that a call of numpy costs little for each
 
 
 def summarise(run: Run) -> dict[str, Any]:
     """Return errors, tensions, infeasible steps and speed of a run as plain numbers.
 
     Errors are norms over the sample's three components; `largest_step` is the largest change of one tension from one
-    sample to the next.
+    sample to the next. All samples are counted. Of a thinned log that stands alone only the rows in it can be: then
+    `samples` is `logged_samples`.
     """
-    samples = len(run.rows)
-    simulated = float(run.time[-1]) if samples else 0.0
-    figures: dict[str, Any] = {
-        "status": run.status,
-        "samples": samples,
-        "simulated_s": simulated,
-        "infeasible_steps": int(np.count_nonzero(run.solver_status)),
-    }
-    if samples:
-        with np.errstate(over="ignore", invalid="ignore"):  # a diverged run is summed up too
-            tension = run.tension
-            steps = np.abs(np.diff(tension, axis=0))
-            figures["position_error_m"] = _error(run.position_error)
-            figures["orientation_error_rad"] = _error(run.orientation_error)
-            figures["tension_N"] = {
-                "min": float(tension.min()),
-                "max": float(tension.max()),
-                "largest_step": float(steps.max()) if len(steps) else 0.0,
-            }
-            if run.header.cable_model != "ideal":
-                felt = run.cable_tension
-                figures["cable_tension_N"] = {"min": float(felt.min()), "max": float(felt.max())}
-            figures["residual_max_N"] = float(run.residual.max())
-            figures["margin_min_N"] = float(run.margin.min())
-            figures["energy_J"] = _energy(run)
+    counted = run.counted
+    if counted is None:
+        tally = Tally(run.header, len(run.rows))
+        for first in range(0, len(run.rows), PIECE):
+            tally.add(run.rows[first : first + PIECE])
+        counted = tally.figures()
+        if not isinstance(run.rows, np.ndarray):  # not to go through a long log again
+            object.__setattr__(run, "counted", counted)
+    figures: dict[str, Any] = {"status": run.status, **counted}
+    if run.header.log_every > 1:
+        figures |= {"log_step_s": run.header.log_step, "logged_samples": len(run.rows)}
     loop = run.timings.get("loop_s")
     if loop:
-        figures["real_time_factor"] = simulated / loop
+        figures["real_time_factor"] = figures["simulated_s"] / loop
     return figures
 
 
-def _error(components: Array) -> dict[str, float]:
-    norms = np.linalg.norm(components, axis=1)
-    return {"max": float(norms.max()), "rms": float(np.sqrt(np.mean(norms**2))), "final": float(norms[-1])}
+class Tally:
+    """Counts the samples of a run as they come, in pieces of any size, to the same bits.
 
+    Extremes and counts need one number each. The mean of squares is numpy's sum of all of them at once, whose rounding
+    depends on how many there are: the two squared errors of each sample are kept, 16 bytes, and its status, one.
 
-def _energy(run: Run) -> dict[str, float | bool]:
-    """Largest kinetic energy, works, and the largest residual of their balance beside the energy turned over.
-
-    That is the largest of kinetic energy, change of potential energy and works at any time; less than a micro-joule is
-    round-off at rest and counts as balanced.
+    Attributes:
+        count: how many samples were counted.
     """
-    change = run.potential - run.potential[0]
-    parts = np.abs([run.kinetic, change, run.cable_work, run.external_work])
-    turned_over, residual = float(parts.max()), float(np.abs(run.energy_residual).max())
-    return {
-        "kinetic_max": float(run.kinetic.max()),
-        "cable_work": float(run.cable_work[-1]),
-        "external_work": float(run.external_work[-1]),
-        "turned_over": turned_over,
-        "residual_max": residual,
-        "balanced": residual <= max(BALANCED * turned_over, 1e-6),
-    }
+
+    def __init__(self, header: Header, samples: int) -> None:
+        self._header = header
+        self._status = np.empty(samples, np.int8)
+        self._squares = np.empty((2, samples))  # of the norms of position and orientation error
+        self.count = 0
+        self._start: Array | None = None  # the first row
+        self._before: Array | None = None  # the tensions of the last sample
+        self._final: dict[str, float] = {}
+        self._low: dict[str, float] = {}
+        self._high: dict[str, float] = {}
+
+    @property
+    def status(self) -> NDArray[np.int8]:
+        """What the solver's answer was found to be at each sample so far, a `cdpr.tension.Status`, (K,)."""
+        return self._status[: self.count]
+
+    def add(self, rows: Array) -> None:
+        """Count the samples that follow, (n, width)."""
+        from cdpr.log.run import Run
+
+        if not len(rows):
+            return
+        if self._start is None:
+            self._start = rows[0].copy()
+        part = Run(self._header, rows, start=self._start)
+        now = slice(self.count, self.count + len(rows))
+        self._status[now] = np.nan_to_num(part.solver_status, nan=-1.0)
+        with np.errstate(over="ignore", invalid="ignore"):  # a diverged run is summed up too
+            for i, error in enumerate((part.position_error, part.orientation_error)):
+                norms = np.linalg.norm(error, axis=1)
+                self._squares[i, now] = norms**2
+                self._look(f"error {i}", norms)
+            self._look("tension", part.tension)
+            held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
+            self._look("step", np.abs(np.diff(held, axis=0)))
+            self._look("cable tension", part.cable_tension)
+            for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
+                self._look(name, part[name])
+            parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
+            self._look("turned over", parts)
+            self._look("unexplained", np.abs(part.energy_residual))
+        self._final["time"] = float(part.time[-1])
+        self._before, self.count = part.tension[-1:].copy(), now.stop
+
+    def figures(self) -> dict[str, Any]:
+        """Return what `summarise` says of the samples."""
+        figures: dict[str, Any] = {
+            "samples": self.count,
+            "simulated_s": self._final.get("time", 0.0),
+            "infeasible_steps": int(np.count_nonzero(self.status)),
+        }
+        if not self.count:
+            return figures
+        low, high = self._low, self._high
+        figures["position_error_m"] = self._error(0)
+        figures["orientation_error_rad"] = self._error(1)
+        figures["tension_N"] = {
+            "min": low["tension"],
+            "max": high["tension"],
+            "largest_step": high.get("step", 0.0),
+        }
+        if self._header.cable_model != "ideal":
+            figures["cable_tension_N"] = {"min": low["cable tension"], "max": high["cable tension"]}
+        figures["residual_max_N"] = high["residual"]
+        figures["margin_min_N"] = low["margin"]
+        figures["energy_J"] = self._energy()
+        return figures
+
+    def _look(self, name: str, values: Array) -> None:
+        """Keep extremes and the last value; NaN stays."""
+        if values.size:
+            low, high = float(values.min()), float(values.max())
+            self._low[name] = float(np.minimum(low, self._low.get(name, low)))
+            self._high[name] = float(np.maximum(high, self._high.get(name, high)))
+            self._final[name] = float(values.flat[-1])
+
+    def _error(self, i: int) -> dict[str, float]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            rms = float(np.sqrt(np.mean(self._squares[i, : self.count])))
+        return {"max": self._high[f"error {i}"], "rms": rms, "final": self._final[f"error {i}"]}
+
+    def _energy(self) -> dict[str, float | bool]:
+        """Largest kinetic energy, works, and the largest residual of their balance beside the energy turned over.
+
+        That is the largest of kinetic energy, change of potential energy and works at any time; less than a micro-joule
+        is round-off at rest and counts as balanced.
+        """
+        turned_over, residual = self._high["turned over"], self._high["unexplained"]
+        return {
+            "kinetic_max": self._high["kinetic"],
+            "cable_work": self._final["cable_work"],
+            "external_work": self._final["external_work"],
+            "turned_over": turned_over,
+            "residual_max": residual,
+            "balanced": residual <= max(BALANCED * turned_over, 1e-6),
+        }

@@ -31,7 +31,7 @@ class Group:
     topics: tuple[Topic, ...]
     channel: int  # of the first topic; the others follow
     width: int  # columns of a source row
-    every: int  # rows of the run from one message to the next
+    every: int  # samples from one message to the next
     source: Callable[[Array], Array]  # rows (n, row width) -> source rows (n, width), C-contiguous
 
 
@@ -72,7 +72,7 @@ def run_topics(header: Header) -> Group:
         _pair("external_wrench", "Wrench", c["external"]),
         _scalars("energy", layout, ("kinetic", "potential", "cable_work", "external_work")),
     )
-    return Group(topics, channel=1, width=layout.width, every=1, source=lambda rows: rows)
+    return Group(topics, channel=1, width=layout.width, every=header.log_every, source=lambda rows: rows)
 
 
 def ros_pose(layout: Layout, prefix: str = "") -> tuple[slice, ...]:

@@ -28,7 +28,7 @@ def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
         {"transforms.0.transform": ros_pose(layout)},
         stamps=("transforms.0.header.stamp",),
     )
-    every = _every(TRANSFORM_RATE, header.control_step)
+    every = _every(TRANSFORM_RATE, header)
     frames = Group((transform,), channel, layout.width, every, np.ascontiguousarray)
     return frames, _markers(header, channel + 1)
 
@@ -69,12 +69,13 @@ def _markers(header: Header, channel: int) -> Group:
         columns,
         stamps=tuple(f"markers.{i}.header.stamp" for i in range(len(markers))),
     )
-    every = _every(MARKER_RATE, header.control_step)
+    every = _every(MARKER_RATE, header)
     return Group((topic,), channel, pose.stop, every, lambda rows: _marker_rows(header, rows))
 
 
-def _every(rate: float, step: float) -> int:
-    return max(1, math.ceil(1.0 / (rate * step) - 1e-9))
+def _every(rate: float, header: Header) -> int:
+    """Samples from one message to the next: whole rows."""
+    return header.log_every * max(1, math.ceil(1.0 / (rate * header.log_step) - 1e-9))
 
 
 def _marker_rows(header: Header, rows: Array) -> Array:

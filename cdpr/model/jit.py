@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
 from cdpr.model import kernel_cache
-
-numba.config.CACHE_DIR = kernel_cache.folder()
+from cdpr.model.kernel_store import KernelStore
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -24,16 +23,29 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     which would take half the time of a tension distribution (`_nrt`; each slice is an atomic increment otherwise).
     With NUMBA_DISABLE_JIT=1 the same source runs as plain Python.
     """
-    return cast("Callable[P, R]", numba.njit(cache=True, error_model="numpy", _nrt=False)(function))
+    return cast("Callable[P, R]", _kept(numba.njit(error_model="numpy", _nrt=False)(function)))
 
 
 def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile for one signature, when the module is imported, a kernel that lets other threads run meanwhile."""
 
     def compiled(function: Callable[P, R]) -> Callable[P, R]:
-        return cast("Callable[P, R]", numba.njit(signature, cache=True, error_model="numpy", nogil=True)(function))
+        dispatcher = _kept(numba.njit(error_model="numpy", nogil=True)(function))
+        if dispatcher is not function:
+            dispatcher.compile(signature)
+            dispatcher.disable_compile()
+        return cast("Callable[P, R]", dispatcher)
 
     return compiled
+
+
+def _kept(dispatcher: Any) -> Any:
+    """Have what numba compiles kept on disk; with NUMBA_DISABLE_JIT there is nothing to keep."""
+    if not numba.config.DISABLE_JIT:
+        sources = kernel_cache.digest_around(dispatcher.__module__)
+        if sources is not None:
+            dispatcher._cache = KernelStore(dispatcher.py_func, sources)
+    return dispatcher
 
 
 def on_first_compilation(announce: Callable[[], None]) -> None:

@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept, so that they are compiled once for an installation and never used when stale.
+"""Where compiled kernels are kept, so that they are compiled once for a state of the sources and never used when stale.
 
 numba renews a cached kernel when its own file changes, but not when a kernel that it calls, from another file, does.
-So each state of the sources gets a folder of its own.
+So each state of the sources gets a folder of its own, wherever they lie.
 """
 
 from __future__ import annotations
@@ -10,29 +10,57 @@ import contextlib
 import hashlib
 import os
 import shutil
+import sys
 import tempfile
 import time
 import warnings
+from collections.abc import Iterable
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 KEPT = 5  # folders of other states of the sources: enough to go back and forth between checkouts
+ANY = "*.py"
 UNUSED = 7 * 86400.0  # s; a folder used since then stays in any case
 
 
 @lru_cache(maxsize=1)
 def digest() -> str:
-    """Return a fingerprint of all sources that hold kernels."""
-    result = hashlib.sha256()
+    """Return a fingerprint of all our sources that hold kernels."""
+    roots: list[Path] = []
     for package in PACKAGES:
         spec = find_spec(package)
-        for root in spec.submodule_search_locations or () if spec else ():
-            for path in sorted(Path(root).rglob("*.py")):
-                content = path.read_bytes()
-                if b"kernel" in content:
-                    result.update(path.name.encode() + content)
+        roots += map(Path, spec.submodule_search_locations or () if spec else ())
+    return _fingerprint((f"{root.name}/{path.relative_to(root)}", path) for root in roots for path in root.rglob(ANY))
+
+
+def digest_around(module: str) -> str | None:
+    """Return a fingerprint of the sources that a kernel of this module may be made of, beside ours.
+
+    Those of its package; of a module that is in none, it and its neighbours, which it may import. For a kernel of ours
+    there are no others. None where there is no file, as in a notebook: nothing tells then when a kernel has changed.
+    """
+    top = module.partition(".")[0]
+    return "" if top in PACKAGES else _digest_of(top)
+
+
+@lru_cache
+def _digest_of(top: str) -> str | None:
+    found = sys.modules.get(top)
+    if folders := getattr(found, "__path__", None):
+        roots = list(map(Path, folders))
+        return _fingerprint((str(path.relative_to(root)), path) for root in roots for path in root.rglob(ANY))
+    file = getattr(found, "__file__", None)
+    return _fingerprint((path.name, path) for path in Path(file).parent.glob(ANY)) if file else None
+
+
+def _fingerprint(files: Iterable[tuple[str, Path]]) -> str:
+    result = hashlib.sha256()
+    for name, path in sorted(files):
+        content = path.read_bytes()
+        if b"kernel" in content:
+            result.update(f"{name}\0{len(content)}\0".encode() + content)
     return result.hexdigest()[:16]
 
 

@@ -11,6 +11,9 @@ from cdpr.model.robot import Array, Robot
 # A singular value below this share of the largest one is round-off.
 RANK_TOLERANCE = 1e-9
 
+# A component of a direction below this share of its largest is round-off where the rank is lost to RANK_TOLERANCE.
+ROUNDED = 1e-6
+
 # m; a cable shorter than this has no direction.
 MIN_LENGTH = 1e-6
 
@@ -56,6 +59,33 @@ def conditioning(W: Array) -> tuple[int, float]:
     values = np.linalg.svd(W, compute_uv=False)
     rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
     return rank, float(values[0] / values[-1]) if rank == min(W.shape) else np.inf
+
+
+def unresisted(W: Array, robot: Robot) -> list[Array]:
+    """Twists (6,) of the platform that change no cable's length, a basis of them; W as `free_wrench_matrix` returns it.
+
+    Velocity of the origin and angular velocity, world axes, the largest rate 1 (m/s or rad/s). In each a direction
+    moves that stands still in the others.
+    """
+    U, values, _ = np.linalg.svd(W)
+    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+    basis = U[:, rank:].T.copy()
+    pivots: list[int] = []
+    for i in range(len(basis)):  # reduced row echelon form, the largest entry as pivot
+        block = np.abs(basis[i:])
+        block[:, pivots] = 0.0
+        row, pivot = (int(index) for index in np.unravel_index(int(np.argmax(block)), block.shape))
+        basis[[i, i + row]] = basis[[i + row, i]]
+        basis[i] /= basis[i, pivot]
+        others = np.arange(len(basis)) != i
+        basis[others] -= np.outer(basis[others, pivot], basis[i])
+        pivots.append(pivot)
+    basis = basis[np.argsort(pivots)]
+    twists = np.zeros((len(basis), 6))
+    twists[:, robot.rows] = basis
+    twists[:, 3:] /= robot.characteristic_length
+    twists[np.abs(twists) < ROUNDED * np.abs(twists).max(axis=1, keepdims=True, initial=0.0)] = 0.0
+    return [twist / np.abs(twist).max() for twist in twists]
 
 
 def home_pose(robot: Robot) -> tuple[Array, str]:

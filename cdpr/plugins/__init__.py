@@ -18,11 +18,23 @@ from typing import TYPE_CHECKING
 
 from cdpr.plugins.info import INTERFACE_VERSION, FileName, PluginInfo, PluginOptions, hookimpl
 
+_INTERFACES = {
+    "Backend": "cdpr.plugins.backend",
+    "CompiledSolver": "cdpr.plugins.solver",
+    "Controller": "cdpr.plugins.controller",
+    "RigidBodyBackend": "cdpr.plugins.rigid_body",
+    "TensionSolver": "cdpr.plugins.solver",
+}
+
 if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
     from cdpr.plugins.rigid_body import RigidBodyBackend
     from cdpr.plugins.solver import CompiledSolver, TensionSolver
+else:  # an interface when it is first asked for, so that plugin rows stay light
+    from cdpr.lazy import lazily
+
+    __getattr__ = lazily(__name__, _INTERFACES)
 
 __all__ = [
     "INTERFACE_VERSION",
@@ -36,20 +48,3 @@ __all__ = [
     "TensionSolver",
     "hookimpl",
 ]
-
-_INTERFACES = {
-    "Backend": "cdpr.plugins.backend",
-    "CompiledSolver": "cdpr.plugins.solver",
-    "Controller": "cdpr.plugins.controller",
-    "RigidBodyBackend": "cdpr.plugins.rigid_body",
-    "TensionSolver": "cdpr.plugins.solver",
-}
-
-
-def __getattr__(name: str) -> object:
-    """Import an interface when it is first asked for, so that plugin rows stay light."""
-    if name in _INTERFACES:
-        from importlib import import_module
-
-        return getattr(import_module(_INTERFACES[name]), name)
-    raise AttributeError(f"module 'cdpr.plugins' has no attribute {name!r}")

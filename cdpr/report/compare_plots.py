@@ -12,10 +12,10 @@ from cdpr.compare.differences import QUANTITIES, apart
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.canvas import Chart, styled
+from cdpr.report.histories import Points, points, roll_pitch_yaw
 from cdpr.report.legend import Entry
 from cdpr.report.marks import AXES, CABLES, INK, SOFT, cable_looks, shorten
 from cdpr.report.panels import Curves, Limit, Panel, stack
-from cdpr.report.plots import roll_pitch_yaw
 
 Drawing = tuple[str, Callable[[Group], Chart], str]
 
@@ -143,7 +143,7 @@ def _overlay(
 ) -> Panel:
     """The judge's lines broad and in colour, the others' thin and dark on them."""
     judge = _judge(group)
-    curves = [Curves(values(judge), colours, width=BROAD)]
+    curves = [Curves(points(judge.time, values(judge)), colours, width=BROAD)]
     how: list[Entry] = [(shorten(judge.header.backend), {"color": SOFT, "linewidth": BROAD})]
     for i, (name, run) in enumerate(_others(group)):
         dashes = DASHES[i % len(DASHES)]
@@ -152,12 +152,13 @@ def _overlay(
     return Panel(label, tuple(curves), [*entries, *how], least, height=height)
 
 
-def _padded(values: Array, group: Group) -> Array:
-    """As many rows as the judge's run has; NaN where another ended early."""
-    padded = np.full((len(_judge(group).rows), values.shape[1]), np.nan)
+def _padded(values: Array, group: Group) -> Points:
+    """What to draw at the times of the judge's run; nothing where another ended early."""
+    time = _judge(group).time
+    padded = np.full((len(time), values.shape[1]), np.nan)
     count = min(len(padded), len(values))
     padded[:count] = values[:count]
-    return padded
+    return points(time, padded)
 
 
 def _names(names: Any) -> list[Entry]:

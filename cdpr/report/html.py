@@ -48,7 +48,7 @@ def render(run: Run) -> str:
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
         parts = {
             "Events": section("events", tables.events(run)),
-            **{drawing.name: _figure(run, drawing) for drawing in drawings() if len(run.time)},
+            **{drawing.name: _figure(run, drawing) for drawing in drawings() if len(run.rows)},
             "Cables": section("cables", tables.cables(run)),
             "Scenario": section("scenario", tables.scenario(run)),
         }

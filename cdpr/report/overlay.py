@@ -10,6 +10,7 @@ import numpy as np
 from cdpr.log.run import Run
 from cdpr.report.canvas import Axes, Line2D, Path, PathPatch
 from cdpr.report.decimate import intervals
+from cdpr.report.histories import histories
 from cdpr.report.legend import Entry
 from cdpr.report.marks import INK, SHADES, events
 
@@ -21,8 +22,8 @@ APART = 0.07  # of the time axis: room that the number of an event needs
 
 def span(run: Run) -> tuple[float, float]:
     """Range of the time axis, s: never empty, and with room for the dots of a run of a few samples."""
-    room = 0.5 * run.header.control_step if len(run.time) <= FEW else 0.0
-    start, stop = (float(run.time[0]), float(run.time[-1])) if len(run.time) else (0.0, 0.0)
+    room = 0.5 * run.header.log_step if len(run.rows) <= FEW else 0.0
+    start, stop = run.span
     return start - room, stop + room
 
 
@@ -31,7 +32,7 @@ def overlay_entries(run: Run) -> list[Entry]:
     entries: list[Entry] = [
         (name, {"color": colour, "linewidth": 7.0, "solid_capstyle": "butt"})
         for status, (name, colour) in SHADES.items()
-        if np.any(run.solver_status == status)
+        if np.any(histories(run).status == status)
     ]
     if run.events:
         entries.append(("event (number)", EVENT))
@@ -41,11 +42,12 @@ def overlay_entries(run: Run) -> list[Entry]:
 def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
     """Shade where the solver had no valid answer; draw a line at each event and, if asked, its number."""
     across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
-    step = run.header.control_step
+    step, last = run.header.log_step, run.span[1]
     for status, (_, colour) in SHADES.items():
         corners: list[tuple[float, float]] = []
-        for first, end in intervals(run.solver_status == status):
-            a, b = run.time[first], run.time[first] + step * (end - first)
+        for first, end in intervals(histories(run).status == status):
+            a = min(first * step, last)
+            b = a + step * (end - first)
             corners += [(a, 0), (a, 1), (b, 1), (b, 0), (a, 0)]
         if corners:
             shape = Path(corners, CODES * (len(corners) // len(CODES)))

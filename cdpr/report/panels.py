@@ -12,7 +12,7 @@ import numpy as np
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.canvas import Axes, Chart, Line2D, MaxNLocator
-from cdpr.report.decimate import extrema
+from cdpr.report.histories import Points
 from cdpr.report.legend import LINE, Entry, legend_width, write_legend
 from cdpr.report.marks import SOFT
 from cdpr.report.overlay import FEW, draw_overlay, overlay_entries, span
@@ -26,9 +26,9 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class Curves:
-    """Lines of one width: the columns of `values`, with colours and dashes that repeat."""
+    """Lines of one width: the columns of a quantity, with colours and dashes that repeat."""
 
-    values: Array  # (K, c)
+    points: Points
     colours: Sequence[str]
     dashes: Sequence[Any] = ("-",)
     width: float = 1.2
@@ -92,11 +92,12 @@ def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") ->
 
 def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
     """Draw curves, limits and ticks of one panel; return what its limits add to the legend."""
-    low, high, note = _view(panel, diverged=run.status == "diverged")
-    dot = "o" if len(run.time) <= FEW else ""
+    calm = run.span[0] + 0.75 * (run.span[1] - run.span[0]) if run.status == "diverged" else None
+    low, high, note = _view(panel, calm)
+    dot = "o" if len(run.rows) <= FEW else ""
     for curves in panel.curves:
-        times, points = extrema(run.time, _shown(panel, curves))
-        looks = zip(cycle(curves.colours), cycle(curves.dashes), times.T, points.T, strict=False)
+        columns = curves.points.time.T, _shown(panel, curves).T
+        looks = zip(cycle(curves.colours), cycle(curves.dashes), *columns, strict=False)
         for colour, dashes, t, values in looks:
             look: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": curves.width}
             axes.add_artist(Line2D(t, values, marker=dot, markersize=3.0, **look))
@@ -126,17 +127,18 @@ def _draw_limit(axes: Axes, limit: Limit, low: float, high: float) -> list[Entry
     return entries if all(inside) else [*entries, ("(out of view)", {"linestyle": ""})]
 
 
-def _view(panel: Panel, *, diverged: bool) -> tuple[float, float, str]:
+def _view(panel: Panel, calm: float | None) -> tuple[float, float, str]:
     """Return the range of the vertical axis, and a note where it does not hold all.
 
     A run that diverged ends in values that would flatten all that led to them: there the range is that of its
-    first three quarters, widened.
+    first three quarters, to the time `calm`, s, widened.
     """
-    values = np.concatenate([_shown(panel, curves) for curves in panel.curves], axis=1)
+    values = np.concatenate([_shown(panel, curves).ravel() for curves in panel.curves])
     low, high = _range(values)
     note = ""
-    if diverged:
-        before, after = _range(values[: int(0.75 * len(values))])
+    if calm is not None:
+        times = np.concatenate([curves.points.time.ravel() for curves in panel.curves])
+        before, after = _range(values[times < calm])
         room = max(after - before, panel.least)
         if high - low > 10.0 * room > 0.0:
             note = f"out of view: up to {max(-low, high):.2g}"
@@ -151,7 +153,7 @@ def _view(panel: Panel, *, diverged: bool) -> tuple[float, float, str]:
 
 def _shown(panel: Panel, curves: Curves) -> Array:
     """Return the values or, for a logarithmic axis, their powers of ten; there 0 counts as 1e-16."""
-    values = np.where(np.abs(curves.values) < 1e100, curves.values, np.nan)  # beyond, axes overflow
+    values = curves.points.values
     return np.log10(np.maximum(values, 1e-16)) if panel.log else values
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.model.robot import Array
 from cdpr.report.canvas import Chart, styled
+from cdpr.report.histories import Points, histories
 from cdpr.report.legend import Entry
 from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, events, shorten
 from cdpr.report.panels import Curves, Limit, Panel, stack
@@ -28,7 +28,8 @@ def overview(run: Run) -> Chart:
 @styled
 def pose(run: Run) -> Chart:
     """Draw position and attitude, desired and actual."""
-    desired, actual = np.degrees(roll_pitch_yaw(run))
+    both = histories(run)["attitude"]
+    desired, actual = both.columns(slice(0, 3)), both.columns(slice(3, 6))
     attitude = _desired_actual("attitude (°)", desired, actual, 0.1, ("roll", "pitch", "yaw"))
     return stack(run, (_position(run), attitude))
 
@@ -36,18 +37,16 @@ def pose(run: Run) -> Chart:
 @styled
 def velocity(run: Run) -> Chart:
     """Draw velocity and angular velocity, desired and actual."""
-    v, w = run.velocity, run.angular_velocity
-    linear = _desired_actual("velocity (m/s)", run.desired_velocity, v, 1e-3)
-    angular = _desired_actual("angular velocity (rad/s)", run.desired_angular_velocity, w, 1e-3)
+    linear = _both(run, "velocity (m/s)", "velocity", 1e-3)
+    angular = _both(run, "angular velocity (rad/s)", "angular_velocity", 1e-3)
     return stack(run, (linear, angular))
 
 
 @styled
 def acceleration(run: Run) -> Chart:
-    """Draw acceleration and angular acceleration, desired and actual (means over each control period)."""
-    a, b = run.acceleration, run.angular_acceleration
-    linear = _desired_actual("acceleration (m/s²)", run.desired_acceleration, a, 1e-2)
-    angular = _desired_actual("angular accel. (rad/s²)", run.desired_angular_acceleration, b, 1e-2)
+    """Draw acceleration and angular acceleration, desired and actual (means over each period)."""
+    linear = _both(run, "acceleration (m/s²)", "acceleration", 1e-2)
+    angular = _both(run, "angular accel. (rad/s²)", "angular_acceleration", 1e-2)
     return stack(run, (linear, angular))
 
 
@@ -63,21 +62,21 @@ def tensions(run: Run) -> Chart:
     tension = _tension(run, height=3.0)
     if run.header.cable_model == "ideal":
         return stack(run, (tension,))
-    more = (_per_cable(run, run.tension - run.cable_tension),)
+    more = (_per_cable(run, "friction"),)
     return stack(run, (tension, Panel("command minus tension (N)", more, _cable_entries(run), 1e-3)))
 
 
 @styled
 def cables(run: Run) -> Chart:
     """Draw the cables' lengths and their rates."""
-    length = Panel("cable length (m)", (_per_cable(run, run.length),), _cable_entries(run), 1e-3)
-    return stack(run, (length, Panel("length rate (m/s)", (_per_cable(run, run.rate),), least=1e-3)))
+    length = Panel("cable length (m)", (_per_cable(run, "length"),), _cable_entries(run), 1e-3)
+    return stack(run, (length, Panel("length rate (m/s)", (_per_cable(run, "rate"),), least=1e-3)))
 
 
 @styled
 def distribution(run: Run) -> Chart:
     """Draw how far the tensions stay from their limits, and how well they balance the wanted wrench."""
-    margin, residual = (Curves(values[:, None], (INK,)) for values in (run.margin, run.residual))
+    margin, residual = (Curves(histories(run)[name], (INK,)) for name in ("margin", "residual"))
     limit = Limit("at a limit (0 N)", (0.0,))
     panels = (
         Panel("margin (N)", (margin,), least=1.0, limits=(limit,)),
@@ -89,40 +88,23 @@ def distribution(run: Run) -> Chart:
 @styled
 def energy(run: Run) -> Chart:
     """Draw the external wrench, if there is one, energies and works, powers, and what no work explains."""
-    change = run.potential - run.potential[:1]
-    stored, works, powers = [run.kinetic, change], [run.cable_work], [run.cable_power]
+    known = histories(run)
+    energies, powers, external = known["energies"], known["powers"], known["external"]
     panels = []
-    if np.any(run.external):
-        force, moment = (Curves(run.external[:, part], AXES) for part in (slice(0, 3), slice(3, 6)))
+    if np.any(external.values):
+        force, moment = (Curves(external.columns(part), AXES) for part in (slice(0, 3), slice(3, 6)))
         panels.append(Panel("external force (N)", (force,), _components("xyz"), 1.0))
         panels.append(Panel("external moment (N m)", (moment,), _components("xyz"), 1.0))
-        works.append(run.external_work)
-        powers.append(run.external_power)
+    else:
+        energies, powers = energies.columns(slice(0, 3)), powers.columns(slice(0, 1))
     names = ("kinetic", "potential (change)", "work of cables", "external work")
     looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, CABLES, strict=False)]
-    energies = np.stack([*stored, *works], axis=1)
     panels += [
-        Panel("energy (J)", (Curves(energies, CABLES),), looks[: len(energies.T)], 1.0),
-        Panel("power (W)", (Curves(np.stack(powers, axis=1), CABLES[len(stored) :]),), least=1.0),
-        Panel("unexplained (J)", (Curves(run.energy_residual[:, None], (INK,)),), least=1e-9),
+        Panel("energy (J)", (Curves(energies, CABLES),), looks[: energies.values.shape[1]], 1.0),
+        Panel("power (W)", (Curves(powers, CABLES[2:]),), least=1.0),
+        Panel("unexplained (J)", (Curves(known["energy_residual"], (INK,)),), least=1e-9),
     ]
     return stack(run, panels)
-
-
-def roll_pitch_yaw(run: Run) -> Array:
-    """Return roll, pitch, yaw, desired and actual, (2, K, 3), rad, without jumps of a turn."""
-    desired = np.unwrap(_rpy(run.desired_orientation), axis=0)
-    apart = _rpy(run.orientation) - desired
-    return np.stack([desired, desired + (apart + np.pi) % (2.0 * np.pi) - np.pi])
-
-
-def _rpy(q: Array) -> Array:
-    """Roll, pitch, yaw (K, 3), R = Rz(yaw) Ry(pitch) Rx(roll), of unit quaternions (K, 4)."""
-    w, x, y, z = q.T
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return np.stack([roll, pitch, yaw], axis=1)
 
 
 def _components(names: Sequence[str]) -> list[Entry]:
@@ -130,7 +112,7 @@ def _components(names: Sequence[str]) -> list[Entry]:
 
 
 def _desired_actual(
-    label: str, desired: Array, actual: Array, least: float, names: Sequence[str] = ("x", "y", "z")
+    label: str, desired: Points, actual: Points, least: float, names: Sequence[str] = ("x", "y", "z")
 ) -> Panel:
     """Desired over actual, thinner, darker and dashed: where they agree both can be seen."""
     lines = (Curves(actual, AXES, width=1.6), Curves(desired, DARK, (DESIRED,), width=0.9))
@@ -141,24 +123,28 @@ def _desired_actual(
     return Panel(label, lines, [*_components(names), *how], least)
 
 
+def _both(run: Run, label: str, name: str, least: float) -> Panel:
+    known = histories(run)
+    return _desired_actual(label, known[f"desired_{name}"], known[name], least)
+
+
 def _position(run: Run) -> Panel:
-    return _desired_actual("position (m)", run.desired_position, run.position, 1e-3)
+    return _both(run, "position (m)", "position", 1e-3)
 
 
 def _errors(run: Run) -> tuple[Panel, Panel]:
-    position = _error("position error (mm)", 1e3 * run.position_error)
-    return position, _error("orient. error (mrad)", 1e3 * run.orientation_error)
+    position = _error("position error (mm)", histories(run)["position_error"])
+    return position, _error("orient. error (mrad)", histories(run)["orientation_error"])
 
 
-def _error(label: str, components: Array) -> Panel:
-    norm = np.linalg.norm(components, axis=1, keepdims=True)
-    lines = (Curves(norm, (INK,)), Curves(components, AXES))
+def _error(label: str, values: Points) -> Panel:
+    lines = (Curves(values.columns(slice(0, 1)), (INK,)), Curves(values.columns(slice(1, 4)), AXES))
     return Panel(label, lines, [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})])
 
 
-def _per_cable(run: Run, values: Array) -> Curves:
+def _per_cable(run: Run, name: str) -> Curves:
     looks = cable_looks(run.header.cables)
-    return Curves(values, [look["color"] for look in looks], [look["linestyle"] for look in looks])
+    return Curves(histories(run)[name], [look["color"] for look in looks], [look["linestyle"] for look in looks])
 
 
 def _cable_entries(run: Run) -> list[Entry]:
@@ -171,7 +157,7 @@ def _tension(run: Run, height: float) -> Panel:
         _limit(name + first, values)
         for name, values in (("t_min", run.header.tension_min), ("t_max", run.header.tension_max))
     )
-    lines = (_per_cable(run, run.cable_tension),)
+    lines = (_per_cable(run, "cable_tension"),)
     return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height)
 
 

@@ -47,8 +47,9 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"
     meaning = (CONSTRAINTS if robot["unilateral"] else LEGS)[pose["constraint"]]
     yield row("constraint", f"{pose['constraint']}: {meaning}")
-    lacking = ": some motions change no cable's length" if pose["rank"] < robot["n"] else ""
-    yield row("rank of W", f"{pose['rank']} of n = {robot['n']}{lacking}")
+    yield row("rank of W", f"{pose['rank']} of n = {robot['n']}")
+    for twist in pose["unresisted_twists"]:
+        yield row("no resistance to", f"{_twist(twist)}: it changes no cable's length")
     yield row("condition number", condition_number(pose["condition_number"], robot))
     if pose["static_problem"]:
         yield row("static tensions", f"none: {pose['static_problem']}")
@@ -71,7 +72,7 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
             vector(cable["platform_m"]),
             f"{cable['tension_min_N']:g} to {cable['tension_max_N']:g}",
             f"{length:.4f}",
-            tension if isinstance(tension, str) else f"{tension:.2f}",
+            tension if isinstance(tension, str) else f"{tension:.5g}",
         ]
         for cable, length, tension in zip(cables, pose["length_m"], tensions, strict=True)
     ]
@@ -91,6 +92,8 @@ def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
     yield row("peak angular speed", f"{speed:.4g} rad/s, acceleration {acceleration:.4g} rad/s^2")
     if motion["controlled"] != dof:
         yield row("controlled", f"{', '.join(motion['controlled'])}: in these alone the cables balance the wrench")
+    if motion["events"]:
+        yield row("with its events", ", ".join(motion["events"]))
     feasible = f"{100 * motion['feasible_share']:.4g} % of the samples"
     if motion["first_infeasible_s"] is not None:
         feasible += f"; first not at {motion['first_infeasible_s']:.4g} s (tensions below: the nearest)"
@@ -101,6 +104,20 @@ def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
     yield from table([["cable", *RANGES.values()], *rows])
     for text in motion["exceeded"]:
         yield f"  exceeded: {text}"
+
+
+def _twist(twist: list[float]) -> str:
+    """A motion in words: along which axes the origin moves, and about which the platform turns."""
+    moves, turns = _axes(twist[:3], "m/s"), _axes(twist[3:], "rad/s")
+    parts = [*([f"moving along {moves}"] if moves else []), *([f"turning about {turns}"] if turns else [])]
+    return " while ".join(parts)
+
+
+def _axes(rates: list[float], unit: str) -> str:
+    named = [(axis, rate) for axis, rate in zip("xyz", rates, strict=True) if rate]
+    if len(named) == 1 and abs(named[0][1]) == 1.0:
+        return named[0][0]
+    return ", ".join(f"{axis} at {rate:.4g} {unit}" for axis, rate in named)
 
 
 def _number(value: float) -> str:

@@ -13,6 +13,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.canvas import Axes, Chart, Line2D, Path, PathPatch, styled
 from cdpr.report.decimate import extrema
+from cdpr.report.histories import histories
 from cdpr.report.legend import LETTER, LINE, Entry, legend_width, write_legend
 from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
 from cdpr.report.panels import TOP, WIDTH
@@ -35,7 +36,7 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 def robot(run: Run) -> Chart:
     """Draw the frame's anchors, cables and platform at start and end of a run, and the way between them."""
-    return draw(Scene.of_run(run))
+    return draw(Scene.of_run(histories(run).outline))
 
 
 @styled

@@ -9,10 +9,11 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
+from cdpr.report.histories import histories
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.page import table
-from cdpr.report.text import number
+from cdpr.report.text import number, unit_for
 
 MOST_EVENTS = 200
 
@@ -30,9 +31,10 @@ BANNERS = {
 def banner(run: Run) -> str:
     """How the run ended, and its message."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
-    bad = int(np.count_nonzero(run.solver_status))
+    figures = run.summary()
+    bad = figures["infeasible_steps"]
     if mood == "good" and bad:
-        mood, text = "warn", f"{text}, but {bad} of {len(run.time)} steps had no valid tensions"
+        mood, text = "warn", f"{text}, but {bad} of {figures['samples']} steps had no valid tensions"
     message = f": {escape(run.message)}" if run.message else ""
     return f'<p class="banner {mood}" role="status"><strong>{text}</strong>{message}</p>'
 
@@ -43,13 +45,13 @@ def summary(run: Run) -> str:
     out = "<h2>Summary</h2>\n"
     if not figures["samples"]:
         return out + "<p>The run has no sample.</p>"
-    errors = [
-        (f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final")))
-        for name, unit, scale, key in (
-            ("Position error", "mm", 1e3, "position_error_m"),
-            ("Orientation error", "mrad", 1e3, "orientation_error_rad"),
-        )
-    ]
+    errors = []
+    for name, base, key in (
+        ("Position error", "m", "position_error_m"),
+        ("Orientation error", "rad", "orientation_error_rad"),
+    ):
+        scale, unit = unit_for(figures[key].values(), base)
+        errors.append((f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final"))))
     out += table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
     tension, energy = figures["tension_N"], figures["energy_J"]
     rows = [
@@ -65,6 +67,7 @@ def summary(run: Run) -> str:
         ),
         ("Energy that no work explains; turned over (J)", _balance(energy)),
         ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
+        *([("Samples in the log, and in the figures", _logged(run))] if run.header.log_every > 1 else []),
     ]
     if run.timings:
         times = [f"{name.removesuffix('_s')} {number(value)} s" for name, value in run.timings.items()]
@@ -75,8 +78,15 @@ def summary(run: Run) -> str:
 
 
 def _bad_steps(run: Run) -> str:
-    counts = [(int(np.count_nonzero(run.solver_status == status)), name) for status, (name, _) in SHADES.items()]
+    if run.header.log_every > 1:  # their kinds are known of the logged ones alone
+        return str(run.summary()["infeasible_steps"] or "none")
+    found = histories(run).status
+    counts = [(int(np.count_nonzero(found == status)), name) for status, (name, _) in SHADES.items()]
     return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"
+
+
+def _logged(run: Run) -> str:
+    return f"{len(run.rows)}, one each {run.header.log_step:g} s; these figures count all"
 
 
 def _balance(energy: dict[str, Any]) -> str:
@@ -122,10 +132,11 @@ def cables(run: Run) -> str:
     """Limits and what each cable reached."""
     head = run.header
     rows = []
+    tension, length = (histories(run)[key].values for key in ("tension", "length"))
     for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
         key = f'<span class="key" style="background:{look["color"]}"></span>'
         limits = (head.tension_min[i], head.tension_max[i])
-        rows.append((key + escape(name), *map(number, (*limits, *_ends(run.tension[:, i]), *_ends(run.length[:, i])))))
+        rows.append((key + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))
     titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")
     return f'<h2>Cables</h2>\n<div class="scroll">{table(rows, titles)}</div>'
 

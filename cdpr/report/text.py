@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 WIDTH = 120  # letters in a line
@@ -50,6 +50,16 @@ def number(value: float | None) -> str:
         return "not finite"
     text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
     return text.replace("-", "−")
+
+
+# Of lengths and angles: below this they are told in thousandths.
+WHOLE = 1.0
+
+
+def unit_for(values: Iterable[float], unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which people read such errors: m or mm, rad or mrad, by the largest."""
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    return (1.0, unit) if largest >= WHOLE else (1e3, f"m{unit}")
 
 
 def condition_number(value: float | None, robot: dict[str, Any]) -> str:

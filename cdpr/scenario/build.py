@@ -74,6 +74,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),
+        notes=tuple(document.notes),
         _backend_options=backend_options,
         _document=document,
         _plugins=plugins,

@@ -6,15 +6,18 @@ import json
 from collections.abc import Iterator
 from typing import TypeVar
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
+from cdpr.model import DOF_NAMES
 from cdpr.scenario.document import Document
 from cdpr.scenario.fields import Section
 from cdpr.scenario.problems import Path, Problems
-from cdpr.scenario.robot_schema import CableSection
+from cdpr.scenario.robot_schema import CableSection, DofName
 
 # m; a cable shorter than this has no direction, and anchors nearer than this are one point.
 MIN_LENGTH = 1e-6
+
+DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...])
 
 S = TypeVar("S", bound=Section)
 
@@ -43,6 +46,14 @@ class Checks:
             cable = self.section(CableSection, (*root, "cables", i))
             if cable:
                 yield i, cable
+
+    def directions(self, path: Path) -> tuple[DofName, ...] | None:
+        """Return the directions at `path`, all where there are none; None where they are wrong by themselves."""
+        given = self.document.get(path)
+        try:
+            return DOF.validate_python(DOF_NAMES if given is None else tuple(given))
+        except (ValidationError, TypeError):
+            return None
 
     def say(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""

@@ -23,11 +23,13 @@ class Document:
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
     dropped: list[str] = field(default_factory=list)  # keys taken out as another plugin was chosen
+    notes: list[str] = field(default_factory=list)  # what became of the options of plugins that were replaced
 
     def copy(self) -> Document:
         """Return a copy that can be changed freely."""
         data = copy.deepcopy(self.data)
-        return Document(data, self.source, self.folder, dict(self.keys), dict(self.values), list(self.dropped))
+        marks = dict(self.keys), dict(self.values)
+        return Document(data, self.source, self.folder, *marks, list(self.dropped), list(self.notes))
 
     def get(self, path: Path) -> Any:
         """Return the value at `path`; None where there is none."""

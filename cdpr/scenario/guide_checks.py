@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
 from cdpr.model import DOF_NAMES
 from cdpr.model.robot import Array
@@ -13,14 +12,12 @@ from cdpr.scenario.checks import Checks
 from cdpr.scenario.fields import ZERO
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Mark, Path
-from cdpr.scenario.robot_schema import DofName
 from cdpr.scenario.schema import Initial
 from cdpr.scenario.trajectory_schema import Circle, Csv, Helix, Knot, Motion, PickAndPlace, Waypoint, poses
 
 # Entries of a quaternion or position below this are zero as typed: rounding of decimals, no motion.
 HELD = 1e-9
 
-DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...])
 RATES = (
     ("velocity", slice(0, 3)),
     ("angular_velocity", slice(3, 6)),
@@ -36,14 +33,14 @@ class GuideChecks(Checks):
         """Look at the directions in which the cables are to exert a wrench."""
         if self.document.get(("controlled",)) is None:
             return
-        dof, controlled = self._directions(("robot", "dof")), self._directions(("controlled",))
+        dof, controlled = self.directions(("robot", "dof")), self.directions(("controlled",))
         if dof and controlled and (held := [name for name in controlled if name not in dof]):
             text = f"the robot does not move along {', '.join(held)}; allowed are any of {', '.join(dof)}"
             self.say(("controlled",), text)
 
     def check(self, initial: Initial, motion: Motion | None) -> None:
         """Look at the initial state and at every pose of the motion."""
-        dof = self._directions(("robot", "dof"))
+        dof = self.directions(("robot", "dof"))
         if not dof:
             return
         self.held = np.array([name not in dof for name in DOF_NAMES])
@@ -67,14 +64,6 @@ class GuideChecks(Checks):
             self.say(("trajectory", "height"), f"{self.free}, so 0 is expected, got {motion.height:g}")
         elif isinstance(motion, Csv):
             self._table(motion)
-
-    def _directions(self, path: Path) -> tuple[DofName, ...] | None:
-        """The directions at `path`, all where there are none; None where they are wrong by themselves."""
-        given = self.document.get(path)
-        try:
-            return DOF.validate_python(DOF_NAMES if given is None else tuple(given))
-        except (ValidationError, TypeError):
-            return None
 
     def _circle(self, motion: Circle) -> None:
         """Between its poses, which are one, a circle goes where its plane does."""

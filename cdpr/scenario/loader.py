@@ -13,6 +13,7 @@ from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.overrides import Change, Overrides, apply, choices, read_overrides
 from cdpr.scenario.problems import Mark, Problems, shown
+from cdpr.scenario.replaced import Replacement
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.yaml_nodes import parse
@@ -39,15 +40,16 @@ def load_scenario(
 
     `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after
     `--set` ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes
-    the type of the solver or controller, the options of the old one are left out and listed in
-    `Scenario.unused`. With `text`, that is read in place of the file; `path` then only names it in messages,
-    and its folder is where relative file names start. `plugins` are the installed ones unless given.
+    the type of the solver or controller, those options of the old one that the new one does not take are left
+    out and listed in `Scenario.unused`; `Scenario.notes` says what was kept. With `text`, that is read in place
+    of the file; `path` then only names it in messages, and its folder is where relative file names start.
+    `plugins` are the installed ones unless given.
 
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
     problems = Problems()
     document = open_document(os.fspath(path), "scenario", problems, text=text)
-    chosen = choices(backend, solver, controller, problems)
+    chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
     return _scenario(document, overrides, chosen, plugins or registry(), problems)
 
 
@@ -73,7 +75,7 @@ def change_scenario(
 ) -> Scenario:
     """Return a copy with changes, checked like a file."""
     problems = Problems()
-    chosen = choices(backend, solver, controller, problems)
+    chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
     return _scenario(scenario._document.copy(), overrides, chosen, scenario._plugins, problems)
 
 
@@ -81,10 +83,12 @@ def _scenario(
     document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
 ) -> Scenario:
     document.data.setdefault("name", stem(document.source))
+    replacement = Replacement(document, plugins)
     for change in [*chosen, *read_overrides(overrides, problems)]:
         if change.path[0] == "robot" and len(change.path) > 1:
             _include_robot(document, problems)
         apply(document, change, problems)
+    replacement.settle()
     _include_robot(document, problems)
     return build_scenario(document, plugins, problems)
 

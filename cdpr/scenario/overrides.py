@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.scenario.document import Document
-from cdpr.scenario.problems import Mark, Path, Problems, dotted, shown
+from cdpr.scenario.problems import Mark, Path, Problems, shown
 from cdpr.scenario.scalars import MAX_DIGITS
 from cdpr.scenario.schema import ControllerSection, SolverSection
 from cdpr.scenario.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value
@@ -37,14 +37,14 @@ class Change:
     mark: Mark
 
 
-Overrides = Mapping[str, Any] | Sequence[str] | Sequence[Change]
+Overrides = Mapping[str, Any] | Sequence[str] | Sequence[Change] | Sequence[str | Change]
 
 
 def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
     """Return the changes that `overrides` ask for: keys mapped to values, texts `key=value` in YAML, or changes."""
     if isinstance(overrides, Mapping):
         return _changes(
-            [(key, value, Mark(f"--set {key}={_brief(value)}"), _plain) for key, value in overrides.items()],
+            [(key, value, Mark("overrides"), _plain) for key, value in overrides.items()],
             problems,
         )
     given = [overrides] if isinstance(overrides, str) else overrides
@@ -59,21 +59,34 @@ def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -
     return _changes([(key, value, mark, _plain) for key, value, mark in items], problems)
 
 
-def choices(backend: str | None, solver: str | None, controller: str | None, problems: Problems) -> list[Change]:
-    """Return the changes that choose plugins."""
-    given = [
-        ("simulation.backend", backend, Mark(f"--backend {_brief(backend)}"), _plain),
-        ("solver.type", solver, Mark(f"--solver {_brief(solver)}"), _plain),
-        ("controller.type", controller, Mark(f"--controller {_brief(controller)}"), _plain),
+CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller": "controller.type"}
+
+
+def choices(chosen: Mapping[str, str | None], problems: Problems) -> list[Change]:
+    """Return the changes that choose plugins by the arguments `backend`, `solver` and `controller`."""
+    rows = [
+        (key, chosen[name], Mark(f"{name}={_brief(shown(chosen[name]))}"), _plain)
+        for name, key in CHOICES.items()
+        if chosen.get(name) is not None
     ]
-    return _changes([row for row in given if row[1] is not None], problems)
+    return _changes(rows, problems)
+
+
+def typed(chosen: Mapping[str, str | None], texts: Sequence[str] = ()) -> list[Change | str]:
+    """Return as changes what was typed after `--backend`, `--solver` and `--controller`; `texts` after `--set`."""
+    given = [(name, value) for name, value in chosen.items() if value is not None]
+    return [
+        *(Change(tuple(CHOICES[name].split(".")), value, Mark(f"--{name} {_brief(value)}")) for name, value in given),
+        *texts,
+    ]
 
 
 def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], problems: Problems) -> list[Change]:
     changes: list[Change] = []
     for key, value, mark, convert in rows:
-        if not KEY.fullmatch(key.strip()):
-            problems.add(mark, (), "a key such as simulation.duration or robot.cables[0].frame[2] is expected")
+        if not isinstance(key, str) or not KEY.fullmatch(key.strip()):
+            text = "a key such as simulation.duration or robot.cables[0].frame[2] is expected"
+            problems.add(mark, (), text if str(mark).startswith("--") else f"{text}, got {shown(key)}")
             continue
         path: Path = tuple(int(index) if index else word for index, word in PART.findall(key.strip()))
         try:
@@ -85,8 +98,6 @@ def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], proble
 
 def apply(document: Document, change: Change, problems: Problems) -> None:
     """Write one change into the document, making the sections that it needs."""
-    if len(change.path) == 2 and change.path[0] in CORE_KEYS and change.path[1] == "type":
-        _drop_options(document, str(change.path[0]), change.value)
     node: Any = document.data
     path: Path = ()
     for i, part in enumerate(change.path):
@@ -99,15 +110,6 @@ def apply(document: Document, change: Change, problems: Problems) -> None:
         elif isinstance(node, dict) and node.get(str(key)) is None:
             document.put(path, {}, change.mark)
         node = node[key]
-
-
-def _drop_options(document: Document, section: str, name: Any) -> None:
-    """Take out the options of the old plugin where another one is chosen."""
-    given = document.data.get(section)
-    if isinstance(given, dict) and given.get("type", DEFAULT_TYPE[section]) != name:
-        for key in [key for key in given if key not in CORE_KEYS[section]]:
-            document.drop((section, key))
-            document.dropped.append(dotted((section, key)))
 
 
 def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Problems) -> str | int | None:

@@ -12,6 +12,8 @@ from cdpr.errors import PluginError, ScenarioError
 Path = tuple[str | int, ...]
 
 MAX_PROBLEMS = 100  # more than anyone reads; a file of garbage must not print 20 000 lines
+MERGED = 4  # so many mistakes of one kind in the items of a list are told in one line
+VALUE = re.compile(r"-?\d[\w.+-]*|'[^']*'")  # what may differ between mistakes of one kind
 SHORTEST = 60  # characters of a foreign text that are shown
 
 
@@ -64,12 +66,31 @@ class Problems:
         if not self.items:
             return
         ordered = sorted(self.items, key=lambda problem: (problem.mark, dotted(problem.path), problem.text))
-        lines = list(dict.fromkeys(str(problem) for problem in ordered))
+        lines = _merged(list(dict.fromkeys(ordered)))
         if len(lines) > MAX_PROBLEMS:
             lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"]
         if all(problem.plugin for problem in self.items):
             raise PluginError("\n".join(lines))
         raise ScenarioError(lines)
+
+
+def _merged(problems: list[Problem]) -> list[str]:
+    """One line each, and one for the same mistake in many items of a list."""
+    alike: dict[tuple[object, ...], list[Problem]] = {}
+    for problem in problems:
+        path = tuple("[]" if isinstance(part, int) else part for part in problem.path)
+        alike.setdefault((problem.mark.source, path, VALUE.sub("", problem.text)), []).append(problem)
+    lines: list[str] = []
+    for problem in problems:
+        path = tuple("[]" if isinstance(part, int) else part for part in problem.path)
+        group = alike[(problem.mark.source, path, VALUE.sub("", problem.text))]
+        if len(group) < MERGED or "[]" not in path:
+            lines.append(str(problem))
+        elif problem is group[0]:
+            last = group[-1]
+            place = f" in line {last.mark.line}" if last.mark.line else ""
+            lines.append(f"{problem}; and {len(group) - 1} more like this, the last at {dotted(last.path)}{place}")
+    return list(dict.fromkeys(lines))
 
 
 def _within(path: Path, roots: set[Path]) -> bool:

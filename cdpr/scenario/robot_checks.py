@@ -1,4 +1,4 @@
-"""What no single section of a robot can see: names, cables that coincide, limits that contradict each other."""
+"""What no single section of a robot can see: what it lacks, names, cables that coincide, limits that contradict."""
 
 from __future__ import annotations
 
@@ -6,9 +6,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr.model.rotations import held_upright
 from cdpr.scenario.checks import MIN_LENGTH, Checks
-from cdpr.scenario.problems import Path
-from cdpr.scenario.robot_schema import CableSection, CableTension, TensionSection, cable_name, limits
+from cdpr.scenario.problems import Path, dotted
+from cdpr.scenario.robot_schema import (
+    NEEDED,
+    NEEDS,
+    CableSection,
+    CablesSection,
+    CableTension,
+    Home,
+    TensionSection,
+    cable_name,
+    limits,
+)
 
 
 class RobotChecks(Checks):
@@ -18,9 +29,45 @@ class RobotChecks(Checks):
         """Report everything that is wrong."""
         self.root = root
         cables = list(self.cables(root))
+        self._guide()
+        self._model()
         self._names(cables)
         self._coincident(cables)
         self._tensions(cables)
+
+    def _guide(self) -> None:
+        """A platform that turns has an inertia, and a home that its guide allows."""
+        dof = self.directions((*self.root, "dof"))
+        if not dof:
+            return
+        platform, inertia = (*self.root, "platform"), (*self.root, "platform", "inertia")
+        turns = any(name.startswith("r") for name in dof)
+        if turns and isinstance(self.document.get(platform), dict) and self.document.get(inertia) is None:
+            self.say(inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), for the platform turns")
+        home = self.section(Home, (*self.root, "home"))
+        if home and not held_upright(dof, home.orientation.quaternion()):
+            text = f"may differ from upright only about the free directions, {', '.join(dof)}"
+            self.say((*self.root, "home", "orientation"), text)
+
+    def _model(self) -> None:
+        """The cable model has its values, of each cable or for all; whether they are right, their sections say."""
+        common = self.section(CablesSection, (*self.root, "cable"))
+        given = self.document.get((*self.root, "cables"))
+        if common is None or not isinstance(given, list):
+            return
+        for name in NEEDED[common.model]:
+            shared = (*self.root, "winch") if name == "winch" else (*self.root, "cable", name)
+            if self.document.get(shared) is not None:
+                continue
+            lacking = [i for i, cable in enumerate(given) if isinstance(cable, dict) and cable.get(name) is None]
+            names = [str(given[i].get("name") or f"cable_{i + 1}") for i in lacking]
+            if names:
+                listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
+                text = (
+                    f"cable.model {common.model} needs {NEEDS[name]} of each cable: "
+                    f"give {dotted(shared[len(self.root) :])} for all, or {name} of cable {listed}"
+                )
+                self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
 
     def _names(self, cables: list[tuple[int, CableSection]]) -> None:
         first: dict[str, int] = {}

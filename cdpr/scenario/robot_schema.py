@@ -9,7 +9,6 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
 from cdpr.model.robot import CableModel, frozen_array
-from cdpr.model.rotations import held_upright
 from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
@@ -232,33 +231,6 @@ class RobotSection(Section):
     )
     winch: WinchSection | None = Field(None, description="the winch of every cable that names none of its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
-
-    @model_validator(mode="after")
-    def _home_in_guide(self) -> RobotSection:
-        if self.home is not None and not held_upright(self.dof, self.home.orientation.quaternion()):
-            raise ValueError(f"home.orientation may differ from upright only about the free directions, {self.dof}")
-        return self
-
-    @model_validator(mode="after")
-    def _turning_needs_inertia(self) -> RobotSection:
-        if self.platform.inertia is None and any(name.startswith("r") for name in self.dof):
-            raise ValueError(
-                "platform.inertia is missing: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2) is expected, for "
-                "the platform turns"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _model_has_its_values(self) -> RobotSection:
-        for name in NEEDED[self.cable.model]:
-            lacking = [cable_name(cable, i) for i, cable in enumerate(self.cables) if self._own(cable, name) is None]
-            if lacking:
-                common = "winch" if name == "winch" else f"cable.{name}"
-                raise ValueError(
-                    f"cable.model {self.cable.model} needs {NEEDS[name]} of each cable: give {common} for all, or "
-                    f"{name} of cable {', '.join(lacking[:5])}{', ...' if len(lacking) > 5 else ''}"
-                )
-        return self
 
     def to_robot(self) -> Robot:
         """Return the robot as the frozen arrays that the simulation takes."""

@@ -11,8 +11,9 @@ from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.guide_checks import GuideChecks
 from cdpr.scenario.motion_checks import MotionChecks
+from cdpr.scenario.problems import Path
 from cdpr.scenario.robot_schema import cable_name
-from cdpr.scenario.schema import Initial, Simulation
+from cdpr.scenario.schema import Initial, Log, Simulation
 from cdpr.scenario.table import Table
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
@@ -32,6 +33,9 @@ class RunChecks(Checks):
             self._start(initial)
         if simulation:
             self._steps(simulation)
+            log = self.section(Log, ("log",))
+            if log:
+                self._multiple(("log", "step"), log.step, simulation.control_step)
         motion.check(initial, simulation.duration if simulation else None)
         guide = GuideChecks(self.document, self.problems)
         guide.controlled()
@@ -58,10 +62,13 @@ class RunChecks(Checks):
             near = _near(control / physics, lambda n: control / n)
             text = f"must be control_step, {control:g} (s), divided by an integer, got {physics:g}; "
             self.say(("simulation", "physics_step"), f"{text}nearest: {near}")
-        if not _is_multiple(duration, control):
-            near = _near(duration / control, lambda n: control * n)
-            text = f"must be an integer multiple of control_step, {control:g} (s), got {duration:g}; "
-            self.say(("simulation", "duration"), f"{text}nearest: {near}")
+        self._multiple(("simulation", "duration"), duration, control)
+
+    def _multiple(self, path: Path, value: float, control: float) -> None:
+        if not _is_multiple(value, control):
+            near = _near(value / control, lambda n: control * n)
+            text = f"must be an integer multiple of control_step, {control:g} (s), got {value:g}; "
+            self.say(path, f"{text}nearest: {near}")
 
 
 def _is_multiple(value: float, step: float) -> bool:

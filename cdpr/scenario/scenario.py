@@ -35,6 +35,7 @@ class Scenario:
         solver_options: the same for the tension solver.
         source: the file that it came from.
         unused: dotted keys that are given but that a run does not use.
+        notes: what became of the options of a controller or solver that was replaced, a sentence each.
     """
 
     sections: ScenarioSection
@@ -43,6 +44,7 @@ class Scenario:
     solver_options: BaseModel
     source: str
     unused: tuple[str, ...]
+    notes: tuple[str, ...]
     _backend_options: Mapping[str, BaseModel]
     _document: Document = field(repr=False)
     _plugins: Registry = field(repr=False)
@@ -106,6 +108,12 @@ class Scenario:
     def cable_model(self) -> str:
         """What turns commands into tensions: the robot's model, or "fmu"."""
         return self.robot.cable_model if self.actuators is None else "fmu"
+
+    @property
+    def log_every(self) -> int:
+        """Samples from one that is kept to the next; the whole run where it is shorter."""
+        log, steps = self.sections.log, self.simulation.steps
+        return 1 if log is None else max(1, min(round(log.step / self.simulation.control_step), steps))
 
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""

@@ -56,6 +56,16 @@ class Simulation(Section):
         return round(self.control_step / self.physics_step)
 
 
+class Log(Section):
+    """What is kept of a run."""
+
+    step: Positive = Field(
+        description="time between two samples that are kept, an integer multiple of control_step; the first and the "
+        "last are kept always, and summary and events count all",
+        json_schema_extra=unit("s"),
+    )
+
+
 class Initial(Section):
     """State of the platform at time 0, world axes."""
 
@@ -108,6 +118,7 @@ class ScenarioSection(Section):
     events: list[AnyEvent] = Field(
         [], max_length=MAX_EVENTS, description="what happens to the robot during the run: pushes, faults, stops"
     )
+    log: Log | None = Field(None, description="what is kept of a run; every sample unless said")
     backend_options: dict[str, dict[str, Any]] = Field(
         {}, description="options of backends by name; all are checked, only the chosen backend's are used"
     )

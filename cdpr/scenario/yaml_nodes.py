@@ -30,6 +30,23 @@ SURROGATE = re.compile("[\ud800-\udfff]")
 PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
+# What YAML notices only where it ends, often a line later, and what is then wrong where it begins.
+BEGUN = {
+    "simple key": "; a colon is missing after this word",
+    "quoted scalar": "; the quote that begins here is not closed",
+    "flow mapping": "; the bracket { that opens here is not closed, or a comma is missing in it",
+    "flow sequence": "; the bracket [ that opens here is not closed, or a comma is missing in it",
+}
+
+
+def _place(error: yaml.MarkedYAMLError) -> Any:
+    """Return the mark of what is wrong: where it begins, if it is noticed in another line."""
+    begin, noticed = error.context_mark, error.problem_mark
+    if begin and noticed and begin.line != noticed.line and any(what in (error.context or "") for what in BEGUN):
+        return begin
+    return noticed or begin
+
+
 class _RefusedError(Exception):
     def __init__(self, mark: Mark, text: str, path: Path = ()) -> None:
         super().__init__(text)
@@ -83,10 +100,11 @@ class _Composer:
         try:
             return self._document(yaml.parse(text, Loader=parser))
         except yaml.MarkedYAMLError as error:
-            place = error.problem_mark or error.context_mark
+            place = _place(error)
             mark = Mark(self.source, place.line + 1, place.column + 1) if place else Mark(self.source, 1, 1)
             parts = [part for part in (error.context, error.problem) if part]
-            raise _RefusedError(mark, f"not valid YAML: {', '.join(parts)}") from None
+            hint = next((hint for begun, hint in BEGUN.items() if begun in (error.context or "")), "")
+            raise _RefusedError(mark, f"not valid YAML: {', '.join(parts)}{hint}") from None
         except yaml.YAMLError as error:
             raise _RefusedError(Mark(self.source, 1, 1), f"not valid YAML: {' '.join(str(error).split())}") from None
 

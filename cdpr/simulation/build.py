@@ -115,6 +115,7 @@ def make_header(scenario: Scenario) -> Header:
         versions=versions_of(scenario),
         scenario_yaml=scenario.resolved_yaml(),
         cable_model=scenario.cable_model,
+        log_every=scenario.log_every,
     )
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.log.run import Event, Header
 from cdpr.model.robot import Array
@@ -27,7 +28,7 @@ ANSWERS = {
 CLIPPED = "the solver minds no limits, its tensions were clipped to them"
 
 
-def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
+def tension_events(status: NDArray[np.generic], step: float, parts: Parts) -> list[Event]:
     """One event for each uninterrupted span of samples with the same status that is not OK.
 
     `status` is (K,), `step` is the control period, s, for which a sample's tensions are held.
@@ -54,13 +55,24 @@ def tension_events(status: Array, step: float, parts: Parts) -> list[Event]:
     return events
 
 
-def scheduled_events(scheduled: Sequence[ScenarioEvent], rows: Array, header: Header) -> list[Event]:
-    """Return the scenario's events that came to pass within the rows (K, width)."""
+def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:
+    """Return the samples whose rows `scheduled_events` needs."""
+    return [first_sample(event.time, step) for event in scheduled if isinstance(event, CableFault)]
+
+
+def scheduled_events(
+    scheduled: Sequence[ScenarioEvent], samples: int, marked: Mapping[int, Array], header: Header
+) -> list[Event]:
+    """Return the scenario's events that came to pass within so many samples.
+
+    `marked` holds the rows of those that `marks` names, as far as they were made.
+    """
     step = header.control_step
-    return [event for one in scheduled for event in _tell(one, rows, header) if round(event.time / step) < len(rows)]
+    came = [one for one in scheduled if round(one.time / step) < samples]
+    return [event for one in came for event in _tell(one, samples, marked, header)]
 
 
-def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
+def _tell(event: ScenarioEvent, samples: int, marked: Mapping[int, Array], header: Header) -> Iterator[Event]:
     """Yield what there is to say of one event, each at the sample at which it acts."""
     step = header.control_step
     k = first_sample(event.time, step)
@@ -68,7 +80,7 @@ def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
     if isinstance(event, Load):
         end = None
         if event.duration is not None:
-            end = min(first_sample(event.time + event.duration, step), len(rows) - 1) * step
+            end = min(first_sample(event.time + event.duration, step), samples - 1) * step
         swing = f" times a sine of {event.frequency:g} Hz" if isinstance(event, Sine) else ""
         yield Event(
             time, event.type, f"external force {_list(event.force)} N, moment {_list(event.moment)} N m{swing}", end
@@ -77,8 +89,8 @@ def _tell(event: ScenarioEvent, rows: Array, header: Header) -> Iterator[Event]:
         known = first_sample(event.time + event.detected_after, step) * step
         broken = isinstance(event, CableBreak)
         what = "breaks"
-        if not broken and k < len(rows):
-            tension = rows[k, header.layout.columns["tension"]][header.cables.index(str(event.cable))]
+        if not broken and k in marked:
+            tension = marked[k][header.layout.columns["tension"]][header.cables.index(str(event.cable))]
             what = f"jams at {tension:.5g} N"
         text = f"cable '{event.cable}' {what}" + ("" if known > time else ", known at once")
         yield Event(time, event.type, text, cable=str(event.cable))

@@ -12,7 +12,7 @@ import numpy as np
 
 from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
-from cdpr.log.mcap_file import BLOCK
+from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -25,8 +25,6 @@ from cdpr.tension.policy import Policy
 from cdpr.tension.stage import TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
-
-BLOCK_SECONDS = 0.5  # wall time after which rows go to the log though the block is not full
 
 # An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
 CLOCK_TOLERANCE = 1e-6
@@ -168,13 +166,15 @@ class Loop:
         rows: Array,
         flush: Callable[[int], None],
         *,
+        steps: int | None = None,
         real_time: bool = False,
     ) -> int:
-        """Fill `rows` (steps + 1, width) from the backend's present state; return the number of rows written.
+        """Fill `rows` (steps + 1, width) from the backend's present state; return the number of samples made.
 
-        `flush(k)` is called when the first k rows are final, every 256 rows or half second of wall time; it may end the
-        run by raising SimulationStopped. Raises that, with the time in its text, where the run stops early; `count`
-        then tells how many rows are final.
+        Fewer rows, a multiple of 256, are filled again and again, where `steps` says how many there are to make.
+        `flush(k)` is called when the first k samples are final, every 256 of them or half second of wall time; it may
+        end the run by raising SimulationStopped. Raises that, with the time in its text, where the run stops early;
+        `count` then tells how many samples are final.
         """
         parts, row = self.parts, self.row
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
@@ -183,7 +183,8 @@ class Loop:
         sample, control, look = self.sample, parts.controller.control, self.observe
         act, distribute = self.schedule.act, self.distribute
         clock = backend.engine_time
-        last = len(rows) - 1
+        size = len(rows)
+        last = size - 1 if steps is None else steps
         self.count = 0
         k, flush_at, flush_time = 0, BLOCK, monotonic() + BLOCK_SECONDS
         started = monotonic()
@@ -200,10 +201,10 @@ class Loop:
                 try:
                     distribute()
                 except Infeasible:
-                    rows[k] = row  # this sample tells why
+                    rows[k % size] = row  # this sample tells why
                     k += 1
                     raise
-                rows[k] = row
+                rows[k % size] = row
                 if k == last:
                     k += 1
                     return k

@@ -12,13 +12,15 @@ import numpy as np
 
 from cdpr.errors import CdprError, Diverged, Infeasible, Interrupted, OutputError, PlantEnded, PluginError
 from cdpr.log.recorder import Recorder
+from cdpr.log.rows import LogRows
 from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
-from cdpr.simulation.events import scheduled_events, tension_events
+from cdpr.simulation.events import marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
 
 STATUS: dict[type[BaseException], str] = {
@@ -73,8 +75,11 @@ def simulate(
     except (CdprError, KeyboardInterrupt) as stop:
         error = stop
     except MemoryError:
-        size = 8 * header.layout.width * (scenario.simulation.steps + 1) / 2**30
-        error = CdprError(f"the {size:.3g} GiB of samples do not fit into memory: shorten simulation.duration")
+        size = 8 * header.layout.width * (scenario.simulation.steps // header.log_every + 1) / 2**30
+        error = CdprError(
+            f"the {size:.3g} GiB of samples do not fit into memory: give a folder for the log, thin it by log.step or "
+            "shorten simulation.duration"
+        )
     except (Exception, SystemExit) as foreign:
         error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign)}")
         error.__cause__ = foreign
@@ -109,8 +114,9 @@ class _Attempt:
         self.loop = Loop(self.parts)
         self.loop.warm_up(self.scenario.initial.state(), real_time)
         samples = self.scenario.simulation.steps + 1
-        recorder = Recorder(self.header, samples - 1, None if self.folder is None else self.folder.path)
-        self.recorder = recorder
+        folder = None if self.folder is None else self.folder.path
+        marked = marks(self.scenario.events, self.header.control_step)
+        self.recorder = recorder = Recorder(self.header, samples - 1, folder, marked)
         progress(0, samples)
         self.started = perf_counter()
 
@@ -118,24 +124,27 @@ class _Attempt:
             recorder.flush(k)
             progress(k, samples)  # may raise Interrupted; the rows up to here are on disk
 
-        self.loop.run(recorder.rows, flush, real_time=real_time)
+        self.loop.run(recorder.rows, flush, steps=samples - 1, real_time=real_time)
 
     def end(self, error: BaseException | None) -> Run:
         """Close log, folder and backend, and return the run or raise the error with the run in it."""
         looped = perf_counter()
-        rows = np.empty((0, self.header.layout.width))
-        if self.loop is not None and self.recorder is not None:
-            rows = self.recorder.rows[: self.loop.count]
+        samples = 0 if self.loop is None else self.loop.count
+        rows: Array | LogRows = np.empty((0, self.header.layout.width))
+        counted: dict[str, Any] | None = None
+        events: list[Event] = []
+        if self.parts is not None and self.recorder is not None:
             try:
-                self.recorder.close(self.loop.count)
+                self.recorder.close(samples)
             except OutputError as unwritable:
                 error = unwritable
-        events: list[Event] = []
+            rows = self.recorder.kept
+            if self.recorder.tally is not None:
+                counted = self.recorder.tally.figures()
+            events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
+            events += tension_events(self.recorder.status, self.header.control_step, self.parts)
         plugins: dict[str, Any] = {}
         if self.parts is not None:
-            status = rows[:, self.header.layout.columns["status"]][:, 0]
-            events = scheduled_events(self.parts.events, rows, self.header)
-            events += tension_events(status, self.header.control_step, self.parts)
             events.sort(key=lambda event: event.time)
             parts: dict[str, Backend | Controller] = {
                 "backend": self.parts.backend,
@@ -168,6 +177,7 @@ class _Attempt:
             unused=self.scenario.unused,
             plugins=plugins,
             folder=None if self.folder is None else str(self.folder.path),
+            counted=counted,
         )
         if self.folder is not None:
             try:

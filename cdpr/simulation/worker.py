@@ -47,7 +47,7 @@ def _run(case: Case, connection: Connection) -> Outcome:
             begun = True
             connection.send(BEGUN)
 
-    run: object = None
+    run: Run | None = None
     message, code = "", ExitCode.OK
     try:
         scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes)
@@ -57,7 +57,7 @@ def _run(case: Case, connection: Connection) -> Outcome:
     except Exception as error:
         message, code = f"internal error: {describe(error)}", ExitCode.INTERNAL
     seconds = {"case_s": perf_counter() - started}
-    if not isinstance(run, Run):
+    if run is None:
         return Outcome(case.key, "failed", message, case.out or "", timings=seconds, code=code)
     return Outcome(
         case.key,

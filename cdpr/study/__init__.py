@@ -6,7 +6,13 @@ ledger (`folder`), so that a study goes on where it was stopped (`run`, `cluster
 study alone, not on who computed it, when, or beside how many others.
 """
 
+from typing import TYPE_CHECKING
+
+from cdpr.lazy import lazily
 from cdpr.study.plan import Study, StudyCase, load_study
 from cdpr.study.run import Results, run_study
+
+if not TYPE_CHECKING:
+    __getattr__ = lazily(__name__)
 
 __all__ = ["Results", "Study", "StudyCase", "load_study", "run_study"]

@@ -8,14 +8,9 @@ from cdpr.tension.status import Status
 
 if TYPE_CHECKING:
     from cdpr.tension.distribution import Distribution, distribute
+else:  # what compiles, only when it is asked for, so that `Status` stays light
+    from cdpr.lazy import lazily
+
+    __getattr__ = lazily(__name__, dict.fromkeys(("Distribution", "distribute"), "cdpr.tension.distribution"))
 
 __all__ = ["Distribution", "Status", "distribute"]
-
-
-def __getattr__(name: str) -> object:
-    """Import what compiles only when it is asked for, so that `Status` stays light."""
-    if name in ("Distribution", "distribute"):
-        from cdpr.tension import distribution
-
-        return getattr(distribution, name)
-    raise AttributeError(f"module 'cdpr.tension' has no attribute {name!r}")

@@ -30,13 +30,16 @@ def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free
 
 
 @kernel
-def room(limits: Array, tension: Array, report: Array) -> None:
+def room(limits: Array, tension: Array, report: Array, held: Array | None = None) -> None:
     """Write margin (N) and number of cables at a limit of `tension` (m,) into report[2:4]; limits are (2, m).
 
-    A locked cable, whose limits are equal, counts only where it does not have that tension.
+    A locked cable, whose limits are equal, counts only where it does not have that tension. Cables whose `held` (m,) is
+    not NaN are broken or jammed and do not count, whether or not the distribution knows: the others' room is told.
     """
     margin, at_limit = math.inf, 0
     for i in range(tension.shape[0]):
+        if held is not None and not math.isnan(held[i]):
+            continue
         distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
         if limits[0, i] == limits[1, i] and distance >= -LIMIT_TOLERANCE:
             continue
@@ -48,11 +51,19 @@ def room(limits: Array, tension: Array, report: Array) -> None:
 
 
 @kernel
-def judge(W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> float:
+def judge(
+    W: Array,
+    wrench: Array,
+    weights: Array,
+    limits: Array,
+    tension: Array,
+    report: Array,
+    held: Array | None = None,
+) -> float:
     """Write residual (N), margin (N) and number of cables at a limit of `tension` into report[1:4].
 
-    weights (n,): 1 for forces, 1 / characteristic length for moments; limits (2, m), as `room` says. Returns the
-    residual allowed.
+    weights (n,): 1 for forces, 1 / characteristic length for moments; limits (2, m) and `held` as `room` says. Returns
+    the residual allowed.
     """
     n, m = W.shape
     square, load = 0.0, 0.0
@@ -62,7 +73,7 @@ def judge(W: Array, wrench: Array, weights: Array, limits: Array, tension: Array
             s += W[j, i] * tension[i]
         square += (weights[j] * s) ** 2
         load += (weights[j] * wrench[j]) ** 2
-    room(limits, tension, report)
+    room(limits, tension, report, held)
     report[1] = math.sqrt(square)
     return RESIDUAL_TOLERANCE * max(1.0, math.sqrt(load))
 
@@ -105,4 +116,4 @@ def hold(held: Array, tension: Array) -> None:
 def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> None:
     """Let `held` tensions be and `report` say what all tensions (m,) do then; its status stays the distribution's."""
     hold(held, tension)
-    judge(W, wrench, weights, limits, tension, report)
+    judge(W, wrench, weights, limits, tension, report, held)

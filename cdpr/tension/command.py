@@ -94,15 +94,15 @@ def take(command: Array, limits: Array, W: Array, tension: Array, wrench: Array,
 def impose(held: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> None:
     """Let `held` tensions (m,) be, and write what all tensions do then, but not the status."""
     hold(held, tension)
-    account(limits, W, tension, wrench, report)
+    account(limits, W, tension, wrench, report, held)
 
 
 @kernel
-def account(limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> None:
-    """Write the wrench (6,) of the tensions (m,) and report[1:4]; locked cables count as `room` says."""
+def account(limits: Array, W: Array, tension: Array, wrench: Array, report: Array, held: Array | None = None) -> None:
+    """Write the wrench (6,) of the tensions (m,) and report[1:4]; locked and `held` cables count as `room` says."""
     for j in range(6):
         wrench[j] = 0.0
         for i in range(tension.shape[0]):
             wrench[j] += W[j, i] * tension[i]
     report[1] = 0.0
-    room(limits, tension, report)
+    room(limits, tension, report, held)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.model.kinematics import make_state
-from cdpr.model.properties import RESTRAINTS, check_lengths, conditioning, free_wrench_matrix, restraint
+from cdpr.model.properties import RESTRAINTS, check_lengths, conditioning, free_wrench_matrix, restraint, unresisted
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.closure import positive_null_vector
@@ -77,6 +77,7 @@ def describe_pose(robot: Robot, pose: Array, gravity: Array, solve: Solve) -> di
         "constraint": "suspended" if not closed else "fully constrained" if rank == robot.n else "singular",
         "rank": rank,
         "condition_number": condition,
+        "unresisted_twists": [twist.tolist() for twist in unresisted(W, robot)],
         "length_m": still.length[0].tolist(),
         "static_wrench": still.wrench[0].tolist(),
         "static_tension_N": still.tension[0].tolist() if balanced else None,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -10,6 +12,22 @@ from cdpr.model import kernels
 from cdpr.model.dynamics import required_wrench
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.stage import Solve, TensionStage
+
+
+class Happening(Protocol):
+    """What changes limits, tensions and external wrench at some samples."""
+
+    distribute: Callable[[], None]  # in place of the stage's own
+
+    def begin(self) -> int:
+        """Return the number of the first sample at which `act` is due, negative where there is none."""
+
+    def act(self, k: int) -> int:
+        """Let happen what is due at sample k; return the sample that is due next, negative where there is none."""
+
+
+# From the stage, the tensions (m,), the wrench (6,), the status (1,) and the external wrench (6,), all live.
+Happens = Callable[[TensionStage, Array, Array, Array, Array], Happening]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,21 +50,37 @@ class Survey:
         return np.asarray(self.status == 0.0)
 
 
-def survey(robot: Robot, time: Array, desired: Array, gravity: Array, solve: Solve) -> Survey:
+def survey(
+    robot: Robot,
+    time: Array,
+    desired: Array,
+    gravity: Array,
+    solve: Solve,
+    *,
+    happens: Happens | None = None,
+    samples: Array | None = None,
+) -> Survey:
     """Follow the desired motion (K, 19) at the times (K,), s; the wrench is that of inverse dynamics.
 
     `gravity` is (3,), m/s^2, world; `solve` is the bound method of a solver made for this robot. A pose at rest is one
-    sample without velocity and acceleration.
+    sample without velocity and acceleration. What `happens` during the motion goes by the numbers of the `samples`
+    (K,), rising; the cables have to balance an external wrench, too.
     """
     count, m = len(time), robot.m
-    W, w, t, report = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4)
+    W, w, t, report, external = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(6)
     stage = TensionStage(robot, solve, "survey", True, "best_effort", W, w, t, report)
+    happening = happens(stage, t, w, report[:1], external) if happens else None
+    distribute = happening.distribute if happening else stage.distribute
+    due = happening.begin() if happening else -1
+    numbers = np.arange(count) if samples is None else samples
     length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
     wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
     for k, row in enumerate(desired):
+        while happening and 0 <= due <= numbers[k]:
+            due = happening.act(due)
         kernels.cable_geometry(robot.anchors, row[:13].copy(), W, length[k], rate[k])
-        w[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19])
-        stage.distribute()
+        w[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
+        distribute()
         wrench[k], tension[k], reports[k] = w, t, report
     status, residual, margin, _ = reports.T
     return Survey(time, desired, length, rate, wrench, tension, status, residual, margin)

@@ -17,6 +17,9 @@ that is known is passed as `expected_failures={id: reason}`; it must then fail, 
 seconds of a result inform and are never judged. Samples and seeds are fixed: a check says the same each time.
 """
 
+from typing import TYPE_CHECKING
+
+from cdpr.lazy import lazily
 from cdpr.testing.check import CheckResult
 from cdpr.testing.kit import (
     backend_checks,
@@ -27,6 +30,9 @@ from cdpr.testing.kit import (
     controller_checks,
     solver_checks,
 )
+
+if not TYPE_CHECKING:
+    __getattr__ = lazily(__name__)
 
 __all__ = [
     "CheckResult",

@@ -4,10 +4,16 @@
 `stop_to_stop` is as fast as limits on velocity, acceleration and jerk allow. All become one table, for one kernel.
 """
 
+from typing import TYPE_CHECKING
+
+from cdpr.lazy import lazily
 from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
 from cdpr.trajectory.knots import Knot, interpolate, through
 from cdpr.trajectory.paths import arch, circle
 from cdpr.trajectory.trajectory import Stopping, Trajectory, hold
+
+if not TYPE_CHECKING:
+    __getattr__ = lazily(__name__)
 
 __all__ = [
     "Knot",

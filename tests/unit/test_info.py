@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 
@@ -15,8 +16,8 @@ from cdpr import simulate
 from cdpr.cli.info import command
 from cdpr.errors import CdprError, OutputError, ScenarioError
 from cdpr.model import rotations
-from cdpr.model.kinematics import make_state
-from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, restraint
+from cdpr.model.kinematics import make_state, wrench_matrix
+from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, restraint, unresisted
 from cdpr.scenario import load_robot
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.portrait import describe_pose
@@ -144,7 +145,7 @@ def test_a_bad_pose_is_one_clear_error(pose):
 def test_bad_files():
     with pytest.raises(ScenarioError, match=r"nothing\.yaml"):
         info("nothing.yaml")
-    with pytest.raises(ScenarioError, match=r"home.orientation may differ from upright only about"):
+    with pytest.raises(ScenarioError, match=r"home.orientation: may differ from upright only about"):
         info(SCENARIOS / "robots" / "planar.yaml", "--set", "home.orientation.rpy=[0.1, 0, 0]")
     with pytest.raises(CdprError, match="cable 'cable_1' has no length"):
         info(SCENARIOS / "robots" / "point_mass.yaml", "--pose", "20,0,12")
@@ -217,3 +218,71 @@ def test_out_holds_a_drawing_and_the_figures(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         info(SCENARIOS / "robots" / "planar.yaml", "--out", tmp_path / "file")
+
+
+CONCURRENT = """\
+platform: {mass: 1, inertia: [1, 1, 1, 0, 0, 0]}
+tension: {min: 0.0001, max: 1000}
+cables:
+- {frame: [1, 0, 2], platform: [0, 0, 0]}
+- {frame: [-1, 0, 2], platform: [0, 0, 0]}
+- {frame: [0, 1, 2], platform: [0, 0, 0]}
+- {frame: [0, -1, 2], platform: [0, 0, 0]}
+- {frame: [0, 0, 3], platform: [0, 0, 0]}
+- {frame: [0.3, 0.4, -2], platform: [0, 0, 0.3]}
+"""
+
+
+def test_the_motion_that_meets_no_resistance_is_named(tmp_path):
+    (tmp_path / "r.yaml").write_text(CONCURRENT)
+    text = info(tmp_path / "r.yaml", "--pose", "0,0,0.5").stdout
+    assert "  rank of W            4 of n = 6\n" in text
+    assert text.count("no resistance to") == 2
+    assert "no resistance to     turning about z: it changes no cable's length" in text
+    assert "no resistance to     turning about x at 0.75 rad/s, y at 1 rad/s: it changes no cable's length" in text
+
+
+@pytest.mark.parametrize("dof", [("x", "y", "z", "rx", "ry", "rz"), ("x", "z", "ry"), ("x", "y", "z")])
+def test_twists_that_change_no_length(dof):
+    """As many as the rank leaves, independent of each other, and the lengths' rates under them are round-off."""
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        anchors = np.hstack([rng.normal(size=(4, 3)), 0.2 * rng.normal(size=(4, 3))])
+        if "y" not in dof:
+            anchors[:, [1, 4]] = 0.0
+        anchors[1:3, 3:] = anchors[0, 3:]
+        anchors[2] = anchors[rng.integers(2)]
+        robot = dataclasses.replace(make_robot(anchors), dof=dof)
+        state = make_state(np.array([0.3, 0.0, 0.2]))
+        W = free_wrench_matrix(robot, state)
+        twists = np.array(unresisted(W, robot)).reshape(-1, 6)
+        full = wrench_matrix(robot, state)
+        assert len(twists) == robot.n - conditioning(W)[0] == np.linalg.matrix_rank(twists)
+        assert np.abs(full.T @ twists.T).max(initial=0.0) < 1e-6
+        assert not np.delete(twists, robot.rows, axis=1).any()
+
+
+def test_a_preview_regards_events():
+    """A push is balanced, a broken cable is left out, changed limits hold, a stop shortens the path."""
+    events = (
+        "events=[{type: wrench, time: 0.2, duration: 0.3, force: [300, 0, 0]}, {type: cable_break, time: 1.0, "
+        "cable: cable_2, detected_after: 0.1}, {type: limits, time: 2.0, max: 5000}, "
+        "{type: emergency_stop, time: 2.5}]"
+    )
+    motion = figures(SCENARIOS / "caroca.yaml", "--set", events)["motion"]
+    calm = figures(SCENARIOS / "caroca.yaml")["motion"]
+    assert motion["events"] == ["wrench at 0.2 s", "cable_break at 1 s", "limits at 2 s", "emergency_stop at 2.5 s"]
+    assert motion["cables"][1]["tension_N"][0] == 0.0
+    assert motion["smallest_margin_N"] > 0.0  # the broken cable does not count
+    assert motion["path_length_m"] < calm["path_length_m"] - 0.005
+    assert max(cable["tension_N"][1] for cable in motion["cables"][2:]) > 450.0
+    text = info(SCENARIOS / "caroca.yaml", "--set", events).stdout
+    assert "  with its events      wrench at 0.2 s, cable_break at 1 s, limits at 2 s, emergency_stop at 2.5 s" in text
+    tight = events.replace("max: 5000", "max: 300")
+    assert figures(SCENARIOS / "caroca.yaml", "--set", tight)["motion"]["first_infeasible_s"] == pytest.approx(2.0)
+
+
+def test_small_tensions_are_not_shown_as_none(tmp_path):
+    (tmp_path / "r.yaml").write_text(CONCURRENT.replace("[0.3, 0.4, -2]", "[0, 0, -3]"))
+    lines = info(tmp_path / "r.yaml", "--pose", "0,0,0.5").stdout.splitlines()
+    assert [line.split()[-1] for line in lines if "cable_6" in line] == ["0.0001"]

@@ -2,22 +2,38 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import shutil
 import subprocess
 import sys
 
+import numba
+import numpy as np
 import pytest
 from conftest import ROOT
 
-from cdpr.model import kernel_cache
+from cdpr.model import jit, kernel_cache, kernel_store, kernels
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
+
+# Says how many kernels were compiled for the answer of one.
+ROTATE = """
+from numba.core import event
+from cdpr.model import kernels
+
+with event.install_recorder("numba:compile") as compiled:
+    answer = kernels.rotate(*{!r})
+print(kernels.__file__, len(compiled.buffer) // 2, answer)
+"""
+TURN = ((0.5, 0.5, 0.5, 0.5), (1.0, 2.0, 3.0))
 
 RUN = "import cdpr; print(cdpr.simulate({!r}, overrides={{'simulation.duration': 0.01}}).rows[-1].tolist())"
 
 
-def run(tree, **env):
+def run(tree, code=None, **env):
     return subprocess.run(
-        [sys.executable, "-c", RUN.format(str(tree / "scenarios" / "caroca.yaml"))],
+        [sys.executable, "-c", code or RUN.format(str(tree / "scenarios" / "caroca.yaml"))],
         env={**os.environ, "PYTHONPATH": str(tree), **env},
         cwd=tree,
         capture_output=True,
@@ -74,3 +90,152 @@ def test_what_is_used_stays_however_old_it_is(tmp_path, monkeypatch):
         (tmp_path / f"kernels-{i}").mkdir()
     assert kernel_cache.folder() == chosen
     assert os.stat(chosen).st_mtime > 0
+
+
+@pytest.fixture
+def store(tmp_path, monkeypatch):
+    """Kernels made in this test are kept in this folder, under the name that the test process and others would use."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    kernel_store.folder.cache_clear()
+    yield kernel_store.folder()
+    kernel_store.folder.cache_clear()
+
+
+def copied(tmp_path):
+    """Copy the core into another folder."""
+    shutil.copytree(ROOT / "cdpr", tmp_path / "cdpr", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+@compiled
+def test_the_same_sources_in_another_folder_are_found_compiled(store, tmp_path):
+    expected = jit.kernel(kernels.rotate.py_func)(*TURN)
+    tree = copied(tmp_path)
+    file, compiled, answer = run(tree, ROTATE.format(TURN)).stdout.split(maxsplit=2)
+    assert file == str(tree / "cdpr" / "model" / "kernels.py")
+    assert compiled == "0"
+    assert answer.strip() == str(expected)
+
+
+@compiled
+def test_a_changed_kernel_is_compiled_anew(store, tmp_path):
+    jit.kernel(kernels.rotate.py_func)(*TURN)
+    tree = copied(tmp_path)
+    file = tree / "cdpr" / "model" / "kernels.py"
+    text = file.read_text()
+    changed = text.replace("def cross(a: Vector, b: Vector) -> Vector:", "def cross(b: Vector, a: Vector) -> Vector:")
+    assert changed != text
+    file.write_text(changed)
+    _, compiled, answer = run(tree, ROTATE.format(TURN)).stdout.split(maxsplit=2)
+    assert int(compiled) > 0
+    assert answer.strip() != str(kernels.rotate(*TURN))
+
+
+@pytest.fixture
+def stranger(tmp_path, monkeypatch):
+    """A module of nobody's package, with a kernel, and a neighbour that holds what the kernel calls."""
+    folder = tmp_path / "modules"
+    folder.mkdir()
+    (folder / "stranger_helper.py").write_text(HELPER.format(factor=2.0))
+    (folder / "stranger.py").write_text(STRANGER)
+    monkeypatch.syspath_prepend(folder)
+    for name in ("stranger", "stranger_helper"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    kernel_cache._digest_of.cache_clear()
+    yield folder
+    for name in ("stranger", "stranger_helper"):
+        sys.modules.pop(name, None)
+
+
+HELPER = """
+from cdpr.model.jit import kernel
+
+@kernel
+def scaled(x):
+    return {factor} * x
+"""
+STRANGER = """
+from cdpr.model.jit import kernel
+from stranger_helper import scaled
+
+@kernel
+def first(x):
+    return scaled(x[0])
+"""
+
+
+def fresh():
+    """Import the stranger as a new process would."""
+    for name in ("stranger", "stranger_helper"):
+        sys.modules.pop(name, None)
+    kernel_cache._digest_of.cache_clear()
+    importlib.invalidate_caches()
+    return importlib.import_module("stranger").first
+
+
+@compiled
+def test_each_signature_has_a_file_and_is_loaded_again(store, stranger):
+    one, two = np.array([1.0]), np.array([[1.0]])[0:1, 0:1].T[0]  # float64, and the same read-only
+    two.flags.writeable = False
+    made = fresh()
+    assert (made(one), made(two)) == (2.0, 2.0)
+    assert len(list(store.glob("stranger.first-*"))) == 2
+    again = fresh()
+    assert (again(one), again(two)) == (2.0, 2.0)
+    assert sum(again.stats.cache_hits.values()) == 2
+
+
+@compiled
+def test_a_change_beside_a_strangers_kernel_is_seen(store, stranger):
+    assert fresh()(np.ones(1)) == 2.0
+    (stranger / "stranger_helper.py").write_text(HELPER.format(factor=30.0))
+    assert fresh()(np.ones(1)) == 30.0
+
+
+@compiled
+@pytest.mark.parametrize(
+    "damage", [lambda whole: whole[: len(whole) // 2], lambda whole: b"", lambda whole: whole[::-1]]
+)
+def test_a_damaged_file_is_compiled_again(store, stranger, damage):
+    fresh()(np.ones(1))
+    (file,) = store.glob("stranger.first-*")
+    whole = file.read_bytes()
+    file.write_bytes(damage(whole))
+    again = fresh()
+    assert again(np.ones(1)) == 2.0
+    assert not again.stats.cache_hits
+    assert len(file.read_bytes()) == len(whole)
+
+
+@compiled
+def test_a_full_disk_costs_the_cache_and_not_the_run(store, stranger, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(kernel_store.os, "replace", full)
+    assert fresh()(np.ones(1)) == 2.0
+    assert not list(store.iterdir())
+
+
+@compiled
+def test_what_has_no_file_is_not_kept(store):
+    """In a notebook nothing tells when a kernel has changed that this one calls."""
+    space = {"__name__": "no_such_module"}
+    exec("def double(x):\n    return 2.0 * x", space)
+    assert jit.kernel(space["double"])(1.5) == 3.0
+    assert not list(store.iterdir())
+
+
+def test_moved_sources_have_another_digest(tmp_path, monkeypatch):
+    """Two files of one name that change places make other kernels."""
+    monkeypatch.syspath_prepend(tmp_path)
+    found = set()
+    for contents in (("kernel one", "kernel two"), ("kernel two", "kernel one")):
+        for place, content in zip(("a", "b"), contents, strict=True):
+            (tmp_path / "moving" / place).mkdir(parents=True, exist_ok=True)
+            (tmp_path / "moving" / place / "same.py").write_text(f"# {content}")
+        monkeypatch.setattr(kernel_cache, "PACKAGES", ("moving",))
+        kernel_cache.digest.cache_clear()
+        found.add(kernel_cache.digest())
+    kernel_cache.digest.cache_clear()
+    assert len(found) == 2

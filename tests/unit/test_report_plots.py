@@ -10,6 +10,7 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 from cdpr.log.run import Event, Run
 from cdpr.report import plots, sketch
 from cdpr.report.canvas import Chart, inline_svg
+from cdpr.report.histories import roll_pitch_yaw
 from cdpr.report.marks import AXES, CABLES, shorten
 from cdpr.report.overlay import number_groups
 
@@ -212,7 +213,7 @@ def test_attitude_has_no_jump_of_a_turn() -> None:
     yaw = np.stack([np.cos(angle / 2), 0 * angle, 0 * angle, np.sin(angle / 2)], axis=1)
     table[:, columns["desired_orientation"]] = yaw
     table[:, columns["orientation"]] = -yaw
-    desired, actual = plots.roll_pitch_yaw(replace(run, rows=table))
+    desired, actual = roll_pitch_yaw(replace(run, rows=table))
     assert np.allclose(np.diff(desired[:, 2]), 3.0 / (len(table) - 1))
     assert np.allclose(actual, desired)
 
@@ -223,7 +224,7 @@ def test_roll_pitch_yaw_follow_the_convention() -> None:
     run = make_run(rows=2)
     table = run.rows.copy()
     table[:, run.header.layout.columns["desired_orientation"]] = from_rpy(0.1, -0.2, 0.3)
-    desired, _ = plots.roll_pitch_yaw(replace(run, rows=table))
+    desired, _ = roll_pitch_yaw(replace(run, rows=table))
     assert np.allclose(desired[0], [0.1, -0.2, 0.3])
 
 

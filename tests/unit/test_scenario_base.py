@@ -158,6 +158,11 @@ class GainsOptions(PluginOptions):
     limit: float | None = Field(None, ge=0, json_schema_extra={"unit": "N"})
 
 
+class DampedOptions(PluginOptions):
+    kp: float = Field(1.0, gt=0)
+    kd: float | tuple[float, float, float, float, float, float] = 20.0
+
+
 class TunedOptions(PluginOptions):
     integrator: Literal["euler", "rk4"] = "euler"
     tolerance: float = Field(1e-8, gt=0)
@@ -215,6 +220,7 @@ def fake_plugins() -> Registry:
     add("backend", "broken", BrokenOptions)
     add("controller", "gains", GainsOptions)
     add("controller", "computed_torque", GainsOptions)
+    add("controller", "damped", DampedOptions)
     add("controller", "none")
     add("controller", "lax", LaxOptions)
     add("controller", "odd", OddSchema)

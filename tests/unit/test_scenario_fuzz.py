@@ -61,7 +61,7 @@ def outcome(text: str, overrides=()) -> None:
     except CdprError as error:
         lines = str(error).splitlines()
         assert lines
-        assert all(line.startswith(("a.yaml:", "--set", "and ")) for line in lines), lines
+        assert all(line.startswith(("a.yaml:", "--set", "overrides: ", "and ")) for line in lines), lines
     else:
         assert isinstance(scenario, Scenario)
         assert load_scenario("b.yaml", text=scenario.resolved_yaml(), plugins=PLUGINS) == scenario

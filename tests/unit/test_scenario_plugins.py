@@ -18,7 +18,7 @@ from test_scenario_base import (
 from cdpr.errors import CdprError, ExitCode, PluginError, ScenarioError
 from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
-from cdpr.scenario.overrides import DEFAULT_TYPE
+from cdpr.scenario.overrides import DEFAULT_TYPE, typed
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.schema import Simulation
 
@@ -160,10 +160,43 @@ def test_the_same_type_keeps_its_options():
 
 
 def test_the_default_type_counts_as_the_old_one():
-    text = changed(BASE, "{type: gains, kp: 100, kd: [1, 2, 3, 4, 5, 6]}", "{kp: 3}")
+    text = changed(BASE, "{type: gains, kp: 100, kd: [1, 2, 3, 4, 5, 6]}", "{kp: 3, kd: 1}")
     assert DEFAULT_TYPE["controller"] == "computed_torque"
-    assert load(text, controller="computed_torque").controller_options.kp == 3
-    assert load(text, controller="gains").controller_options.kp == 10  # the model's own default
+    assert load(text, controller="computed_torque").notes == ()
+    scenario = load(text, controller="gains")
+    assert scenario.controller_options.kp == 3  # both take it
+    assert scenario.notes[0].startswith("controller gains in place of computed_torque: kept kp")
+
+
+def test_what_the_new_plugin_takes_too_is_kept_and_the_rest_is_told():
+    scenario = load(BASE, controller="damped")
+    assert (scenario.controller_options.kp, scenario.controller_options.kd) == (100, (1, 2, 3, 4, 5, 6))
+    assert not [key for key in scenario.unused if key.startswith("controller.")]
+    assert scenario.notes == ("controller damped in place of gains: kept kp, kd of the file",)
+    text = changed(BASE, "{type: gains, kp: 100, kd: [1, 2, 3, 4, 5, 6]}", "{type: gains, kp: 5, limit: 7}")
+    scenario = load(text, controller="damped")
+    assert scenario.unused[-1:] == ("controller.limit",)
+    assert scenario.notes == (
+        "controller damped in place of gains: kept kp of the file; left out limit; by default kd = 20.0",
+    )
+
+
+@pytest.mark.parametrize("later", [True, False])
+def test_what_comes_with_the_change_stays_whatever_its_order(later):
+    given = ["controller.type=damped", "controller.kp=400"]
+    scenario = load(BASE, *(given if later else given[::-1]))
+    assert scenario.controller_options.kp == 400
+    assert "controller.kp" not in scenario.unused
+    assert "unknown key 'kp'" in problem(BASE, "controller.kp=400", controller="none")
+
+
+def test_a_value_that_the_new_plugin_does_not_take_is_left_out():
+    text = changed(BASE, "kp: 100, kd: [1, 2, 3, 4, 5, 6]", "kp: 0, kd: 3")
+    scenario = load(text, controller="damped")
+    assert scenario.unused[-1:] == ("controller.kp",)
+    assert scenario.notes == (
+        "controller damped in place of gains: kept kd of the file; left out kp; by default kp = 1.0",
+    )
 
 
 def test_setting_the_type_does_the_same_and_new_options_may_follow():
@@ -175,9 +208,11 @@ def test_setting_the_type_does_the_same_and_new_options_may_follow():
 
 
 def test_a_choice_that_does_not_exist_names_the_choice():
-    assert problem(BASE, backend="plane").startswith("--backend plane: simulation.backend: no backend is named 'plane'")
-    assert problem(BASE, solver="x").startswith("--solver x: solver.type: no solver is named 'x'")
-    assert problem(BASE, controller="\ud800").startswith("--controller ")
+    assert problem(BASE, backend="plane").startswith("backend='plane': simulation.backend: no backend is named 'plane'")
+    assert problem(BASE, solver="x").startswith("solver='x': solver.type: no solver is named 'x'")
+    assert problem(BASE, controller="\ud800").startswith("controller=")
+    line = problem(BASE, *typed({"backend": "plane", "solver": None}))
+    assert line.startswith("--backend plane: simulation.backend: no backend is named 'plane'")
 
 
 def test_properties_of_cables_that_nothing_uses_yet_are_listed():

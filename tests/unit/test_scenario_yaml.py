@@ -227,3 +227,21 @@ def test_what_is_written_is_read_back(data):
 
 def test_floats_are_written_by_repr():
     assert dump({"a": 1e-05, "b": [0.1, 1e22], "c": {"d": []}}) == "a: 1e-05\nb: [0.1, 1e+22]\nc:\n  d: []\n"
+
+
+@both
+@pytest.mark.parametrize(
+    ("text", "place", "what"),
+    [
+        ("a: 1\nb:\n  c: 2\n  d\ne: 3\n", "4:3", "a colon is missing after this word"),
+        ("a: 1\nb: {c: 2\nd: 3\n", "2:4", "the bracket { that opens here"),
+        ("a: 1\nb: [c, 2\nd: 3\n", "2:4", "the bracket [ that opens here"),
+        ('a: 1\nb: "c\nd: 3\n', "2:4", "the quote that begins here"),
+        ("a: 1\nb: {c: 2 d: 3}\n", "2:", "bracket {"),  # in one line: where it is noticed
+        ("a:\n  b: 1\n c: 2\n", "3:2", "block mapping"),
+    ],
+)
+def test_a_syntax_error_stands_where_it_begins(parser, text, place, what):
+    line = refused(text, parser)
+    assert line.startswith(f"f.yaml:{place}")
+    assert what in line

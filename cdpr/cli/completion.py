@@ -1,0 +1,51 @@
+"""What a shell offers after the Tab key: names of installed plugins, and keys that `--set` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import click
+
+Complete = Callable[[click.Context, click.Parameter, str], list[str]]
+
+
+def plugins(role: Any) -> Complete:
+    """Complete the name of a backend, solver or controller; in a list, the one behind the last comma."""
+
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+        from cdpr.plugins.registry import registry
+
+        before, comma, last = incomplete.rpartition(",")
+        return [f"{before}{comma}{name}" for name in registry().names(role) if name.startswith(last)]
+
+    return complete
+
+
+def keys(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    """Complete a key of a scenario, with the options of all installed plugins."""
+    from cdpr.scenario.json_schema import scenario_schema
+
+    schema = scenario_schema()
+    return sorted({key for key in _leaves(schema, schema, "", ()) if key.startswith(incomplete)})
+
+
+def _leaves(node: dict[str, Any], root: dict[str, Any], path: str, inside: tuple[str, ...]) -> Iterator[str]:
+    """Yield the dotted keys below a node of a JSON Schema; of lists of mappings those of the first item."""
+    if "$ref" in node:
+        name = node["$ref"].rpartition("/")[2]
+        if name not in inside:
+            yield from _leaves(root["$defs"][name], root, path, (*inside, name))
+        return
+    forms = [form for key in ("anyOf", "oneOf", "allOf") for form in node.get(key, ())]
+    forms += [node[key] for key in ("then", "else") if isinstance(node.get(key), dict)]
+    for form in forms:
+        yield from _leaves(form, root, path, inside)
+    for name, child in node.get("properties", {}).items():
+        if isinstance(child, dict):
+            yield from _leaves(child, root, f"{path}.{name}" if path else name, inside)
+    items = node.get("items")
+    if isinstance(items, dict) and ("$ref" in items or "oneOf" in items or "anyOf" in items):
+        yield from _leaves(items, root, f"{path}[0]", inside)
+    if path and not ("properties" in node or forms):
+        yield path

@@ -1,0 +1,100 @@
+"""How compiled kernels are kept on disk: one file each, named by all that its content depends on.
+
+numba's own cache names the folder of the source, so that every other checkout compiles all kernels anew. It also keeps
+an index beside the data: of two processes that save different signatures at once, one may then load the other's, and a
+damaged file ends the program. Here a file is either whole or not there, and depends on no folder.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+from cdpr.model import kernel_cache
+
+CHECKSUM = hashlib.sha256().digest_size  # bytes at the start of each file
+
+
+@lru_cache(maxsize=1)
+def folder() -> Path:
+    """Return the folder of compiled kernels; it stays the same in a process."""
+    return Path(kernel_cache.folder())
+
+
+class KernelStore(_Cache):  # type: ignore[misc]
+    """The compiled signatures of one function, as numba's dispatcher asks for them.
+
+    `sources` is a fingerprint of the sources that the function is made of, beside ours.
+
+    Attributes:
+        cache_path: the folder, for numba's statistics.
+    """
+
+    cache_path = None
+
+    def __init__(self, function: Callable[..., Any], sources: str) -> None:
+        self.cache_path = str(folder())
+        self._name = f"{function.__module__}.{function.__qualname__}"
+        cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
+        code = function.__code__
+        self._version = (
+            (numba.__version__, llvmlite.__version__, sys.implementation.cache_tag),
+            (self._name, code.co_firstlineno, code.co_code, dumps(cells) if cells else b""),
+            sources,
+        )
+
+    def load_overload(self, sig: object, target_context: Any) -> Any:
+        """Return the compiled function, or None where it is not there or not whole."""
+        target_context.refresh()
+        try:
+            content = self._file(sig, target_context.codegen()).read_bytes()
+        except OSError:
+            return None
+        checksum, payload = content[:CHECKSUM], content[CHECKSUM:]
+        if hashlib.sha256(payload).digest() != checksum:
+            return None
+        return CompileResult._rebuild(target_context, *pickle.loads(payload))
+
+    def save_overload(self, sig: object, data: Any) -> None:
+        """Keep a compiled function; where that fails, such as on a full disk, it is compiled again next time."""
+        if data.lifted or data.library.has_dynamic_globals:  # pointers of this process
+            return
+        payload = dumps(data._reduce())
+        target = self._file(sig, data.library.codegen)
+        part = None
+        try:
+            with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as file:
+                part = file.name
+                file.write(hashlib.sha256(payload).digest() + payload)
+            os.replace(part, target)
+        except OSError:
+            if part is not None:
+                with contextlib.suppress(OSError):
+                    os.unlink(part)
+
+    def enable(self) -> None:
+        """Do nothing: it is always on."""
+
+    def disable(self) -> None:
+        """Do nothing, likewise."""
+
+    def flush(self) -> None:
+        """Do nothing: what is compiled anew replaces what is there."""
+
+    def _file(self, sig: object, codegen: Any) -> Path:
+        key = hashlib.sha256(repr((self._version, str(sig), codegen.magic_tuple())).encode()).hexdigest()
+        return folder() / f"{self._name.replace('<', '').replace('>', '')[:120]}-{key[:32]}"
