@@ -47,7 +47,9 @@ class LegOptions(PluginOptions):
 
     @model_validator(mode="after")
     def _of_legs(self) -> LegOptions:
-        given = sorted(self.model_fields_set & set(LegOptions.model_fields))
+        # A scenario with every default written out holds these, too.
+        fields = LegOptions.model_fields
+        given = [name for name in fields if getattr(self, name) != fields[name].default]
         if given and getattr(self, "cables", "ups") != "ups":
             raise ValueError(f"{', '.join(given)}: only rigid legs have that; add cables: ups")
         return self
