@@ -94,27 +94,29 @@ def minimum_norm(
         for i in range(m):
             if not math.isfinite(tension[i]):
                 about, window = (ZERO if about == PREVIOUS else about), False
-    for i in range(m):
-        s = root[i] if weighted else 1.0
-        low[i], high[i], target[i] = s * t_min[i], s * t_max[i], 0.0
-        if about == MIDDLE:
-            target[i] = s * (0.5 * (t_min[i] + t_max[i]))
-        elif about != ZERO:
-            target[i] = s * (tension[i] if about == PREVIOUS else reference[i])
-        if window:
-            if not t_min[i] <= t_max[i]:
-                return BAD_INPUT
-            low[i] = max(low[i], s * (tension[i] - change))
-            high[i] = min(high[i], s * (tension[i] + change))
-            if not low[i] <= high[i]:  # the limits themselves have moved away
-                return NOT_FOUND
-        for j in range(n):
-            A[j, i] = W[j, i] / s if weighted else W[j, i]
+    plain = not (weighted or window or about != ZERO or worthwhile(n, m))
+    if not plain:
+        for i in range(m):
+            s = root[i] if weighted else 1.0
+            low[i], high[i], target[i] = s * t_min[i], s * t_max[i], 0.0
+            if about == MIDDLE:
+                target[i] = s * (0.5 * (t_min[i] + t_max[i]))
+            elif about != ZERO:
+                target[i] = s * (tension[i] if about == PREVIOUS else reference[i])
+            if window:
+                if not t_min[i] <= t_max[i]:
+                    return BAD_INPUT
+                low[i] = max(low[i], s * (tension[i] - change))
+                high[i] = min(high[i], s * (tension[i] + change))
+                if not low[i] <= high[i]:  # the limits themselves have moved away
+                    return NOT_FOUND
+            for j in range(n):
+                A[j, i] = W[j, i] / s if weighted else W[j, i]
     status = NOT_FOUND
     if worthwhile(n, m):
         status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
     if status == NOT_FOUND:
-        r = reduce(A, wrench, low, high, box, N, rest)
+        r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
         if r < 0:
             return -r
         if about != ZERO:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import platform
 import warnings
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -20,6 +20,7 @@ from cdpr.bench.problems import Problems, box, make_paths, make_problems
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
+from cdpr.plugins import PluginOptions
 from cdpr.plugins.registry import Registered, Registry, registry
 from cdpr.tension import Status
 from cdpr.tension.continuity import Path
@@ -46,6 +47,7 @@ def run(
     seed: int = SEED,
     *,
     plugins: Registry | None = None,
+    options: Mapping[str, Mapping[str, object]] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
     """Return all figures as plain data: lists, dictionaries, texts, numbers and None.
@@ -56,6 +58,7 @@ def run(
         poses: problems per robot.
         seed: of poses, loads and paths.
         plugins: where to look for solvers; the installed ones by default.
+        options: of solvers, by name, where not the default ones.
         progress: called with the steps done and their total.
 
     A solver that is not installed, cannot be loaded, raises or does not support a robot has a row that says so. An
@@ -67,6 +70,9 @@ def run(
     entries = {name: found.get("solver", name) for name in (found.names("solver") if solvers is None else solvers)}
     if not robots or not entries or poses < 1:
         raise CdprError("a benchmark needs at least one robot, one solver and one pose")
+    if strangers := sorted(set(options or {}) - set(entries)):
+        raise PluginError(f"options for '{strangers[0]}', which is not among the solvers asked: {', '.join(entries)}")
+    chosen = {name: entry.read_options((options or {}).get(name, {})) for name, entry in entries.items()}
     about = [_about(name, entry) for name, entry in entries.items()]
     usable = [name for name, row in zip(entries, about, strict=True) if not row["problem"]]
     result: dict[str, Any] = {
@@ -90,7 +96,9 @@ def run(
             done += ORACLE
             for name in usable:
                 progress(done, steps)
-                described["results"].append({"solver": name, **_row(entries[name], problems, oracle, paths, point)})
+                described["results"].append(
+                    {"solver": name, **_row(entries[name], chosen[name], problems, oracle, paths, point)}
+                )
                 done += 1
         progress(done, steps)
     except KeyboardInterrupt:
@@ -139,7 +147,9 @@ def _point(path: Path, s: float) -> tuple[Array, Array]:
     return read_only(W), read_only(wrench)
 
 
-def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point) -> dict[str, Any]:
+def _row(
+    entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+) -> dict[str, Any]:
     """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how."""
     if entry.info.properties.get("slow"):
         count = max(min(FEWEST, len(problems)), len(problems) // SLOW)
@@ -148,16 +158,16 @@ def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return _measured(entry, problems, oracle, paths, point)
+            return _measured(entry, options, problems, oracle, paths, point)
         except SolverFailed as failure:
             return {"outcome": "failed", "detail": str(failure)}
 
 
 def _measured(
-    entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+    entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
 ) -> dict[str, Any]:
     robot = problems.robot
-    solver = make(entry.load(), robot, entry.info.options())
+    solver = make(entry.load(), robot, options)
     answers = ask(solver, problems)
     if (answers.status == Status.UNSUPPORTED).all():
         return {"outcome": "unsupported", "detail": ""}

@@ -26,9 +26,20 @@ def command() -> None:
 @click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of poses, loads and paths.")
 @click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@click.option(
+    "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
+)
 @click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: str | None, as_json: bool) -> None:
+def solvers(
+    robots: tuple[str, ...],
+    poses: int,
+    seed: int,
+    solvers: str,
+    changes: tuple[str, ...],
+    out: str | None,
+    as_json: bool,
+) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
     ROBOTs are robot files; without any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
@@ -37,6 +48,7 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
 
     from cdpr.scenario import load_robot
 
+    options = _options(changes)
     loaded = [load_robot(path) for path in robots or _default_robots()]
     chosen = None if solvers == "all" else names(solvers)
     # Only sound files are worth the time that these take to import.
@@ -45,7 +57,7 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
 
     tell_of_compilation()
     with Progress() as progress:
-        figures = plain(bench.run(loaded, chosen, poses, seed, progress=progress))
+        figures = plain(bench.run(loaded, chosen, poses, seed, progress=progress, options=options))
     if out is not None:
         from cdpr.report.bench import write_bench
 
@@ -59,6 +71,23 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
     if figures["interrupted"]:
         click.echo("interrupted: not all was measured", err=True)
         raise click.exceptions.Exit(ExitCode.INTERRUPTED)
+
+
+def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    """Read what `--set` gives, by solver."""
+    from cdpr.scenario.yaml_nodes import parse_value
+
+    options: dict[str, dict[str, Any]] = {}
+    for change in changes:
+        key, equals, value = change.partition("=")
+        solver, _, option = key.rpartition(".")
+        if not (solver and option and equals):
+            raise CdprError(f"--set {change}: SOLVER.KEY=VALUE is expected, such as osqp.iterations=200")
+        try:
+            options.setdefault(solver, {})[option] = parse_value(value)
+        except ValueError as error:
+            raise CdprError(f"--set {change}: {error}") from None
+    return options
 
 
 def _default_robots() -> list[str]:

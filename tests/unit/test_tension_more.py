@@ -170,3 +170,49 @@ def test_a_coarser_tolerance_is_coarser():
     optimum = ask("qp", robot, W, wrench)[1]
     fine, coarse = (ask("clarabel", robot, W, wrench, tolerance=x)[1] for x in (1e-13, 1e-7))
     assert np.abs(fine - optimum).max() < np.abs(coarse - optimum).max()
+
+
+def test_options_in_the_benchmark():
+    """Given to the solver they name alone; a mistake is told before anything is measured."""
+    from cdpr.bench import run
+
+    robot = cdpr.load_robot(ROBOTS / "twelve.yaml")
+    figures = run([robot], ["clarabel", "daqp"], 12, options={"clarabel": {"iterations": 1}})
+    coverage = {row["solver"]: row["coverage"] for row in figures["robots"][0]["results"]}
+    assert coverage == {"clarabel": 0.0, "daqp": 1.0}
+    command = ["bench", "solvers", str(ROBOTS / "twelve.yaml"), "--solvers", "daqp", "--set"]
+    for change, text in {
+        "daqp.nwsr=3": "nwsr",
+        "osqp.time=1": "not among the solvers",
+        "daqp": "SOLVER.KEY=VALUE",
+    }.items():
+        answer = CliRunner().invoke(main, [*command, change])
+        assert answer.exit_code != 0
+        assert text in answer.output + str(answer.exception)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "bullet", "dart"])
+def test_legs_have_mass_and_damping_on_request(engine):
+    """Both change the motion, their defaults do not; on massless cables both are refused."""
+    if registry().get("backend", engine).missing:
+        pytest.skip("not installed")
+
+    def moved(**options):
+        run = cdpr.simulate(
+            ROBOTS.parent / "caroca.yaml",
+            backend=engine,
+            overrides={
+                "simulation.duration": 0.05,
+                "initial.velocity": [0.5, 0.2, 0.1],
+                **{f"backend_options.{engine}.{key}": value for key, value in {"cables": "ups", **options}.items()},
+            },
+        )
+        return run.position
+
+    plain, same = moved(), moved(leg_mass=1e-3)
+    assert np.array_equal(plain, same)
+    assert not np.array_equal(plain, moved(leg_mass=0.1))
+    for key in ("slide_damping", "hinge_damping"):
+        assert not np.array_equal(plain, moved(**{key: 0.01}))
+    with pytest.raises(cdpr.CdprError, match="only rigid legs"):
+        moved(cables="ideal", leg_mass=0.1)
