@@ -25,12 +25,26 @@ class ExitCode(IntEnum):
     TERMINATED = 143
 
 
+def printable(text: str) -> str:
+    """Escape what would break a line or speak to a terminal: names, files and values are a stranger's words.
+
+    Letters of any script stay; control characters, those that turn the direction of writing and bytes that are no
+    text become escapes such as \\x1b.
+    """
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
+
+
 class CdprError(Exception):
-    """Base of every error that cdpr raises on purpose; its text is meant for the user."""
+    """Base of every error that cdpr raises on purpose; its text is meant for the user, and printable line by line."""
 
     exit_code = ExitCode.BAD_INPUT
 
     run: Run | None = None  # with what was computed, where the error ended a run
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__("\n".join(map(printable, text.split("\n"))))
 
 
 class ScenarioError(CdprError):

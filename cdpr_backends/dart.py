@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -11,12 +12,11 @@ import numpy as np
 
 from cdpr.model import Robot, rotations
 from cdpr.model.body_frame import BodyFrame
-from cdpr.model.guide import IntArray, from_coordinates, onto_coordinates
+from cdpr.model.guide import Guide, IntArray, from_coordinates, onto_coordinates
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import conjugate, exponential, logarithm, multiply, quaternion, store, vector
+from cdpr.model.kernels import conjugate, dot, exponential, logarithm, multiply, quaternion, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
-from cdpr_backends.attitude import put_attitude
 from cdpr_backends.snapshots import put_back, save
 
 # DART drops forces that are not finite, and where numbers overflow it prints warnings without end and goes on with
@@ -27,9 +27,11 @@ SANE = 1e12
 NO_MASS = 1e-100
 
 
-# DART keeps the attitude of a free joint as rotation vector, and its steps are inexact where that is near zero: by 4e-8
-# rad after 1 s. DART's body axes are turned by this much in ours, so that an upright platform is far from there.
-TURN = exponential((0.6, 0.5, 0.4))
+# DART cuts the exponential of a rotation vector below 1e-3 rad off after its second power, which is wrong by a sixth of
+# the third: 2e-10 rad. It takes that of a free joint's attitude and that of the turn of each step. So its body axes are
+# turned in ours, by the first from the attitude at hand, again where that attitude comes nearer to zero than NEAR rad.
+FACING = exponential((0.6, 0.5, 0.4))
+NEAR = 0.2
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
@@ -48,49 +50,36 @@ class DartBackend(RigidBodyBackend):
         """Make the world."""
         self.world = world = make_world(self.gravity, self.physics_step)
         frame, body, applied = self.frame, self.body, self.applied
-        self._home = home = np.zeros(3)  # where the slides measure from
-        self.skeleton = skeleton = add_platform(world, frame)
-        forces = np.zeros(skeleton.getNumDofs())
-        get_q, get_u, push, step = skeleton.getPositions, skeleton.getVelocities, skeleton.setForces, world.step
+        self.joints: FreeJoint | GuideJoints
         if frame.guide is None:
-            from_joint: Callable[[Array, Array], None] = partial(read_free_joint, body)
-            onto_joint = partial(free_joint_force, body, applied, forces)
+            self.joints = FreeJoint(world, frame, body, self.physics_step)
+            forces = np.zeros(6)
+            onto_joints: Callable[[], bool] = partial(free_joint_force, body, applied, forces)
         else:
-            guide = frame.guide
-            from_joint = partial(read_guide, guide.packed, guide.rows, home, body)
-            onto_joint = partial(guide_force, guide.rows, body, applied, forces)
+            self.joints = GuideJoints(world, frame, frame.guide, body)
+            forces = np.zeros(self.joints.skeleton.getNumDofs())
+            onto_joints = partial(guide_force, frame.guide.rows, body, applied, forces)
+        push, step, moved = self.joints.skeleton.setForces, world.step, self.joints.moved
 
         def advance() -> None:
-            self._sane = onto_joint()
+            self._sane = onto_joints()
             if self._sane:
                 push(forces)
                 step()
-
-        def read() -> None:
-            if self._sane:
-                from_joint(get_q(), get_u())
+                moved()
             else:
                 body[:] = np.nan
 
-        self._advance, self._read = advance, read
+        self._advance = advance
 
     def write(self) -> None:
         """Put the body into `body`."""
         self._sane = True
         self.world.reset()
-        guide = self.frame.guide
-        if guide is None:
-            q, u = np.zeros(6), np.zeros(6)
-            write_free_joint(self.body, q, u)
-        else:
-            self._home[:] = self.body[:3] * (1.0 - guide.packed[:3])
-            put_root(self.skeleton, self._home)
-            q, u = guide.coordinates(self.body, self._home)
-        set_motion(self.skeleton, q, u)
+        self.joints.write()
 
     def read(self) -> None:
-        """Read the body into `body`."""
-        self._read()
+        """Do nothing: what moves the body reads it, too."""
 
     def advance(self) -> None:
         """Advance by one physics step."""
@@ -102,22 +91,21 @@ class DartBackend(RigidBodyBackend):
 
     def snapshot(self) -> object:
         """Return joint coordinates and rates, DART's time and our arrays."""
-        motion = self.skeleton.getPositions(), self.skeleton.getVelocities()
-        return motion, self.world.getTime(), self._sane, save(self.arrays)
+        skeleton = self.joints.skeleton
+        return (skeleton.getPositions(), skeleton.getVelocities()), self.world.getTime(), self._sane, save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        motion, time, self._sane, arrays = snapshot
+        coordinates, time, self._sane, arrays = snapshot
         put_back(arrays, self.arrays)
         self.world.setTime(time)
-        if self.frame.guide is not None:
-            put_root(self.skeleton, self._home)
-        set_motion(self.skeleton, *motion)
+        self.joints.place()
+        set_motion(self.joints.skeleton, *coordinates)
 
     @property
     def arrays(self) -> tuple[Array, ...]:
         """What a snapshot must hold besides DART's own state."""
-        return *super().arrays, self._home
+        return *super().arrays, self.joints.kept
 
 
 def make_world(gravity: Array, step: float) -> Any:
@@ -131,23 +119,93 @@ def make_world(gravity: Array, step: float) -> Any:
     return world
 
 
-def add_platform(world: Any, frame: BodyFrame) -> Any:
-    """Add the platform on its joints and return its skeleton."""
-    skeleton = dartpy.dynamics.Skeleton("platform")
-    if frame.guide is None:
-        _, last = skeleton.createFreeJointAndBodyNodePair()
-        axes = rotations.matrix(np.array(conjugate(TURN)))
-        last.setInertia(dartpy.dynamics.Inertia(frame.mass, frame.center, axes * frame.moments @ axes.T))
-    else:
+class FreeJoint:
+    """A free platform as DART moves it, but for what DART loses of its attitude.
+
+    DART steps, and its attitude is then put right by the exact turn at DART's angular velocity: see `FACING`.
+
+    Attributes:
+        skeleton: DART's.
+        kept: (4,) how DART's body axes are turned in ours, w, x, y, z.
+    """
+
+    def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
+        self.skeleton = dartpy.dynamics.Skeleton("platform")
+        _, self._link = self.skeleton.createFreeJointAndBodyNodePair()
+        self._frame, self._body, self._step = frame, body, step
+        self.kept = np.array(FACING)
+        self.place()
+        world.addSkeleton(self.skeleton)
+        self._get_q, self._get_u, self._set_q = (
+            self.skeleton.getPositions,
+            self.skeleton.getVelocities,
+            self.skeleton.setPositions,
+        )
+
+    def place(self) -> None:
+        """Turn DART's body axes as `kept` says."""
+        axes = rotations.matrix(np.array(conjugate(quaternion(self.kept, 0))))
+        inertia = axes * self._frame.moments @ axes.T
+        self._link.setInertia(dartpy.dynamics.Inertia(self._frame.mass, np.zeros(3), (inertia + inertia.T) / 2))
+
+    def write(self) -> None:
+        """Put the body into `body`."""
+        self._face()
+        q, u = np.zeros(6), np.zeros(6)
+        write_free_joint(self.kept, self._body, q, u)
+        set_motion(self.skeleton, q, u)
+
+    def moved(self) -> None:
+        """Read the body into `body` after a step."""
+        q = self._get_q()
+        if follow(self.kept, self._step, q, self._get_u(), self._body):
+            self._face()
+            write_rotation(self.kept, self._body, q)
+        self._set_q(q)
+
+    def _face(self) -> None:
+        """Turn DART's body axes anew, by FACING from where they would be at DART's zero."""
+        self.kept[:] = multiply(conjugate(quaternion(self._body, 3)), FACING)
+        self.place()
+
+
+class GuideJoints:
+    """A platform on the joints of its guide.
+
+    Attributes:
+        skeleton: DART's.
+        kept: (3,) where the slides measure from, world.
+    """
+
+    def __init__(self, world: Any, frame: BodyFrame, guide: Guide, body: Array) -> None:
+        self.skeleton = dartpy.dynamics.Skeleton("platform")
+        self._guide, self._body = guide, body
+        self.kept = np.zeros(3)
         axes = rotations.matrix(frame.axes)
-        kinds = ["Prismatic"] * len(frame.guide.slides)
-        directions = list(frame.guide.slides)
-        if frame.guide.hinge is not None:
+        kinds = ["Prismatic"] * len(guide.slides)
+        directions = list(guide.slides)
+        if guide.hinge is not None:
             kinds.append("Revolute")
-            directions.append(frame.guide.hinge)
-        chain(skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, axes * frame.moments @ axes.T)
-    world.addSkeleton(skeleton)
-    return skeleton
+            directions.append(guide.hinge)
+        chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, axes * frame.moments @ axes.T)
+        world.addSkeleton(self.skeleton)
+        self._read = partial(from_coordinates, guide.packed, guide.rows, self.kept)
+        self._get_q, self._get_u = self.skeleton.getPositions, self.skeleton.getVelocities
+
+    def place(self) -> None:
+        """Put the first joint where `kept` says."""
+        put_root(self.skeleton, self.kept)
+
+    def write(self) -> None:
+        """Put the body into `body`."""
+        self.kept[:] = self._body[:3] * (1.0 - self._guide.packed[:3])
+        self.place()
+        set_motion(self.skeleton, *self._guide.coordinates(self._body, self.kept))
+        self.moved()
+
+    def moved(self) -> None:
+        """Read the body into `body`."""
+        self._read(self._get_q(), self._get_u(), self._body)
 
 
 def chain(skeleton: Any, kinds: Sequence[str], directions: Array, mass: float, center: Array, inertia: Array) -> Any:
@@ -204,25 +262,34 @@ def guide_force(rows: IntArray, body: Array, applied: Array, forces: Array) -> b
 
 
 @kernel
-def read_free_joint(body: Array, q: Array, u: Array) -> None:
-    """Read DART's free joint (rotation vector, position; angular velocity, velocity) into a body state (13,)."""
-    put_attitude(multiply(exponential(vector(q, 0)), conjugate(TURN)), body)
+def follow(kept: Array, step: float, q: Array, u: Array, body: Array) -> bool:
+    """Move a body state (13,) to the end of DART's step and put its attitude into DART's coordinates.
+
+    The free joint has rotation vector and position (6,), angular velocity and velocity (6,). Returns whether the
+    rotation vector has come too near to zero for DART's next step.
+    """
+    a = multiply(exponential((step * u[0], step * u[1], step * u[2])), quaternion(body, 3))
+    scale = 1.0 / math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3])  # else round-off would add up
+    for i in range(4):
+        body[3 + i] = scale * a[i]
     for i in range(3):
         body[i] = q[3 + i]
         body[7 + i] = u[3 + i]
         body[10 + i] = u[i]
+    write_rotation(kept, body, q)
+    return dot(vector(q, 0), vector(q, 0)) < NEAR * NEAR
 
 
 @kernel
-def write_free_joint(body: Array, q: Array, u: Array) -> None:
-    """Undo `read_free_joint`."""
-    store(logarithm(multiply(quaternion(body, 3), TURN)), q, 0)
+def write_rotation(kept: Array, body: Array, q: Array) -> None:
+    """Write the rotation vector of DART's axes for a body state (13,) into DART's coordinates (6,)."""
+    store(logarithm(multiply(quaternion(body, 3), quaternion(kept, 0))), q, 0)
+
+
+@kernel
+def write_free_joint(kept: Array, body: Array, q: Array, u: Array) -> None:
+    """Write coordinates and rates, (6,) each, of DART's free joint for a body state (13,)."""
+    write_rotation(kept, body, q)
     store(vector(body, 0), q, 3)
     store(vector(body, 10), u, 0)
     store(vector(body, 7), u, 3)
-
-
-@kernel
-def read_guide(guide: Array, rows: IntArray, home: Array, body: Array, q: Array, u: Array) -> None:
-    """Read joint coordinates and rates (n,) into a body state (13,)."""
-    from_coordinates(guide, rows, home, q, u, body)

@@ -8,14 +8,12 @@ import dartpy
 import numpy as np
 
 from cdpr_backends.dart import (
-    add_platform,
+    FreeJoint,
     chain,
     free_joint_force,
     make_world,
     put_root,
-    read_free_joint,
     set_motion,
-    write_free_joint,
 )
 from cdpr_backends.snapshots import put_back, save
 from cdpr_backends.ups import UpsBackend
@@ -37,10 +35,9 @@ class DartUps(UpsBackend):
         """Make the world with the body in `body`."""
         self._sane = True
         world = make_world(self.gravity, self.physics_step)
-        platform = add_platform(world, self.frame)
-        q, u = np.zeros(6), np.zeros(6)
-        write_free_joint(self.body, q, u)
-        set_motion(platform, q, u)
+        joint = FreeJoint(world, self.frame, self.body, self.physics_step)
+        joint.write()
+        platform = joint.skeleton
         skeletons = [platform]
         for i, leg in enumerate(self.legs()):
             skeleton = dartpy.dynamics.Skeleton(f"leg_{i}")
@@ -54,23 +51,19 @@ class DartUps(UpsBackend):
             loop.setErrorReductionParameter(ERROR_REDUCTION)
             world.getConstraintSolver().addConstraint(loop)
             skeletons.append(skeleton)
-        self._use(world, skeletons)
+        self._use(world, joint, skeletons)
 
-    def _use(self, world: Any, skeletons: list[Any]) -> None:
-        self._world, self._skeletons = world, skeletons
+    def _use(self, world: Any, joint: FreeJoint, skeletons: list[Any]) -> None:
+        self._world, self._joint, self._skeletons = world, joint, skeletons
 
     def read(self) -> None:
-        """Read the body into `body`."""
-        if self._sane:
-            platform = self._skeletons[0]
-            read_free_joint(self.body, platform.getPositions(), platform.getVelocities())
-        else:
-            self.body[:] = np.nan
+        """Do nothing: what moves the body reads it, too."""
 
     def advance(self) -> None:
         """Advance by one physics step."""
         self._sane = free_joint_force(self.body, self.applied, self._forces) and bool(np.isfinite(self.command).all())
         if not self._sane:
+            self.body[:] = np.nan
             return
         self._skeletons[0].setForces(self._forces)
         legs = self._skeletons[1:]
@@ -78,6 +71,7 @@ class DartUps(UpsBackend):
         for skeleton, force in zip(legs, forces, strict=True):
             skeleton.setForces(force)
         self._world.step()
+        self._joint.moved()
 
     def engine_time(self) -> float:
         """Return DART's time, s."""
@@ -85,13 +79,16 @@ class DartUps(UpsBackend):
 
     def snapshot(self) -> object:
         """Return the world as it was built, joint coordinates and rates, DART's time and our arrays."""
+        built = self._world, self._joint, self._skeletons, self._joint.kept.copy()
         motion = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._skeletons]
-        return self._world, self._skeletons, motion, self._world.getTime(), self._sane, save(self.arrays)
+        return built, motion, self._world.getTime(), self._sane, save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        world, skeletons, motion, time, self._sane, arrays = snapshot
-        self._use(world, skeletons)
+        (world, joint, skeletons, kept), motion, time, self._sane, arrays = snapshot
+        self._use(world, joint, skeletons)
+        joint.kept[:] = kept
+        joint.place()
         world.setTime(time)
         for skeleton, (q, u) in zip(skeletons, motion, strict=True):
             set_motion(skeleton, q, u)

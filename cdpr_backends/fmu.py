@@ -23,7 +23,7 @@ from cdpr.fmu.trust import require_trust
 from cdpr.model import Robot, kinematics
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
-from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, pull_fault, start_fault
+from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
 from cdpr_backends.snapshots import Saved, put_back, save
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
@@ -161,18 +161,10 @@ class FmuBackend(Backend):
 
     def _check_pull(self, start: Array) -> None:
         """Refuse an FMU whose cables do not pull like the robot's: one step of it for each cable, from the start."""
-        kept = save((self.command, self.external))
-        least, pull = self.robot.tension_min, np.maximum(1.0, self.robot.tension_max - self.robot.tension_min)
-        twists = []
-        for more in (np.zeros(self.robot.m), *np.diag(pull)):
-            self.command[:], self.external[:] = least + more, 0.0
-            self._put()
-            self.fmu.start(self._known(start))
-            self.step(1)
-            twists.append(self.state[7:].copy())
-        put_back(kept, (self.command, self.external))
-        accelerations = (np.array(twists[1:]) - twists[0]) / self.physics_step
-        fault, share = pull_fault(self.robot, start, pull, accelerations)
+        pull = np.maximum(1.0, self.robot.tension_max - self.robot.tension_min)
+        fault, share = pull_fault(self.robot, start, pull, self._answers(start, pull))
+        if not fault and share < NO_ANSWER:  # with a wrong sign, cables that cannot push answer only to the opposite
+            fault, _ = pull_fault(self.robot, start, -pull, self._answers(start, -pull))
         self._refuse(fault)
         if share * MOST_FACTOR < 1.0:
             warnings.warn(
@@ -180,6 +172,20 @@ class FmuBackend(Backend):
                 "step: unless drives stand between, check the unit of its input, and the mass that it has",
                 stacklevel=2,
             )
+
+    def _answers(self, start: Array, pull: Array) -> Array:
+        """Return the accelerations (m, 6), over one step, that `pull` (m,) adds in each cable alone."""
+        kept = save((self.command, self.external))
+        twists = []
+        for more in (np.zeros(self.robot.m), *np.diag(pull)):
+            self.command[:], self.external[:] = self.robot.tension_min + more, 0.0
+            self._put()
+            self.fmu.start(self._known(start))
+            self.step(1)
+            twists.append(self.state[7:].copy())
+        put_back(kept, (self.command, self.external))
+        accelerations: Array = (np.array(twists[1:]) - twists[0]) / self.physics_step
+        return accelerations
 
     def _refuse(self, fault: str) -> None:
         if fault:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+import yaml
 from conftest import ROOT
 
 import cdpr
@@ -59,6 +61,28 @@ class Here(Runs):
 
 def load(name, changes=()):
     return cdpr.load_scenario(SCENARIOS / f"{name}.yaml", overrides=changes)
+
+
+def shrunk(name, length, mass):
+    """The first 0.2 s of a scenario with its robot and its path `length` times as long, the platform of `mass`, kg."""
+    plain = yaml.safe_load(load(name, {"simulation.duration": 0.2}).resolved_yaml())
+    robot, platform = plain["robot"], plain["robot"]["platform"]
+    share = mass / platform["mass"]
+
+    def scale(section, key, by):
+        section[key] = (np.array(section[key]) * by).tolist()
+
+    scale(platform, "inertia", share * length**2)
+    scale(platform, "center_of_mass", length)
+    platform["mass"] = mass
+    for cable in robot["cables"]:
+        scale(cable, "frame", length)
+        scale(cable, "platform", length)
+    for end in ("min", "max"):
+        scale(robot["tension"], end, share)
+    for section in (plain["initial"], plain["trajectory"]["from"], plain["trajectory"]["to"]):
+        scale(section, "position", length)
+    return cdpr.load_scenario(SCENARIOS / f"{name}.yaml", text=yaml.safe_dump(plain))
 
 
 def comparison(name, backends=None, changes=(), solvers=()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import errno
 import os
 import sys
 import warnings
@@ -13,6 +12,7 @@ from typing import Any
 import click
 
 from cdpr import __version__
+from cdpr.cli.streams import printable_streams, streams
 from cdpr.errors import CdprError, ExitCode
 
 DEBUG = "CDPR_DEBUG"
@@ -21,6 +21,7 @@ SHOWN = 60  # letters of a word that is no command
 # Name -> module and one line of help, so that `cdpr --help` imports none of them.
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
+    "examples": "List the examples that come with cdpr, or copy one.",
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
     "solvers": "List the tension solvers: what they minimise, promise and take.",
@@ -83,12 +84,14 @@ def cli() -> None:
     """Simulate and analyse cable-driven parallel robots."""
 
 
+@printable_streams()
 def main() -> None:
     """Run the command line; every error meant for the user becomes text and an exit code, never a traceback."""
     # A warning is a line for the user, not a place in our code.
     warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
     try:
-        code = cli.main(standalone_mode=False)
+        with streams():
+            code = cli.main(standalone_mode=False)
     except click.exceptions.Abort:
         code = ExitCode.INTERRUPTED
     except KeyboardInterrupt:
@@ -102,12 +105,8 @@ def main() -> None:
         click.echo(str(error), err=True)
         code = error.exit_code
     except OSError as error:
-        if error.errno == errno.EPIPE:  # the reader of our output has gone: nobody to say anything to
-            sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit
-            code = ExitCode.OK
-        else:
-            click.echo(f"cannot write the output: {error}", err=True)
-            code = ExitCode.NOT_WRITABLE
+        click.echo(f"cannot write the output: {error}", err=True)
+        code = ExitCode.NOT_WRITABLE
     except Exception as error:
         if os.environ.get(DEBUG):
             raise

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names
+from cdpr.cli.names import names, plugin_files
 from cdpr.cli.progress import Progress, tell_of_compilation
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import ExitCode
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
@@ -29,6 +29,7 @@ def command() -> None:
 @click.option(
     "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
 )
+@plugin_files
 @click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def solvers(
@@ -42,14 +43,15 @@ def solvers(
 ) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
-    ROBOTs are robot files; without any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
+    ROBOTs are robot files or names of examples; without any, eight examples are taken. Ctrl-C keeps what has been
+    measured.
     """
     from pathlib import Path
 
     from cdpr.scenario import load_robot
 
     options = _options(changes)
-    loaded = [load_robot(path) for path in robots or _default_robots()]
+    loaded = [load_robot(path) for path in robots or ROBOTS]
     chosen = None if solvers == "all" else names(solvers)
     # Only sound files are worth the time that these take to import.
     from cdpr import bench
@@ -90,18 +92,6 @@ def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
     return options
 
 
-def _default_robots() -> list[str]:
-    from pathlib import Path
-
-    import cdpr
-
-    folder = Path(cdpr.__file__).parent.parent / "scenarios" / "robots"
-    paths = [folder / f"{name}.yaml" for name in ROBOTS]
-    if not all(path.is_file() for path in paths):
-        raise CdprError("this installation has no robots of its own: name robot files, cdpr bench solvers ROBOT...")
-    return [str(path) for path in paths]
-
-
 def _print(figures: dict[str, Any]) -> None:
     """Print one table per robot, then what could not be asked and what the columns say."""
     from rich import box
@@ -111,7 +101,8 @@ def _print(figures: dict[str, Any]) -> None:
 
     from cdpr.report.bench_cells import COLUMNS, MEANING, NOTHING, cells, facts
 
-    console = Console(width=WIDTH)  # in a narrower terminal lines wrap; squeezed columns would lose figures
+    # In a narrower terminal lines wrap; squeezed columns would lose figures. Colours would be escaped, see cli.streams.
+    console = Console(width=WIDTH, color_system=None)
     for robot in figures["robots"]:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
         table.add_column("solver", overflow="fold")

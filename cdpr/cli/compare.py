@@ -6,7 +6,7 @@ import json
 
 import click
 
-from cdpr.cli.names import names
+from cdpr.cli.names import names, plugin_files
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode, PluginError
 
@@ -16,6 +16,7 @@ from cdpr.errors import CdprError, ExitCode, PluginError
 @click.option("--backends", default="all", show_default=True, metavar="A,B|all", help="Which engines.")
 @click.option("--solvers", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@plugin_files
 @click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
 @click.option("--jobs", type=click.IntRange(1), help="Processes at a time (default: one a core).")
 @click.option("--timeout", type=click.FloatRange(1.0), help="Seconds that a run may take (default: no limit).")
@@ -44,11 +45,12 @@ def command(
         raise CdprError("finished runs are compared as they are: leave out --backends, --solvers, --set and --refine")
     if finished:
         from cdpr.compare.finished import compare_finished
-        from cdpr.log.run_folder import empty_folder
+        from cdpr.compare.job import RESERVED
+        from cdpr.log.run_folder import claim
 
         result = compare_finished(what)
         if out is not None:
-            empty_folder(Path(out))
+            claim(Path(out), RESERVED)
     else:
         from cdpr.compare import job
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.errors import OutputError
+from cdpr.cli.names import plugin_files
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
@@ -22,6 +22,7 @@ MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | None, as_json: bool) -> None:
     """Tell what a robot is and can hold at a pose, and what a scenario's motion asks of it.
@@ -87,14 +88,12 @@ def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> N
     """Write drawing and figures into the folder, made if need be."""
     from pathlib import Path
 
+    from cdpr.log.files import make_folder, replace
     from cdpr.report.scene import write_svg
 
     folder = Path(out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "info.json").write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{error.filename or out}: cannot be written: {error.strerror or error}") from error
+    make_folder(folder)
+    replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:
         click.echo(folder / "robot.svg")

@@ -24,8 +24,10 @@ NOTHING: Mapping[str, int] = MappingProxyType({})
 def tell_of_compilation() -> None:
     """Say so once, should kernels have to be compiled that no earlier command needed."""
     from cdpr.model.jit import on_first_compilation
+    from cdpr.model.kernel_cache import lasting
 
-    on_first_compilation(lambda: click.echo("compiling numerical kernels, kept for later runs...", err=True))
+    kept = ", kept for later runs" if lasting() else ""
+    on_first_compilation(lambda: click.echo(f"compiling numerical kernels{kept}...", err=True))
 
 
 class Progress:
@@ -89,38 +91,39 @@ class Signals:
     """Which signals came.
 
     Attributes:
-        pending: the first came and waits for the command to end itself.
+        pending: one came.
         terminated: the system asked for the end rather than the user.
+        wait: the next is only remembered, for the command to look at; the one after it ends the command at once.
     """
 
     pending = False
     terminated = False
-
-    def __init__(self, wait: bool) -> None:
-        self._wait = wait
+    wait = False
 
     def handle(self, number: int, frame: object) -> None:
-        """End the command as Ctrl-C does, or leave the first time to it."""
+        """End the command as Ctrl-C does, or leave it to the command."""
         self.terminated = number != signal.SIGINT
-        if not self._wait:
+        self.pending = True
+        if not self.wait:
             raise KeyboardInterrupt
-        self._wait, self.pending = False, True
+        self.wait = False
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """What a command ends with that was ended."""
+        return ExitCode.TERMINATED if self.terminated else ExitCode.INTERRUPTED
 
 
 @contextmanager
-def terminating(*, wait: bool = False) -> Iterator[Signals]:
-    """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C, with exit codes of their own.
-
-    Where the command can `wait`, the first signal is only remembered, for it to look at; the second ends it at once.
-    """
-    signals = Signals(wait)
+def terminating() -> Iterator[Signals]:
+    """Let SIGTERM and SIGHUP end a command in the same orderly way as Ctrl-C, with exit codes of their own."""
+    signals = Signals()
     heard = [number for number in STOPPING if signal.getsignal(number) != signal.SIG_IGN]  # not so under nohup
     before = {number: signal.signal(number, signals.handle) for number in heard}
     try:
         yield signals
     except KeyboardInterrupt:
-        code = ExitCode.TERMINATED if signals.terminated else ExitCode.INTERRUPTED
-        raise click.exceptions.Exit(code) from None
+        raise click.exceptions.Exit(signals.exit_code) from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -13,7 +13,7 @@ import click
 def command(run: str, as_json: bool) -> None:
     """Make the log of a killed run whole again.
 
-    RUN is the folder of a run, or a log. The rows up to the first damage are kept, the old log too, as
+    RUN is the folder of a run, or a log. The rows up to the first damage are kept, and what stands behind them as
     log.mcap.torn. Where nothing is wrong, nothing is done.
     """
     from cdpr.log.repair import repair
@@ -27,16 +27,21 @@ def command(run: str, as_json: bool) -> None:
                     "rows": report.rows,
                     "problem": report.problem,
                     "torn": None if report.torn is None else str(report.torn),
+                    "lost_bytes": report.lost,
                     "interrupted": report.interrupted,
                 },
                 indent=2,
             )
         )
         return
-    if report.torn is None:
-        click.echo(f"{report.log}: complete, {report.rows} rows")
+    if report.problem is None:
+        what = f"complete, {report.rows} rows" if report.log.exists() else "the run ended before its first sample"
+        click.echo(f"{report.log}: {what}")
     else:
-        click.echo(f"{report.log}: was {report.problem}; written anew with {report.rows} rows")
-        click.echo(f"the old one is kept as {report.torn}")
+        click.echo(f"{report.log}: was {report.problem}; complete now, with {report.rows} rows")
+        if report.torn is not None:
+            click.echo(f"what stood from there on is kept as {report.torn}")
+        if report.lost:
+            click.echo(f"there was no room to keep the {report.lost} bytes of a block that was not whole")
     if report.interrupted:
         click.echo('run.json said "running", now "interrupted"')

@@ -7,30 +7,37 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from cdpr.cli import DEBUG
-from cdpr.errors import CdprError, ExitCode, Interrupted, OutputError, PluginError
+from cdpr.cli.names import plugin_files
+from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
+from cdpr.plugins.registry import hushed
 
 if TYPE_CHECKING:
+    from cdpr.cli.progress import Signals
     from cdpr.log.run import Run
+    from cdpr.scenario import Scenario
+
+FIRST = "caroca"  # the example for who has no scenario yet
 
 
 @click.command("run")
-@click.argument("scenario", type=click.Path())
+@click.argument("scenario", required=False, type=click.Path())
 @click.option("--backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
 @click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
 @click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
-    scenario: str,
+    scenario: str | None,
     backend: str | None,
     solver: str | None,
     controller: str | None,
@@ -41,43 +48,38 @@ def command(
     report: bool,
     as_json: bool,
 ) -> None:
-    """Simulate SCENARIO and write log, summary and report."""
-    from pathlib import Path
+    """Simulate SCENARIO, a file or the name of an example, and write log, summary and report.
 
-    from cdpr.scenario import load_scenario
-    from cdpr.scenario.overrides import typed
+    Without any, the example caroca runs.
+    """
+    from cdpr.cli.progress import terminating
 
-    chosen = {"backend": backend, "solver": solver, "controller": controller}
-    loaded = load_scenario(scenario, overrides=typed(chosen, changes))
-    for note in loaded.notes:
-        click.echo(note, err=True)
-    # Only a sound scenario is worth the time that these take to import.
-    from cdpr.cli.progress import Progress, tell_of_compilation, terminating
-    from cdpr.fmu.trust import any_fmu
-    from cdpr.log.run_folder import RunFolder
-    from cdpr.log.run_json import plain
-    from cdpr.simulation import simulate
-    from cdpr.simulation.build import make_header
+    with terminating() as signals:
+        from cdpr.scenario import load_scenario
+        from cdpr.scenario.overrides import typed
 
-    tell_of_compilation()
-    folder = RunFolder(Path(out) if out else None, make_header(loaded), sys.argv)
-    stop: CdprError | None = None
-    with terminating(wait=True) as signals:
-        with Progress() as progress:
+        if scenario is None:
+            scenario = FIRST
+            click.echo(f"no scenario is given: this runs the example {FIRST} (cdpr examples lists all)", err=True)
+        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        loaded = load_scenario(scenario, overrides=typed(chosen, changes))
+        for note in loaded.notes:
+            click.echo(note, err=True)
+        # Only a sound scenario is worth the time that these take to import.
+        from cdpr.fmu.trust import any_fmu
+        from cdpr.log.run_json import plain
 
-            def look(done: int, total: int) -> None:
-                if signals.pending:  # here no write is under way
-                    signals.pending = False
-                    raise Interrupted("interrupted")
-                progress(done, total)
-
-            try:
-                with any_fmu() if trust_fmu else nullcontext():
-                    run = simulate(loaded, out=folder, real_time=real_time, progress=look)
-            except CdprError as error:
-                if error.run is None or not len(error.run.rows):
+        stop: CdprError | None = None
+        try:
+            with any_fmu() if trust_fmu else nullcontext(), hushed():
+                run = _simulate(loaded, out, signals, real_time=real_time)
+        except CdprError as error:
+            if error.run is None or not len(error.run.rows):
+                if not isinstance(error, Interrupted):
                     raise
-                stop, run = error, error.run
+                click.echo(f"stopped: {error}", err=True)
+                raise click.exceptions.Exit(signals.exit_code) from None
+            stop, run = error, error.run
         if report:
             failure = _write_report(run)
             stop = stop or failure
@@ -90,7 +92,47 @@ def command(
         if os.environ.get(DEBUG):
             raise stop
         click.echo(f"stopped: {stop}", err=True)
-        raise click.exceptions.Exit(ExitCode.TERMINATED if signals.terminated else stop.exit_code)
+        raise click.exceptions.Exit(signals.exit_code if signals.pending else stop.exit_code)
+
+
+def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool) -> Run:
+    """Make the folder and run. Before the first sample a signal ends the run at once, then between two samples."""
+    from pathlib import Path
+
+    import numpy as np
+
+    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.log.run import Run
+    from cdpr.log.run_folder import RUNS, RunFolder
+    from cdpr.simulation import simulate
+    from cdpr.simulation.build import make_header
+    from cdpr.simulation.room import check_room
+
+    def look(done: int, total: int) -> None:
+        if signals.pending:  # here no write is under way
+            raise Interrupted("interrupted")
+        signals.wait = True
+        progress(done, total)
+
+    tell_of_compilation()
+    header = make_header(scenario)
+    check_room(scenario, header, Path(out or RUNS))
+    signals.wait = True
+    folder = RunFolder(Path(out) if out else None, header, sys.argv)
+    try:
+        signals.wait = False
+        if signals.pending:
+            raise KeyboardInterrupt
+        with Progress() as progress:
+            return simulate(scenario, out=folder, real_time=real_time, progress=look)
+    except KeyboardInterrupt as error:
+        run = getattr(error, "run", None)
+        if not isinstance(run, Run):
+            run = Run(header, np.empty((0, header.layout.width)), "interrupted", "interrupted")
+            folder.finish(run)
+        stopped = Interrupted("interrupted" if len(run.rows) else "interrupted before the first sample")
+        stopped.run = run
+        raise stopped from None
 
 
 def _write_report(run: Run) -> OutputError | None:
@@ -111,12 +153,12 @@ def _write_report(run: Run) -> OutputError | None:
 
 def _print(run: Run) -> None:
     """Print the summary for people, the folder last."""
-    header, figures = run.header, run.summary()
+    header = run.header
     click.echo(
         f"{header.scenario}: {len(header.cables)} cables, {header.backend}, {header.controller}, {header.solver}; "
         f"control {_ms(header.control_step)}, physics {_ms(header.physics_step)}"
     )
-    for line in _lines(figures):
+    for line in _lines(run):
         click.echo(f"  {line}")
     for event in run.events:
         until = f" to {event.until:.6g}" if event.until is not None else ""
@@ -126,15 +168,13 @@ def _print(run: Run) -> None:
     click.echo(run.folder)
 
 
-def _lines(figures: dict[str, Any]) -> Iterator[str]:
+def _lines(run: Run) -> Iterator[str]:
+    from cdpr.report.reservations import reservations
     from cdpr.report.text import unit_for
 
-    bad = figures["infeasible_steps"]
-    but = (
-        f", but {bad} of {figures['samples']} samples had no admissible tensions"
-        if bad and figures["status"] == "finished"
-        else ""
-    )
+    figures = run.summary()
+    said = list(reservations(run)) if figures["status"] == "finished" else []
+    but = f", but {'; '.join(said)}" if said else ""
     yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
     for name, key, base in (
         ("position error", "position_error_m", "m"),
@@ -163,7 +203,9 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "
             f"of {energy['turned_over']:.4g} J turned over{but}"
         )
-    yield f"{'infeasible steps':<20}{figures['infeasible_steps']} of {figures['samples']}"
+    for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
+        if figures[key] or key == "infeasible_steps":
+            yield f"{name:<20}{figures[key]} of {figures['samples']}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
 

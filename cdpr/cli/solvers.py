@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.names import plugin_files
+
 if TYPE_CHECKING:
     from cdpr.plugins.registry import Registered
 
@@ -39,6 +41,7 @@ LEGEND = """\
 @click.command("solvers")
 @click.argument("name", required=False)
 @click.option("--long", "as_long", is_flag=True, help="Tell all that is known of each.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(name: str | None, as_long: bool, as_json: bool) -> None:
     """List the tension solvers that are installed: what they minimise, what they promise, what they take.

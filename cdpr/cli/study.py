@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.errors import PluginError
+from cdpr.cli.names import plugin_files
+from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
     from cdpr.study import Results, Study
@@ -20,6 +21,7 @@ ROWS = 40  # of the table that are printed
 
 @click.command("study")
 @click.argument("study", type=click.Path())
+@plugin_files
 @click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
 @click.option(
     "--timeout",
@@ -78,8 +80,10 @@ def command(
                     progress=progress,
                     say=progress.say,
                 )
-            except KeyboardInterrupt:
-                progress.say(f"interrupted; this goes on: cdpr study {study} --out {folder}")
+            except (KeyboardInterrupt, CdprError) as stop:
+                if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
+                    told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
+                    progress.say(f"{told}; this goes on: cdpr study {study} --out {folder}")
                 raise
         if report:
             _report(results)

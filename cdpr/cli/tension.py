@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.errors import OutputError, PluginError
+from cdpr.cli.names import plugin_files
+from cdpr.errors import PluginError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]")
 @click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     file: str,
@@ -109,6 +111,7 @@ def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
     """Write picture and figures into the folder, made if need be; say where."""
     from pathlib import Path
 
+    from cdpr.log.files import make_folder, replace
     from cdpr.log.run_folder import RUNS, safe_name
     from cdpr.report.distributions import no_picture
 
@@ -122,13 +125,10 @@ def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
             picture = draw_null_space(figures)
         except PluginError as error:
             click.echo(f"no picture: {error}", err=True)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        written.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        if picture is not None:
-            written = folder / "tension.svg"
-            written.write_text(picture, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-    except OSError as error:
-        raise OutputError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from error
+    make_folder(folder)
+    replace(written, json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    if picture is not None:
+        written = folder / "tension.svg"
+        replace(written, picture.encode(errors="xmlcharrefreplace"))
     if not quiet:
         click.echo(written)

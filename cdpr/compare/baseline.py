@@ -85,7 +85,7 @@ def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> 
         machine=machine(),
         status=run.status,
         count=len(run.rows),
-        bounds={name: QUANTITIES[name].allowed(run.header) for name in bounded},
+        bounds={name: QUANTITIES[name].allowed(run) for name in bounded},
         digest=digest(run),
         indices=chosen,
         samples=samples,

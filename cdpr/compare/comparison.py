@@ -9,6 +9,7 @@ from typing import Any
 
 from cdpr.compare.differences import QUANTITIES, difference
 from cdpr.compare.engines import Engine, Field, is_continuous
+from cdpr.compare.excitation import unexcited
 from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.compare.verdict import Verdict, against_order, against_scheme, unjudged
 from cdpr.log.run import Run
@@ -77,6 +78,7 @@ class Group:
             "problem": self.problem,
             "judge_status": None if self.judge is None else self.judge.status,
             "judge_step_us": step_cost(self.judge),
+            "unexcited": [] if self.judge is None else unexcited(self.judge),
             "judge_tension_N": None if self.judge is None else self.judge.summary().get("tension_N"),
             "agrees": self.agrees,
             "engines": [row.to_dict() for row in self.rows],

@@ -14,11 +14,12 @@ from cdpr.compare.engines import field
 from cdpr.compare.refinement import Measured
 from cdpr.compare.refinement import refine as measure_orders
 from cdpr.compare.runs import Progress, Runs
-from cdpr.log.run_folder import empty_folder
+from cdpr.log.run_folder import claim
 from cdpr.log.run_json import plain
 from cdpr.scenario import load_scenario
 
 RUNS = "runs"
+RESERVED = "compare.json.tmp"  # makes a folder ours until compare.json takes its place
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,8 @@ def compare_scenario(
     for name in names:
         scenario.with_changes(solver=name)  # what is wrong with a solver is told before anything runs
     with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
-        folder = Path(temporary) if out is None else empty_folder(out)
+        folder = Path(temporary) if out is None else out
+        claim(folder, RESERVED)
         runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
         groups = compare(runs, chosen, names, named=backends is not None)
         orders = {name: measure_orders(runs, chosen, name) for name in names} if refine else {}

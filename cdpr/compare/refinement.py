@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cdpr.compare.differences import pose_apart
+from cdpr.compare.differences import pose_apart, size
 from cdpr.compare.engines import Engine, Field, finest_scheme
 from cdpr.compare.runs import Made, Runs, Wanted
 
@@ -21,12 +21,13 @@ TRUTH = 16  # and that of the truth: of order four its error is 0.4 % of the fin
 STRETCHES = (1, 10, 20, 50)  # of the control period, in this order, until errors are above round-off
 FEWEST = 10  # control periods that a run must have
 
-# m. The finest error of three must be larger: round-off of closed loops is 1e-16 to 2e-15 m.
-ABOVE_ROUND_OFF = 1e-14
+# As a share of the robot's size, as `differences.size` has it. The finest error of three must be larger: round-off of
+# closed loops is 2e-17 to 4e-16 of it.
+ABOVE_ROUND_OFF = 2e-15
 
-# m. With a larger error than this no power of the step is to be seen: the step is too long, or the loop, closed so
+# With a larger error than this share no power of the step is to be seen: the step is too long, or the loop, closed so
 # seldom, has become unstable.
-TOO_FAR = 1e-2
+TOO_FAR = 2e-3
 
 
 @dataclass(frozen=True)
@@ -122,11 +123,13 @@ def _hindrance(runs: Runs, base: Wanted, truth: Made, engine: Engine) -> Measure
     error = _error(runs[_rung(base, engine, 1)], truth)
     if isinstance(error, str):
         return Measured(engine.name, engine.order, "failed", error)
-    if not error < TOO_FAR:
+    assert truth.run is not None
+    scale = size(truth.run)
+    if not error < TOO_FAR * scale:
         step = 1e3 * runs.scenario.simulation.control_step * base.stretch / base.divide
         reason = f"{error:.2g} m from the truth with a step of {step:g} ms: choose a shorter simulation.physics_step"
         return Measured(engine.name, engine.order, "too far", reason)
-    if error / LADDER[-1] ** engine.order <= ABOVE_ROUND_OFF:
+    if error / LADDER[-1] ** engine.order <= ABOVE_ROUND_OFF * scale:
         return Measured(engine.name, engine.order, "at round-off")
     return None
 

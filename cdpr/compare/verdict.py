@@ -73,7 +73,7 @@ def against_scheme(run: Run, judge: Run, twin: Run, *, continuous: bool) -> Verd
     names = list(QUANTITIES) if continuous else list(POSE)
     checks = []
     for name in names:
-        bound, found = QUANTITIES[name].allowed(run.header), difference(name, run, twin)
+        bound, found = QUANTITIES[name].allowed(twin), difference(name, run, twin)
         checks.append(Check(name, found.max, 0.0, bound, found.time, found.max <= bound))
     return _verdict(run, judge, twin, checks, continuous)
 
@@ -84,7 +84,7 @@ def against_order(run: Run, judge: Run, halved: Run, halved_judge: Run, order: i
     checks = []
     for name in names:
         found, left = difference(name, run, judge), difference(name, halved, halved_judge)
-        bound = QUANTITIES[name].allowed(run.header)
+        bound = QUANTITIES[name].allowed(judge)
         if found.max <= bound:
             checks.append(Check(name, found.max, 0.0, bound, found.time, True))
             continue
@@ -116,7 +116,7 @@ def _verdict(
         _differences(run, judge),
         tuple(checks),
         spans(run, _other_status(run, standard)),
-        () if continuous else spans(run, apart("tension", run, standard)[1] > QUANTITIES["tension"].round_off),
+        () if continuous else spans(run, apart("tension", run, standard)[1] > QUANTITIES["tension"].allowed(standard)),
     )
 
 

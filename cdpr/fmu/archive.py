@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import os
 import platform
 import re
 import stat
@@ -15,6 +16,7 @@ import struct
 import sys
 import zipfile
 import zlib
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -30,6 +32,7 @@ BUILD = "sources/buildDescription.xml"  # not used here, but FMPy reads it
 MAX_FILE = 256 * 2**20
 MAX_TOTAL = 2**30
 MAX_ENTRIES = 20_000
+MAX_NAME = 1000  # letters
 MAX_DIRECTORY = 8 * 2**20  # bytes of the zip's table of contents, read at once
 MAX_XML = 16 * 2**20  # the worst of it takes 0.8 GB while it is read
 MAX_RATIO = 200  # of sizes; text shrinks to a tenth, a bomb to a thousandth
@@ -144,10 +147,13 @@ def extract(archive: Archive, folder: str | Path) -> Path:
 
 def _read(path: Path) -> bytes:
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise FmuError(f"{path}: is not a regular file; an FMU is expected")
-        with open(path, "rb") as file:
+        # What was opened is what is checked; not to wait for whoever writes into a pipe.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise FmuError(f"{path}: is not a regular file; an FMU is expected")
             content = file.read(MAX_FILE + 1)
+    except IsADirectoryError:
+        raise FmuError(f"{path}: is not a regular file; an FMU is expected") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FmuError(f"{path}: cannot be read: {reason}") from None
@@ -176,25 +182,36 @@ def _checked(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     infos = archive.infolist()
     if len(infos) > MAX_ENTRIES:
         raise FmuError(f"has {len(infos)} entries, more than {MAX_ENTRIES}")
-    files: dict[str, zipfile.ZipInfo] = {}
+    twins: dict[str, list[zipfile.ZipInfo]] = defaultdict(list)
     for info in infos:
         _check_entry(info)
         if not info.is_dir():
-            if info.filename in files:
-                raise FmuError(f"has two entries {info.filename!r}")
-            files[info.filename] = info
-    folders = {name[:i] for name in files for i, letter in enumerate(name) if letter == "/"}
-    if both := folders & set(files):
-        raise FmuError(f"has {min(both)!r} as a file and as a folder")
+            twins[info.filename].append(info)
+    files = {name: same[0] for name, same in twins.items()}
+    folders = (name[:i] for name in files for i, letter in enumerate(name) if letter == "/")  # not kept: many, and long
+    if both := next((folder for folder in folders if folder in files), None):
+        raise FmuError(f"has {both!r} as a file and as a folder")
     total = sum(info.file_size for info in infos)
     if total > MAX_TOTAL:
         raise FmuError(f"would unpack to {total / 2**30:.3g} GiB, more than {MAX_TOTAL / 2**30:.3g} GiB")
+    for name, same in twins.items():  # tools that pack a file twice do no harm; another content under its name may
+        if len(same) > 1 and len({_digest(archive, info) for info in same}) > 1:
+            raise FmuError(f"has two entries {name!r} that differ")
     return files
+
+
+def _digest(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+    digest = hashlib.sha256()
+    for chunk in _chunks(archive, info):
+        digest.update(chunk)
+    return digest.digest()
 
 
 def _check_entry(info: zipfile.ZipInfo) -> None:
     name = info.orig_filename
     parts = name.removesuffix("/").split("/")
+    if len(name) > MAX_NAME:
+        raise FmuError(f"has the entry {name[:80]!r}..., whose name has {len(name)} letters, more than {MAX_NAME}")
     if (
         any(part in ("", ".", "..") for part in parts)
         or any(letter in name for letter in "\\:")

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from cdpr.errors import FmuError
+from cdpr.errors import FmuError, printable
 from cdpr.fmu import trust
 from cdpr.fmu.archive import Archive, library
 from cdpr.fmu.mapping import Mapping, resolve
@@ -29,7 +29,7 @@ def describe(archive: Archive) -> dict[str, Any]:
         "fmi": about.fmi,
         "sha256": archive.sha256,
         "trusted": archive.sha256 in trust.trusted(),
-        "token": about.token,
+        "token": printable(about.token),
         "platforms": list(about.platforms),
         "runs_here": _runs_here(archive),
         "sources": about.sources,
@@ -50,12 +50,13 @@ def _runs_here(archive: Archive) -> bool:
 def _variable(variable: Variable) -> dict[str, Any]:
     return {
         "name": variable.name,
+        "value_reference": variable.value_reference,
         "kind": variable.kind,
         "causality": variable.causality,
         "variability": variable.variability,
         "shape": list(variable.shape),
         "unit": None if variable.unit is None else variable.unit.name,
-        "start": None if variable.start is None else list(variable.start),
+        "start": None if variable.start is None else list(map(printable, variable.start)),
         "aliases": list(variable.aliases),
         "description": variable.description,
     }
@@ -102,7 +103,7 @@ def _standard(archive: Archive) -> Iterator[Check]:
         warnings.simplefilter("ignore")
         problems = validate_fmu(io.BytesIO(archive.content))
     for problem in problems:
-        yield Check("standard", "failed", " ".join(problem.split()))
+        yield Check("standard", "failed", printable(" ".join(problem.split())))
     if not problems:
         yield Check("standard", "passed", f"FMI {archive.description.fmi}, by FMPy")
 

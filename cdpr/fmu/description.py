@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections import defaultdict
-from dataclasses import replace
+from collections.abc import Callable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element as Node
 
-from cdpr.errors import FmuError
-from cdpr.fmu.model import BASE_UNITS, REALS, Capabilities, ModelDescription, Unit, Variable
+from cdpr.errors import FmuError, printable
+from cdpr.fmu.model import BASE_UNITS, Capabilities, ModelDescription, Unit, Variable
 
 MAX_ELEMENTS = 1_000_000  # of one array: a thousand times what a robot needs, too few to fill the memory
 MAX_REFERENCE = 2**32 - 1  # value references are 32 bit
@@ -25,6 +24,11 @@ KINDS_3 = (
 )  # fmt: skip
 FLOATS = ("Real", "Float32", "Float64")
 TRUE = ("true", "1")
+# Numbers as XML Schema writes them: ASCII digits, no underscores.
+WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*", re.ASCII)
+REAL = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
+MAX_DIMENSIONS = 32
+MAX_NAME = 1000  # letters, of names and units: tables are as wide as the longest
 # The name of a file in the archive, and of functions: anything else could lead out of the archive.
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 
@@ -38,10 +42,10 @@ def read_description(content: bytes) -> ModelDescription:
     if root.tag != "fmiModelDescription":
         raise FmuError(f"modelDescription.xml: the root is <{root.tag[:40]}>, <fmiModelDescription> is expected")
     version = root.get("fmiVersion", "")
-    fmi = "2.0" if version == "2.0" else "3.0" if re.fullmatch(r"3\.0(\.\d+)?", version) else None
+    fmi = "2.0" if version == "2.0" else "3.0" if re.fullmatch(r"3\.0(\.[0-9]+)?", version) else None
     if fmi is None:
         raise FmuError(
-            f"this is an FMU of FMI {version or 'without version'}; cdpr takes FMI 2.0 and 3.0: "
+            f"this is an FMU of FMI {version[:20] or 'without version'}; cdpr takes FMI 2.0 and 3.0: "
             "export it again for one of them"
         )
     interface = _interface(root, fmi)
@@ -53,11 +57,11 @@ def read_description(content: bytes) -> ModelDescription:
         )
     units = {unit.name: unit for unit in map(_unit, root.iterfind("UnitDefinitions/Unit"))}
     types = _types(root, fmi)
-    nodes = root.find("ModelVariables")
-    read = [_variable(node, fmi, types, units) for node in (nodes if nodes is not None else ())]
-    variables = _with_shapes([each for each in read if each is not None])
-    if fmi == "2.0":
-        variables = _with_aliases(variables)
+    found = root.find("ModelVariables")
+    nodes = [] if found is None else list(found)
+    sizes = {_integer(node, "valueReference", None): node.get("start", "") for node in nodes if node.tag == "UInt64"}
+    read = (_variable(node, fmi, types, units, sizes) for node in nodes)
+    variables = [each for each in read if each is not None]
     _refuse_doubles(variables)
     experiment = root.find("DefaultExperiment")
     return ModelDescription(
@@ -143,8 +147,10 @@ def _types(root: Node, fmi: str) -> dict[str, Node]:
     return {node.get("name", ""): node[0] for node in root.iterfind("TypeDefinitions/SimpleType") if len(node)}
 
 
-def _variable(node: Node, fmi: str, types: dict[str, Node], units: dict[str, Unit]) -> tuple[Variable, Node] | None:
-    """Read one variable; its shape is known only once all are."""
+def _variable(
+    node: Node, fmi: str, types: dict[str, Node], units: dict[str, Unit], sizes: dict[int, str]
+) -> Variable | None:
+    """Read one variable; `sizes` are the start values, by value reference, of those that may be a dimension."""
     kinds = KINDS_2 if fmi == "2.0" else KINDS_3
     value = next((child for child in node if child.tag in kinds), None) if fmi == "2.0" else node
     if value is None or value.tag not in kinds:
@@ -166,66 +172,48 @@ def _variable(node: Node, fmi: str, types: dict[str, Node], units: dict[str, Uni
         name=name,
         value_reference=reference,
         kind=value.tag,
-        causality=causality,
-        variability=node.get("variability", natural),
+        causality=_text(node, "causality", "local"),
+        variability=_text(node, "variability", natural),
+        shape=_shape(node, name, sizes),
         unit=None if symbol is None else units.get(symbol, Unit(symbol)),
         start=None if start is None else tuple(start.split()) if fmi == "3.0" else (start,),
         relative=any(each.get("relativeQuantity") in TRUE for each in given),
         aliases=tuple(_text(alias, "name") for alias in node.iterfind("Alias")),
         description=_text(node, "description"),
     )
-    return variable, node
+    _check_start(variable)
+    return variable
 
 
-def _with_shapes(read: list[tuple[Variable, Node]]) -> list[Variable]:
-    """Fill in the shapes; a dimension is a number, or the start value of another variable."""
-    starts = {variable.value_reference: variable.start for variable, _ in read}
-    result = []
-    for variable, node in read:
-        shape = []
-        for dimension in node.iterfind("Dimension"):
-            if dimension.get("start") is not None:
-                size = _integer(dimension, "start", None)
-            else:
-                start = starts.get(_integer(dimension, "valueReference", None))
-                if start is None or not re.fullmatch(r"[0-9]{1,18}", " ".join(start)):
-                    raise FmuError(f"modelDescription.xml: a dimension of '{variable.name}' has no size")
-                size = int(start[0])
-            shape.append(size)
-        if any(size < 1 for size in shape) or math.prod(shape) > MAX_ELEMENTS:
-            raise FmuError(
-                f"modelDescription.xml: '{variable.name}' is {' x '.join(map(str, shape))}; "
-                f"1 to {MAX_ELEMENTS} elements are expected"
-            )
-        variable = replace(variable, shape=tuple(shape))
-        _check_start(variable)
-        result.append(variable)
-    return result
+def _shape(node: Node, name: str, sizes: dict[int, str]) -> tuple[int, ...]:
+    """Return the shape of a variable; a dimension is a number, or the start value of another variable."""
+    shape = []
+    for dimension in node.iterfind("Dimension"):
+        if dimension.get("start") is not None:
+            size = _integer(dimension, "start", None)
+        else:
+            start = sizes.get(_integer(dimension, "valueReference", None), "")
+            if not WHOLE.fullmatch(start):
+                raise FmuError(f"modelDescription.xml: a dimension of '{name}' has no size")
+            size = int(start)
+        shape.append(size)
+    if len(shape) > MAX_DIMENSIONS or any(size < 1 for size in shape) or math.prod(shape) > MAX_ELEMENTS:
+        shown = " x ".join(map(str, shape[:MAX_DIMENSIONS]))
+        raise FmuError(f"modelDescription.xml: '{name}' is {shown}; 1 to {MAX_ELEMENTS} elements are expected")
+    return tuple(shape)
 
 
 def _check_start(variable: Variable) -> None:
-    if variable.kind not in REALS or variable.start is None:
+    sound = SOUND.get(variable.kind)
+    if sound is None or variable.start is None:
         return
-    try:
-        sound = len(variable.start) == variable.size and all(math.isfinite(float(text)) for text in variable.start)
-    except ValueError:
-        sound = False
-    if not sound:
-        shown = " ".join(variable.start)[:60]
+    if len(variable.start) != variable.size or not all(map(sound, variable.start)):
+        shown = printable(" ".join(variable.start))[:60]
+        what = "values" if variable.kind == "Boolean" else "numbers"
         raise FmuError(
-            f"modelDescription.xml: '{variable.name}' starts with {shown!r}; {variable.size} numbers are expected"
+            f"modelDescription.xml: '{variable.name}' starts with '{shown}'; {variable.size} {what} are expected, "
+            f"of the kind {variable.kind}"
         )
-
-
-def _with_aliases(variables: list[Variable]) -> list[Variable]:
-    """FMI 2: variables of one value reference and kind are aliases."""
-    same: dict[tuple[int, str], list[str]] = defaultdict(list)
-    for variable in variables:
-        same[variable.value_reference, variable.kind].append(variable.name)
-    return [
-        replace(each, aliases=tuple(name for name in same[each.value_reference, each.kind] if name != each.name))
-        for each in variables
-    ]
 
 
 def _refuse_doubles(variables: list[Variable]) -> None:
@@ -236,35 +224,46 @@ def _refuse_doubles(variables: list[Variable]) -> None:
         seen.add(variable.name)
 
 
-def _text(node: Node, key: str) -> str:
+def _text(node: Node, key: str, default: str = "") -> str:
     """A text, without letters that a terminal would obey."""
-    return "".join(letter if letter.isprintable() else " " for letter in node.get(key, ""))
+    text = node.get(key, default)
+    if len(text) > MAX_NAME and key != "description":
+        raise FmuError(f"modelDescription.xml: {_place(node)} has a {key} of {len(text)} letters, more than {MAX_NAME}")
+    return printable(text)
 
 
 def _integer(node: Node, key: str, default: int | None) -> int:
     text = node.get(key)
     if text is None and default is not None:
         return default
-    try:
-        return int(text or "")
-    except ValueError:
+    if not WHOLE.fullmatch(text or ""):
         shown = None if text is None else text[:40]
-        raise FmuError(f"modelDescription.xml: {_place(node)} needs a whole number as {key}, got {shown!r}") from None
+        raise FmuError(f"modelDescription.xml: {_place(node)} needs a whole number as {key}, got {shown!r}")
+    return int(text or "")
 
 
 def _number(node: Node, key: str) -> float | None:
     text = node.get(key)
     if text is None:
         return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    if not _finite(text):
         raise FmuError(f"modelDescription.xml: {_place(node)} needs a number as {key}, got {text[:40]!r}")
-    return value
+    return float(text)
+
+
+def _finite(text: str) -> bool:
+    """Tell whether a text is a finite number as XML writes it; Python would take 1_0 and the digits of any script."""
+    return REAL.fullmatch(text) is not None and math.isfinite(float(text))
 
 
 def _place(node: Node) -> str:
     name = node.get("name")
     return f"<{node.tag}>" if name is None else f"<{node.tag} name={name[:60]!r}>"
+
+
+# By kind, whether one number of a start value is sound; texts may be any.
+SOUND: dict[str, Callable[[str], object]] = {
+    **dict.fromkeys(FLOATS, _finite),
+    **dict.fromkeys((kind for kind in (*KINDS_2, *KINDS_3) if "Int" in kind or kind == "Enumeration"), WHOLE.fullmatch),
+    "Boolean": (*TRUE, "false", "0").__contains__,
+}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from weakref import finalize
 
 import numpy as np
 
+from cdpr.fmu.folder import Folder
 from cdpr.model.robot import Array
 
 Value = float | int | bool | str
@@ -58,9 +57,9 @@ class Instance(ABC):
         steps: number of steps since `start`.
     """
 
-    def __init__(self, plan: Plan, folder: str | None) -> None:
+    def __init__(self, plan: Plan, folder: Folder | None) -> None:
         self.plan = plan
-        self._remove = finalize(self, _remove, folder)
+        self._folder = folder
         self.inputs: Array = np.zeros(sum(size for _, size in plan.inputs))
         self.outputs: Array = np.zeros(sum(size for _, size in plan.outputs))
         self.steps = 0
@@ -99,13 +98,9 @@ class Instance(ABC):
         try:
             self.end()
         finally:
-            self._remove()
+            if self._folder is not None:
+                self._folder.remove()
 
     @abstractmethod
     def end(self) -> None:
         """Free the FMU; may be called again."""
-
-
-def _remove(folder: str | None) -> None:
-    if folder is not None:
-        shutil.rmtree(folder, ignore_errors=True)

@@ -1,7 +1,8 @@
 """Ties the variables of an FMU to the signals of cdpr, by the scenario's word or by rules that are certain.
 
 The rules for a signal that the scenario does not name, the first that finds anything decides, and finding two things
-is an error: an array or a family called exactly like the signal, by name or alias; one that a terminal calls so; one
+is an error: an array or a family called exactly like the signal, by name or alias (of a wrench also its
+force and its moment); one that a terminal calls so; one
 called by another usual name, if length and unit agree. The order of declaration never counts.
 """
 
@@ -15,7 +16,7 @@ from cdpr.fmu.model import ModelDescription
 from cdpr.fmu.options import Signals
 from cdpr.fmu.ports import Side
 from cdpr.fmu.resolver import NONE, Resolver
-from cdpr.fmu.signals import Role
+from cdpr.fmu.signals import INPUTS, Role
 from cdpr.model import Robot
 
 
@@ -62,7 +63,8 @@ def resolve(
     sides = [Side.of(inputs.run()), Side.of(outputs.run())]
     notices = [*inputs.notices, *outputs.notices]
     taken = set(sides[0].value_references)
-    known = tuple(name for name, given in options.inputs.items() if given == NONE)  # meant to be left alone
+    left = [name for name, given in options.inputs.items() if given == NONE]  # meant to be left alone
+    known = (*left, *(half for signal in INPUTS[role] if signal.name in left for half in signal.halves))
     idle = [
         variable.name
         for variable in description.variables

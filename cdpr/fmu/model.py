@@ -117,7 +117,7 @@ class ModelDescription:
         """
         if name in self.by_name:
             return self.by_name[name]
-        match = re.fullmatch(r"(.+)\[(\d+(?:, ?\d+)*)\]", name)
+        match = re.fullmatch(r"(.+)\[([0-9]{1,9}(?:, ?[0-9]{1,9})*)\]", name)
         variable = self.by_name.get(match[1]) if match else None
         if match is None or variable is None or not variable.shape:
             raise FmuError(f"the FMU has no variable '{name}'")

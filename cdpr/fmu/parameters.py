@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -31,7 +32,7 @@ def robot_parameters(
     if order is not None:
         robot = replace(robot, cables=tuple(robot.cables[i] for i in np.argsort(order)))
     return {
-        variable.name: (np.reshape(variable.values, variable.shape), variable.unit_of(0))
+        variable.name: (np.reshape(variable.values, variable.shape), variable.unit)
         for variable in Plant(robot, gravity, physics_step, state).variables()
         if variable.causality == "parameter"
     }
@@ -139,4 +140,14 @@ def _typed(variable: Variable, value: Value, where: str) -> Value:
     expected: type = str if variable.kind == "String" else bool if variable.kind == "Boolean" else int
     if variable.kind in FLOATS or type(value) is not expected:
         raise FmuError(f"{where}: a value of the kind {variable.kind} is expected, got {value!r}")
+    if expected is int and not _fits(variable.kind, int(value)):
+        raise FmuError(f"{where}: {value} is beyond what a variable of the kind {variable.kind} can hold")
     return value
+
+
+def _fits(kind: str, value: int) -> bool:
+    """Tell whether a whole number fits: what does not would be cut to its last bits without a word."""
+    bits = int(re.sub(r"\D", "", kind) or (32 if kind == "Integer" else 64))
+    if kind.startswith("U"):
+        return 0 <= value < 1 << bits
+    return -(1 << bits - 1) <= value < 1 << bits - 1

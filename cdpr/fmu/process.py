@@ -19,8 +19,10 @@ from weakref import finalize
 
 import numpy as np
 
+from cdpr import processes
 from cdpr.errors import BackendDied, CdprError, FmuError, PlantEnded
 from cdpr.fmu import worker
+from cdpr.fmu.folder import Folder
 from cdpr.fmu.instance import Instance, Plan, Setting
 from cdpr.fmu.worker import DONE, FAILED, FORGET, HEAD, MOST, REFRESH, RESTORE, SAVE, START, STEP
 
@@ -47,7 +49,7 @@ class Process(Instance):
         timeout: longest wall time of a call of `step`, `refresh` and the like, s.
     """
 
-    def __init__(self, plan: Plan, folder: str, timeout: float) -> None:
+    def __init__(self, plan: Plan, folder: Folder, timeout: float) -> None:
         super().__init__(plan, folder)
         self.timeout = timeout
         self._said: deque[bytes] = deque(maxlen=LINES)
@@ -59,16 +61,18 @@ class Process(Instance):
         self._pipe, printed = os.pipe()
         os.set_blocking(self._pipe, False)
         path = [os.path.abspath(entry) for entry in sys.path]
-        job = (theirs.fileno(), os.getpid(), folder, dataclasses.asdict(plan))
+        job = (theirs.fileno(), os.getpid(), dataclasses.asdict(plan))
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", BOOT, json.dumps(path), json.dumps(job)],
-                stdin=subprocess.DEVNULL,
-                stdout=printed,
-                stderr=printed,
-                pass_fds=[theirs.fileno()],
-                cwd=folder,
-                start_new_session=True,
+            self._process = processes.start(
+                lambda: subprocess.Popen(
+                    [sys.executable, "-P", "-c", BOOT, json.dumps(path), json.dumps(job)],
+                    stdin=subprocess.DEVNULL,
+                    stdout=printed,
+                    stderr=printed,
+                    pass_fds=[theirs.fileno()],
+                    cwd=folder.path,
+                    start_new_session=True,
+                )
             )
         finally:
             theirs.close()

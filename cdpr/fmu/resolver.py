@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 from collections.abc import Sequence
 
 from cdpr.errors import FmuError
@@ -15,6 +16,7 @@ from cdpr.fmu.signals import INPUTS, OUTPUTS, WXYZ, XYZ, Role, Signal
 from cdpr.model import Robot
 
 NONE = "none"  # said in a scenario: the FMU has no such signal
+COMPARED = 2000  # names that a wrong one is compared with; an FMU may have any number
 EULER = "euler"  # stands for quaternion where a scenario gives angles
 
 
@@ -125,7 +127,7 @@ class Resolver:
         count, parts = self._count(signal), signal.components
         units = signal.units(count)
         for rule, found in (
-            ("name", self.finder.named(signal.name, count, parts)),
+            ("name", [*self.finder.named(signal.name, count, parts), *self._halves(signal)]),
             ("terminal", [each for terminal in self.terminals for each in terminal.named(signal.name, count, parts)]),
             (
                 "usual name",
@@ -145,6 +147,12 @@ class Resolver:
         if self._required(signal):
             raise FmuError(f"needed, but there is no {self._kind(count)} of that name{self._near(signal.name)}")
         return None
+
+    def _halves(self, signal: Signal) -> list[Candidate]:
+        """What is a force and a moment by their names."""
+        found = [self.finder.named(name, 3, XYZ) for name in signal.halves]
+        pairs = itertools.product(*found) if found else ()
+        return [Candidate(tuple(each for half in pair for each in half.elements)) for pair in pairs]
 
     def _port(
         self, signal: Signal, elements: Sequence[Element], source: Source | None, rule: str, euler: str = ""
@@ -197,7 +205,7 @@ class Resolver:
     def _near(self, name: str) -> str:
         """List the variables whose names are closest, or the first few."""
         sizes = {variable.name: variable.size for variable in self.finder.variables.values()}
-        near = difflib.get_close_matches(name, sizes, 4, 0.5) or list(sizes)[:8]
+        near = difflib.get_close_matches(name, list(sizes)[:COMPARED], 4, 0.5) or list(sizes)[:8]
         shown = ", ".join(each + (f" ({sizes[each]} numbers)" if sizes[each] > 1 else "") for each in near)
         return f"; {self.side} of the FMU: {shown}" if near else f"; the FMU has no real {self.side}"
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import shutil
-import tempfile
 import warnings
 from collections.abc import Mapping as MappingType
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any, Literal
 
 from cdpr.errors import FmuError
 from cdpr.fmu.archive import Archive, extract
+from cdpr.fmu.folder import Folder
 from cdpr.fmu.instance import Instance, Plan
 from cdpr.fmu.mapping import map_signals
 from cdpr.fmu.options import FmuFile
@@ -90,15 +89,15 @@ class RunningFmu:
     def _instance(self, step: float) -> Instance:
         archive, about = self.archive, self.archive.description
         check_step(archive, step)
-        folder = tempfile.mkdtemp(prefix="cdpr-fmu-")
+        folder = Folder()
         try:
-            library = extract(archive, folder)
+            library = extract(archive, folder.path)
             plan = Plan(
                 name=self.name,
                 fmi=about.fmi,
                 token=about.token,
                 library=str(library),
-                resources=str(Path(folder).resolve() / "resources"),
+                resources=str(Path(folder.path).resolve() / "resources"),
                 inputs=_exchanged(self.mapping.inputs),
                 outputs=_exchanged(self.mapping.outputs),
                 step=step,
@@ -113,7 +112,7 @@ class RunningFmu:
 
             return Process(plan, folder, self.options.step_timeout)
         except BaseException:
-            shutil.rmtree(folder, ignore_errors=True)
+            folder.remove()
             raise
 
 

@@ -28,14 +28,15 @@ class Signal:
     need: Need = "optional"
     components: tuple[str, ...] = ()
     synonyms: tuple[str, ...] = ()  # other names for it, believed only where length and unit agree
+    halves: tuple[str, ...] = ()  # a force and a moment that together are it: an array of FMI 3 has one unit
 
     def units(self, count: int) -> Sequence[str]:
         """The SI unit of each number."""
         return ("N",) * 3 + ("N.m",) * 3 if self.components == FORCE_MOMENT else (self.unit,) * count
 
 
-def _wrench(name: str, need: Need, *synonyms: str) -> Signal:
-    return Signal(name, 6, "N", need, FORCE_MOMENT, synonyms)
+def _wrench(name: str, need: Need, *synonyms: str, halves: tuple[str, ...] = ()) -> Signal:
+    return Signal(name, 6, "N", need, FORCE_MOMENT, synonyms, halves)
 
 
 def _state(need: Need) -> tuple[Signal, ...]:
@@ -65,11 +66,13 @@ LENGTHS = (
 )
 TENSIONS = ("tension", "tensions", "cable_force", "cable_forces", "F_cable", "F", "T")
 
+EXTERNAL = ("external_force", "external_moment")
+
 INPUTS: dict[Role, tuple[Signal, ...]] = {
     "plant": (
         Signal("cable_tension", 0, "N", "choice", synonyms=TENSIONS),
         Signal("command", 0, "N", "choice"),
-        _wrench("external_wrench", "optional", "wrench_external", "disturbance"),
+        _wrench("external_wrench", "optional", "wrench_external", "disturbance", halves=EXTERNAL),
     ),
     "winch": (Signal("command", 0, "", "required"), *LENGTHS),
     "controller": (*_state("optional"), *DESIRED, *LENGTHS),

@@ -22,6 +22,7 @@ from fmpy import calloc, fmi2, fmi3, free, freeLibrary
 from fmpy.logging import addLoggerProxy
 
 from cdpr.errors import BackendDied, FmuError, PlantEnded
+from cdpr.fmu.folder import Folder
 from cdpr.fmu.instance import Instance, Plan, Setting
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
@@ -36,7 +37,7 @@ LINE = 300  # letters of one message that are kept
 NEEDED = ("FreeInstance", "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "DoStep")
 
 
-def make(plan: Plan, folder: str | None = None, hear: Callable[[str], None] | None = None) -> Slave:
+def make(plan: Plan, folder: Folder | None = None, hear: Callable[[str], None] | None = None) -> Slave:
     """Load the library of an extracted FMU and make an instance.
 
     It owns `folder`, if any; `hear` takes each line that the FMU logs, instead of the attribute `log`.
@@ -60,7 +61,7 @@ class Slave(Instance):
     integers: str  # what enumerations are
     state: str  # how the standard writes FMUState
 
-    def __init__(self, plan: Plan, folder: str | None, hear: Callable[[str], None] | None) -> None:
+    def __init__(self, plan: Plan, folder: Folder | None, hear: Callable[[str], None] | None) -> None:
         super().__init__(plan, folder)
         self.log: deque[str] = deque(maxlen=LINES)
         self.hear = self.log.append if hear is None else hear

@@ -6,18 +6,24 @@ the user's list, or if the user said so for this run; nothing else in a scenario
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
+import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from time import monotonic, sleep
 
-from cdpr.errors import FmuError, OutputError
+from cdpr.errors import FmuError, OutputError, printable
 from cdpr.fmu.archive import Archive
 
 _allowed: ContextVar[bool] = ContextVar("trust_fmu", default=False)
-HEADER = "# FMUs whose native code cdpr may run: sha256, name. Written by 'cdpr fmu trust' and 'cdpr fmu export'.\n"
+HEADER = "# FMUs whose native code cdpr may run: sha256, name. Written by 'cdpr fmu trust' and 'cdpr fmu export'."
+MOST = 2**22  # bytes of the list: fifty thousand FMUs
+LOCK_SECONDS = 10.0  # to wait for others who write the list; each takes milliseconds
 
 
 @contextmanager
@@ -33,21 +39,17 @@ def any_fmu() -> Iterator[None]:
 def list_path() -> Path:
     """Where the user's list lies."""
     root = os.environ.get("XDG_CONFIG_HOME")
-    return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
+    try:
+        return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
+    except RuntimeError as error:  # no HOME, and a uid that the system does not know
+        raise FmuError(f"there is no place for the list of trusted FMUs ({error}); set XDG_CONFIG_HOME") from None
 
 
 def trusted() -> dict[str, str]:
     """Return the user's list, name by sha256. Raises FmuError where it cannot be read or is malformed."""
     path = list_path()
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except FileNotFoundError:
-        return {}
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FmuError(f"{path}: the list of trusted FMUs cannot be read: {reason}; mend or remove it") from None
     found = {}
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(_lines(path), 1):
         if not line.strip() or line.startswith("#"):
             continue
         match = re.fullmatch(r"([0-9a-f]{64})(?:  (.*))?", line)
@@ -61,15 +63,17 @@ def add(sha256: str, name: str) -> None:
     """Put an FMU on the user's list. Raises FmuError where the list is malformed, OutputError where not writable."""
     if sha256 in trusted():
         return
-    shown = re.sub(r"[^ -~]", "?", name)
-    _write([*_lines(), f"{sha256}  {shown}\n"])
+    with _locked() as path:
+        if sha256 not in trusted():  # another process may have been first
+            _write(path, [*(_lines(path) or [HEADER]), f"{sha256}  {printable(name)}"])
 
 
 def remove(sha256: str) -> None:
     """Take an FMU off the user's list. Raises FmuError where it is not there."""
     if sha256 not in trusted():
         raise FmuError(f"{sha256}: is not on the list of trusted FMUs, {list_path()}")
-    _write([line for line in _lines() if not line.startswith(sha256)])
+    with _locked() as path:
+        _write(path, [line for line in _lines(path) if not line.startswith(sha256)])
 
 
 def require_trust(archive: Archive, pinned: str | None) -> None:
@@ -93,17 +97,88 @@ def require_trust(archive: Archive, pinned: str | None) -> None:
     )
 
 
-def _lines() -> list[str]:
-    path = list_path()
-    return path.read_text(encoding="utf-8").splitlines(keepends=True) if path.exists() else [HEADER]
-
-
-def _write(lines: list[str]) -> None:
-    path = list_path()
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+def _lines(path: Path) -> list[str]:
+    """Return the lines of the list, none where there is none; what was opened is what is checked and read."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text("".join(lines), encoding="utf-8")
-        os.replace(temporary, path)
+        with open(path, "rb", opener=_without_waiting) as file:
+            if fault := _fault(os.fstat(file.fileno()), os.stat(path.parent)):
+                raise FmuError(f"{path}: {fault}; nobody else may say whose code runs: mend or remove it")
+            content = file.read(MOST + 1)
+        if len(content) > MOST:
+            raise ValueError(f"it has more than {MOST // 2**20} MiB")
+        return content.decode("utf-8").splitlines()
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FmuError(f"{path}: the list of trusted FMUs cannot be read: {reason}; mend or remove it") from None
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NONBLOCK)  # a FIFO would wait for a writer
+
+
+def _fault(about: os.stat_result, folder: os.stat_result) -> str:
+    """Say what is wrong with the list and its folder, "" if nothing."""
+    if not stat.S_ISREG(about.st_mode):
+        return "the list of trusted FMUs is not a regular file"
+    for what, each in (("the list of trusted FMUs", about), ("the folder of the list of trusted FMUs", folder)):
+        if each.st_uid not in (0, os.geteuid()):
+            return f"{what} belongs to another user"
+        if each.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            return f"others may write to {what} (chmod go-w)"
+    return ""
+
+
+@contextmanager
+def _locked() -> Iterator[Path]:
+    """Keep other processes from writing the list, whose path this gives, until the end of the block."""
+    path = list_path()
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # A file of its own: the list is replaced, and a lock on a folder is not to be had on NFS.
+        lock = os.open(
+            path.with_name(f"{path.name}.lock"),
+            os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK,
+            0o600,
+        )
     except OSError as error:
-        raise OutputError(f"{path}: the list of trusted FMUs cannot be written: {error.strerror or error}") from None
+        raise _unwritable(path, error) from None
+    try:
+        _wait_for(lock, path)
+        yield path
+    finally:
+        os.close(lock)
+
+
+def _wait_for(lock: int, path: Path) -> None:
+    end = monotonic() + LOCK_SECONDS
+    while True:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except BlockingIOError:
+            if monotonic() > end:
+                raise OutputError(f"{path}: another process keeps the list of trusted FMUs locked; end it") from None
+            sleep(0.01)
+        except OSError as error:
+            raise _unwritable(path, error) from None
+
+
+def _write(path: Path, lines: list[str]) -> None:
+    """Replace the list in one step, readable and writable for this user alone."""
+    try:
+        descriptor, temporary = tempfile.mkstemp(prefix=f"{path.name}.", dir=path.parent)
+        try:
+            with open(descriptor, "w", encoding="utf-8") as file:
+                file.writelines(f"{line}\n" for line in lines)
+            os.replace(temporary, path)
+        except OSError:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise _unwritable(path, error) from None
+
+
+def _unwritable(path: Path, error: OSError) -> OutputError:
+    return OutputError(f"{path}: the list of trusted FMUs cannot be written: {error.strerror or error}")

@@ -22,7 +22,7 @@ KNOWN: dict[str, tuple[dict[str, int], float]] = {
     "Nm": ({"kg": 1, "m": 2, "s": -2}, 1.0), "J": ({"kg": 1, "m": 2, "s": -2}, 1.0),
     "W": ({"kg": 1, "m": 2, "s": -3}, 1.0),
 }  # fmt: skip
-TOKEN = re.compile(r"\s*([/.*]?)\s*([^\W\d]+|1|-|%)(?:\^?\(?(-?\d)\)?)?\s*")
+TOKEN = re.compile(r"\s*([/.*]?)\s*([^\W\d]+|1|-|%)(?:\^?\(?(-?[0-9])\)?)?\s*")
 RAD = BASE_UNITS.index("rad")
 
 
@@ -39,7 +39,7 @@ def known_unit(text: str) -> Unit | None:
             exponents[BASE_UNITS.index(name)] += power * exponent
         factor *= scale**power
         place = match.end()
-    return Unit(text, tuple(exponents), factor) if text else None
+    return Unit(text, tuple(exponents), factor) if text and 0.0 < factor < math.inf else None
 
 
 def si(text: str) -> Unit:

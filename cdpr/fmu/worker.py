@@ -12,26 +12,22 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import shutil
 import socket
 import struct
 import sys
-import threading
 from collections.abc import Callable, Sequence
-from time import sleep
 from typing import Any
 
 import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.fmu.instance import Instance, Plan, Setting
+from cdpr.processes import end_with
 
 HEAD = struct.Struct("=cq")
 START, STEP, REFRESH, SAVE, RESTORE, FORGET = (bytes([letter]) for letter in b"sgrkbf")
 DONE, FAILED = b".", b"!"
 MOST = 200_000  # bytes of a packet: what Linux sends at once
-
-ORPHAN_SECONDS = 0.5  # how long this process may outlive its parent
 
 
 def encode(settings: Sequence[Setting]) -> bytes:
@@ -44,23 +40,14 @@ def decode(content: bytes) -> list[Setting]:
     return [Setting(kind, reference, tuple(values)) for kind, reference, values in json.loads(content)]
 
 
-def main(descriptor: int, parent: int, folder: str, plan: dict[str, Any]) -> None:
-    """Serve one FMU, extracted into `folder`; return when the parent closes the socket or is gone."""
-    threading.Thread(target=_watch, args=(parent, folder), daemon=True).start()
+def main(descriptor: int, parent: int, plan: dict[str, Any]) -> None:
+    """Serve one FMU until the parent closes the socket; end with the parent, however that ends."""
+    end_with(parent)
     with socket.socket(fileno=descriptor) as line:
         instance = _made(line, plan)
         if instance is not None:
             _serve(line, instance)
-    shutil.rmtree(folder, ignore_errors=True)  # should the parent be gone
     os._exit(0)  # whatever the FMU left running or registered for the end
-
-
-def _watch(parent: int, folder: str) -> None:
-    """End with the parent, however that ended, also while the FMU computes; then nobody else can clean up."""
-    while os.getppid() == parent:
-        sleep(ORPHAN_SECONDS)
-    shutil.rmtree(folder, ignore_errors=True)
-    os._exit(1)
 
 
 def _made(line: socket.socket, plan: dict[str, Any]) -> Instance | None:

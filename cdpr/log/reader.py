@@ -112,6 +112,9 @@ class Scan:
     header: Header
     rows: Array | LogRows  # (K, width), up to the first damage
     problem: str | None  # None where the log is complete
+    form: LogFormat  # what its bytes should be
+    chunks: tuple[Written, ...]  # those that are whole, up to the first damage
+    end: int  # byte behind the last of them
 
 
 class _DamageError(Exception):
@@ -135,7 +138,8 @@ def scan(log: Path) -> Scan:
             rows = walk.rows()
     except OSError as error:
         raise LogError(f"{log}: cannot be read: {error.strerror or error}") from error
-    return Scan(header, rows, problem if intact else "the description at its start is damaged")
+    problem = problem if intact else "the description at its start is damaged"
+    return Scan(header, rows, problem, form, tuple(walk.chunks), walk.position)
 
 
 def _read_header(file: BinaryIO, log: Path) -> tuple[Header, str]:
@@ -173,8 +177,8 @@ class _Walk:
         self._file = file
         self._form = form
         self._size = os.fstat(file.fileno()).st_size
-        self._position = len(form.description)
-        self._chunks: list[Written] = []
+        self.position = len(form.description)
+        self.chunks: list[Written] = []
         self._counts = [0] * len(form.templates)  # source rows so far, by group
         self._last = -1  # the sample that was read last
         self._blocks: list[Array] | None = []  # None where they are too many for the memory
@@ -182,24 +186,24 @@ class _Walk:
     def rows(self) -> Array | LogRows:
         """The rows that were found."""
         if self._blocks is None:
-            chunks = [chunk for chunk in self._chunks if chunk.group == 0]
+            chunks = [chunk for chunk in self.chunks if chunk.group == 0]
             return LogRows(os.dup(self._file.fileno()), self._form, chunks)
         return np.concatenate([np.empty((0, self._form.templates[0].group.width)), *self._blocks])
 
     def run(self) -> str | None:
         """Look for chunks; return what is wrong, None if nothing is."""
-        self._file.seek(self._position)
+        self._file.seek(self.position)
         try:
             while True:
                 head = self._take(CHUNK_HEAD.size)
                 if head[0] != Opcode.CHUNK:
                     break
                 self._chunk(head)
-            expected = self._form.ending(self._chunks, self._last, self._position)
+            expected = self._form.ending(self.chunks, self._last, self.position)
             if head + self._file.read(len(expected)) != expected:
                 raise _DamageError("damaged or cut off")
         except _DamageError as damage:
-            return f"{damage} at byte {self._position} of {self._size}"
+            return f"{damage} at byte {self.position} of {self._size}"
         return None
 
     def _chunk(self, head: bytes) -> None:
@@ -213,7 +217,7 @@ class _Walk:
         n, rest = divmod(length - CHUNK_HEAD.size, template.row.size)
         if rest or n == 0:
             raise _DamageError("damaged")
-        written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self._position)
+        written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self.position)
         index: bytes | None = None
         if groups[0] == 0:
             written = self._sampled(written, data)
@@ -227,11 +231,11 @@ class _Walk:
         elif zlib.crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
             raise _DamageError("damaged")
         self._counts[groups[0]] += n
-        self._chunks.append(written)
+        self.chunks.append(written)
         index_length = len(template.group.topics) * template.index_length(n)
         if index not in (self._take(index_length), None):
             raise _DamageError("damaged")
-        self._position += length + index_length
+        self.position += length + index_length
 
     def _sampled(self, written: Written, data: bytes) -> Written:
         """Say which sample a block begins with: the next of the grid, but for the last of a thinned run."""

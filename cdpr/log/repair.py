@@ -1,19 +1,23 @@
-"""Makes a complete log and a true run.json of what a killed run left."""
+"""Makes a complete log and a true run.json of what a killed run left, in its place: there may be no room for a copy."""
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cdpr.errors import OutputError
 from cdpr.log import run_json
-from cdpr.log.files import unwritable
+from cdpr.log.files import Reserved, replace, replacing, reserved, unwritable
+from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
 from cdpr.log.reader import Scan, locate, scan
-from cdpr.log.run import Run
-from cdpr.log.writer import LogWriter
+from cdpr.log.recorder import LOG_NAME
+from cdpr.log.run import Header, Run
+from cdpr.log.run_folder import SCENARIO_NAME
 
 
 @dataclass(frozen=True)
@@ -23,67 +27,135 @@ class RepairReport:
     log: Path
     rows: int  # kept
     problem: str | None  # what was wrong with the log; None where it was complete
-    torn: Path | None  # where the damaged log is kept
+    torn: Path | None  # where the bytes are kept that were written over
+    lost: int  # so many of them there was no room for: a part of one block that is not whole
     interrupted: bool  # run.json said "running", now "interrupted"
 
     @property
     def changed(self) -> bool:
         """Whether anything was written."""
-        return self.torn is not None or self.interrupted
+        return self.problem is not None or self.interrupted
 
 
 def repair(path: str | Path) -> RepairReport:
     """Mend a run folder or a log; where nothing is wrong, do nothing.
 
-    A torn or damaged log is written anew from its rows up to the first damage; the old one stays as
-    `log.mcap.torn`. Status "running" in run.json becomes "interrupted". Not for a run that is still going on.
+    A torn or damaged log is completed from its last whole block on; what stood from there on is kept as
+    `log.mcap.torn`, unless there is no room for it and it is a part of one block. Status "running" in run.json becomes
+    "interrupted", also where the run was killed before it had a log.
 
     Raises:
         LogError: there is no log, it is not ours, or nothing of it can be read.
-        OutputError: the folder cannot be written.
+        OutputError: the run is still going on, or the folder cannot be written; all rows are still in the log.
     """
+    path = Path(path)
+    folder = path if path.is_dir() else path.parent if path.name == LOG_NAME else None
+    if folder is not None and reserved(folder / run_json.NAME):
+        raise OutputError(f"{folder}: its run is still going on; wait for it, or end it")
+    if folder is not None and _never_began(folder):
+        return _interrupt_unbegun(folder)
     log, folder = locate(path)
     found = scan(log)
-    torn = None if found.problem is None else _rewrite(log, found)
+    torn, lost = (None, 0) if found.problem is None else _mend(log, found)
     interrupted = folder is not None and _interrupt(folder, found)
-    return RepairReport(log, len(found.rows), found.problem, torn, interrupted)
+    return RepairReport(log, len(found.rows), found.problem, torn, lost, interrupted)
 
 
-def _rewrite(log: Path, found: Scan) -> Path:
-    temporary = log.with_name(f"{log.name}.tmp")
+def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
+    """Complete the log from its last block on; return where what stood there is kept, and how much of it is not."""
+    form, rows = found.form, found.rows
+    last = max((i for i, chunk in enumerate(found.chunks) if chunk.group == 0), default=-1)
+    end, data, chunks, sample = found.end, b"", list(found.chunks[: last + 1]), 0
+    if chunks:
+        chunk = chunks[-1]
+        end, sample = chunk.start, chunk.first + (chunk.n - 1) * form.every
+        data = bytes(form.block(rows[len(rows) - chunk.n :], chunk.first))  # once more, for its index may be torn
+        if sample % form.every == 0:  # a last row off the grid follows the pictures, and has none
+            first = (len(rows) - 1) // PICTURE_ROWS * PICTURE_ROWS  # all pictures before it are there
+            pictures, written = form.pictures(rows[first:], first * form.every, end + len(data))
+            data += pictures
+            chunks += written
+    data += form.ending(chunks, sample, end + len(data))
+    torn = _unused(log)
     try:
-        LogWriter(temporary, found.header).close(found.rows, len(found.rows))
-    except OutputError:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise
-    torn = log.with_name(f"{log.name}.torn")
-    number = 1
-    while torn.exists():
-        number += 1
-        torn = log.with_name(f"{log.name}.torn-{number}")
-    try:
-        _keep(log, torn)
-        os.replace(temporary, log)
+        with log.open("r+b") as file:
+            start = file.read(len(form.description))
+            rest = b"" if start == form.description else start
+            file.seek(0, os.SEEK_END)
+            short = file.tell() - end <= 2 * _block_size(
+                form
+            )  # the last one, and what a kill or a full disk left of one
+            file.seek(end)
+            if short:
+                rest += file.read()
+            else:  # perhaps with more than a damaged block
+                with replacing(torn) as copy:
+                    copy.write(rest)
+                    shutil.copyfileobj(file, copy)
+            for place, content in ((0, form.description), (end, data)):
+                file.seek(place)
+                file.write(content)
+            file.truncate()
     except OSError as error:
         raise unwritable(log, error) from error
-    return torn
+    if short and rest:
+        try:
+            replace(torn, rest)
+        except OutputError:
+            return None, len(rest)
+    return torn if rest or not short else None, 0
 
 
-def _keep(log: Path, torn: Path) -> None:
-    """Give the log a second name, so that there is no moment without one."""
+def _block_size(form: LogFormat) -> int:
+    template = form.templates[0]
+    return template.chunk_length(BLOCK) + len(template.group.topics) * template.index_length(BLOCK)
+
+
+def _unused(log: Path) -> Path:
+    """Name a file for what is written over."""
+    names = itertools.chain([f"{log.name}.torn"], (f"{log.name}.torn-{number}" for number in itertools.count(2)))
+    return next(path for path in map(log.with_name, names) if not path.exists())
+
+
+def _never_began(folder: Path) -> bool:
+    """Tell whether a run was killed before its log held more than a part of its description."""
+    known = run_json.read(folder)
+    if known is None or known.get("status") != "running":
+        return False
+    log = folder / LOG_NAME
+    if not log.exists():
+        return True
     try:
-        os.link(log, torn)
-    except OSError:  # a file system without links
-        shutil.copyfile(log, torn)
+        text = (folder / SCENARIO_NAME).read_text(encoding="utf-8")
+        description = LogFormat(Header.from_dict({**known["header"], "scenario_yaml": text})).description
+        with log.open("rb") as file:
+            found = file.read(len(description))
+    except (OSError, KeyError, TypeError, ValueError):
+        return False  # nobody can tell; what is wrong with the log is told by who reads it
+    return len(found) < len(description) and description.startswith(found)
+
+
+def _interrupt_unbegun(folder: Path) -> RepairReport:
+    log = folder / LOG_NAME
+    known = run_json.read(folder) or {}
+    status = {"status": "interrupted"}
+    message = {"message": "killed before the first sample"}
+    _write(folder, known | status | message | {"summary": {**known.get("summary", {}), **status}})
+    with contextlib.suppress(OSError):
+        log.unlink()  # a part of a description, which stands in run.json and scenario.yaml
+    return RepairReport(log, 0, None, None, 0, True)
 
 
 def _interrupt(folder: Path, found: Scan) -> bool:
     known = run_json.read(folder)
     if known is None or known.get("status") != "running":
         return False
-    message = f"killed while it ran; {len(found.rows)} rows kept"
-    run = Run(found.header, found.rows, "interrupted", message)
+    run = Run(found.header, found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept")
     told = ("argv", "started", "finished", "events", "timings", "unused")
-    run_json.write(folder, run_json.describe(run) | {key: known[key] for key in told if key in known})
+    _write(folder, run_json.describe(run) | {key: known[key] for key in told if key in known})
     return True
+
+
+def _write(folder: Path, content: dict[str, Any]) -> None:
+    """Write run.json into the room that the run kept for it."""
+    Reserved(folder / run_json.NAME, 0).write(run_json.encode(content))

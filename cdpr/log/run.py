@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.log.layout import FIELDS, Layout
 from cdpr.model import rotations
+from cdpr.model.reach import Bounds
 from cdpr.model.robot import Array, read_only
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ class Header:
     controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
     cable_model: str = "ideal"
     log_every: int = 1  # samples from one row of the run to the next
+    bounds: Bounds = ()  # of lengths and winding speeds, where there are any
+    broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
 
     @property
     def log_step(self) -> float:
@@ -54,17 +57,20 @@ class Header:
         return Layout(len(self.cables), self.cable_model == "ideal")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a dictionary for JSON; `log_every` only where it thins, so that older versions read all other logs."""
+        """Return a dictionary for JSON; what is new only where it says something: older versions read the rest."""
         data = asdict(self)
-        if self.log_every == 1:
-            del data["log_every"]
-        return data
+        return {key: value for key, value in data.items() if key not in NEWER or value != NEWER[key]}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Header:
         """Undo `to_dict` after a passage through JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
-        return cls(**{**data, **tuples, "anchors": tuple(tuple(row) for row in data["anchors"])})
+        tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken") if key in data}
+        return cls(**{**data, **tuples, **{key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}})
+
+
+# Keys that logs of earlier versions have not, and what that meant.
+NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": ()}
 
 
 @dataclass(frozen=True)

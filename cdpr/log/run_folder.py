@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,15 +14,17 @@ import numpy as np
 
 from cdpr.errors import OutputError
 from cdpr.log import run_json
-from cdpr.log.files import replace, unwritable
+from cdpr.log.files import Reserved, beside, replace, unwritable
 from cdpr.log.run import Header, Run
 
 RUNS = Path("runs")
 SCENARIO_NAME = "scenario.yaml"
 
+ROOM = 65536  # bytes that run.json may need in the end beyond twice what it needs at the start: events, timings
+
 
 class RunFolder:
-    """A new folder for one run, with its run.json.
+    """A new folder for one run, with its run.json, for whose end there is room from the start.
 
     Args:
         out: the folder, which must be empty or not exist; None for `runs/<UTC>_<scenario>_<backend>`, with
@@ -33,20 +37,45 @@ class RunFolder:
 
     def __init__(self, out: Path | None, header: Header, argv: Sequence[str] = ()) -> None:
         started = run_json.now()
-        self.path = new_folder(header.scenario, header.backend) if out is None else empty_folder(out)
         self._started: dict[str, Any] = {
             "argv": list(argv),
             "started": started.isoformat(timespec="seconds"),
             "finished": None,
         }
-        replace(self.path / SCENARIO_NAME, header.scenario_yaml)
         no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
-        run_json.write(self.path, run_json.describe(no_rows) | self._started)
+        text = run_json.encode(run_json.describe(no_rows) | self._started)
+        self.path = new_folder(header.scenario, header.backend) if out is None else out
+        file = self.path / run_json.NAME
+        claim(self.path, beside(file).name)
+        try:
+            self._end = Reserved(file, 2 * len(text) + ROOM)
+            replace(self.path / SCENARIO_NAME, header.scenario_yaml)
+            replace(file, text)
+        except BaseException:
+            self._remove(and_folder=out is None)
+            raise
 
     def finish(self, run: Run) -> None:
-        """Say in run.json how the run ended."""
+        """Say in run.json how the run ended. Raises OutputError; as much as there was room for is said then, too."""
         finished = {"finished": run_json.now().isoformat(timespec="seconds")}
-        run_json.write(self.path, run_json.describe(run) | self._started | finished)
+        content = run_json.describe(run) | self._started | finished
+        try:
+            self._end.write(run_json.encode(content))
+        except OutputError as error:
+            brief = {"status": "failed", "message": run.message or str(error), "events": [], "plugins": {}}
+            with contextlib.suppress(OutputError):
+                self._end.write(run_json.encode(content | brief))
+            self._end.release()
+            raise
+
+    def _remove(self, *, and_folder: bool) -> None:
+        """Leave nothing of a run that could not begin."""
+        for name in (run_json.NAME, SCENARIO_NAME, beside(self.path / run_json.NAME).name):
+            with contextlib.suppress(OSError):
+                (self.path / name).unlink()
+        if and_folder:
+            with contextlib.suppress(OSError):
+                self.path.rmdir()
 
 
 def new_folder(*names: str) -> Path:
@@ -65,18 +94,29 @@ def new_folder(*names: str) -> Path:
     raise AssertionError("unreachable")
 
 
-def empty_folder(folder: Path) -> Path:
-    """Make a folder that is empty, or take one; OutputError where it is not or cannot be made."""
+def claim(folder: Path, first: str) -> None:
+    """Make a folder, or take an empty one, by the empty file `first`: of several processes at most one gets it.
+
+    Raises OutputError where it is not empty, is another's or cannot be made.
+    """
+    taken = OutputError(f"{folder}: exists and is not empty; choose another --out or remove it")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        taken = any(folder.iterdir())
     except FileExistsError as error:
         raise OutputError(f"{folder}: is a file, not a folder; choose another --out") from error
     except OSError as error:
         raise unwritable(folder, error) from error
-    if taken:
-        raise OutputError(f"{folder}: exists and is not empty; choose another --out or remove it")
-    return folder
+    try:
+        if os.listdir(folder):
+            raise taken
+        os.close(os.open(folder / first, os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
+        if os.listdir(folder) != [first]:  # another came at the same moment, with another file
+            (folder / first).unlink()
+            raise taken
+    except FileExistsError:
+        raise taken from None
+    except OSError as error:
+        raise unwritable(folder, error) from error
 
 
 def safe_name(name: str) -> str:

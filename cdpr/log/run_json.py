@@ -37,10 +37,15 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def write(folder: Path, content: dict[str, Any]) -> None:
-    """Replace run.json in one step. Numbers that are not finite become null."""
+def encode(content: dict[str, Any]) -> bytes:
+    """Return the bytes of run.json. Numbers that are not finite become null."""
     text = json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    replace(folder / NAME, text)
+    return text.encode(errors="backslashreplace")  # \udcff is such an escape in JSON, too
+
+
+def write(folder: Path, content: dict[str, Any]) -> None:
+    """Replace run.json in one step."""
+    replace(folder / NAME, encode(content))
 
 
 def read(folder: Path) -> dict[str, Any] | None:
@@ -52,7 +57,7 @@ def read(folder: Path) -> dict[str, Any] | None:
             raise ValueError("not an object")
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise LogError(f"{path}: cannot be read: {error}; without that file the log still loads") from error
     return content
 

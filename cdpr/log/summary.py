@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.model.reach import EXCEEDED, Reach
 from cdpr.model.robot import Array
+from cdpr.tension.status import Status
 
 if TYPE_CHECKING:
     from cdpr.log.run import Header, Run
@@ -23,7 +25,10 @@ def summarise(run: Run) -> dict[str, Any]:
     """Return errors, tensions, infeasible steps and speed of a run as plain numbers.
 
     Errors are norms over the sample's three components; `largest_step` is the largest change of one tension from one
-    sample to the next. All samples are counted. Of a thinned log that stands alone only the rows in it can be: then
+    sample to the next; a cable that is broken does not count any more. `infeasible_steps` are samples whose wrench no
+    tensions within the limits balance, as the solver says; `unanswered_steps` those at which it had no valid answer.
+    `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
+    wound faster. All samples are counted. Of a thinned log that stands alone only the rows in it can be: then
     `samples` is `logged_samples`.
     """
     counted = run.counted
@@ -51,12 +56,14 @@ class Tally:
 
     Attributes:
         count: how many samples were counted.
+        reach: where cables left their lengths and speeds.
     """
 
     def __init__(self, header: Header, samples: int) -> None:
         self._header = header
         self._status = np.empty(samples, np.int8)
         self._squares = np.empty((2, samples))  # of the norms of position and orientation error
+        self.reach = Reach(header.bounds, len(header.cables))
         self.count = 0
         self._start: Array | None = None  # the first row
         self._before: Array | None = None  # the tensions of the last sample
@@ -85,10 +92,12 @@ class Tally:
                 norms = np.linalg.norm(error, axis=1)
                 self._squares[i, now] = norms**2
                 self._look(f"error {i}", norms)
-            self._look("tension", part.tension)
+            sound = self._sound(part.time)
+            self._look("tension", part.tension[sound])
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
-            self._look("step", np.abs(np.diff(held, axis=0)))
-            self._look("cable tension", part.cable_tension)
+            self._look("step", np.abs(np.diff(held, axis=0))[sound[len(sound) - len(held) + 1 :]])
+            self._look("cable tension", part.cable_tension[sound])
+            self.reach.add(np.ascontiguousarray(part.length), np.ascontiguousarray(part.rate))
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
@@ -97,12 +106,20 @@ class Tally:
         self._final["time"] = float(part.time[-1])
         self._before, self.count = part.tension[-1:].copy(), now.stop
 
+    def _sound(self, time: Array) -> NDArray[np.bool_]:
+        """Which cables are not broken at these times (K,), (K, m): of the others nothing is asked any more."""
+        sound = np.ones((len(time), len(self._header.cables)), bool)
+        for cable, since in self._header.broken:
+            sound[:, cable] &= time < since
+        return sound
+
     def figures(self) -> dict[str, Any]:
         """Return what `summarise` says of the samples."""
         figures: dict[str, Any] = {
             "samples": self.count,
             "simulated_s": self._final.get("time", 0.0),
-            "infeasible_steps": int(np.count_nonzero(self.status)),
+            "infeasible_steps": int(np.count_nonzero(self.status == Status.INFEASIBLE)),
+            "unanswered_steps": int(np.count_nonzero((self.status != Status.OK) & (self.status != Status.INFEASIBLE))),
         }
         if not self.count:
             return figures
@@ -110,15 +127,21 @@ class Tally:
         figures["position_error_m"] = self._error(0)
         figures["orientation_error_rad"] = self._error(1)
         figures["tension_N"] = {
-            "min": low["tension"],
-            "max": high["tension"],
+            "min": low.get("tension", 0.0),  # where all cables are broken from the first sample on
+            "max": high.get("tension", 0.0),
             "largest_step": high.get("step", 0.0),
         }
         if self._header.cable_model != "ideal":
-            figures["cable_tension_N"] = {"min": low["cable tension"], "max": high["cable tension"]}
+            figures["cable_tension_N"] = {
+                "min": low.get("cable tension", 0.0),
+                "max": high.get("cable tension", 0.0),
+            }
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()
+        if self.reach.any:
+            found = {one.name: one.samples for one in self.reach.told()}
+            figures["beyond_limits_steps"] = {name: found.get(name, 0) for name, *_ in EXCEEDED}
         return figures
 
     def _look(self, name: str, values: Array) -> None:

@@ -6,10 +6,12 @@ So each state of the sources gets a folder of its own, wherever they lie.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import os
 import shutil
+import stat
 import sys
 import tempfile
 import time
@@ -19,7 +21,10 @@ from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from cdpr.errors import OutputError
+
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
+PASSING = "cdpr-passing-"  # begins the name of a folder that goes with its process
 KEPT = 5  # folders of other states of the sources: enough to go back and forth between checkouts
 ANY = "*.py"
 UNUSED = 7 * 86400.0  # s; a folder used since then stays in any case
@@ -65,33 +70,86 @@ def _fingerprint(files: Iterable[tuple[str, Path]]) -> str:
 
 
 def user_cache() -> Path:
-    """Return the folder that cdpr may keep in the user's cache; it need not exist."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cdpr"
+    """Return the folder that cdpr may keep in the user's cache, or in the fallback where the user has no home."""
+    root = os.environ.get("XDG_CACHE_HOME")
+    try:
+        return Path(root or Path.home() / ".cache") / "cdpr"
+    except RuntimeError:  # no HOME, and a uid that the system does not know
+        return fallback()
 
 
 def folder() -> str:
     """Return the folder for compiled kernels, made if need be.
 
-    It lies in NUMBA_CACHE_DIR or the user's cache; where neither can be written, in a temporary folder, with a warning.
+    It lies in NUMBA_CACHE_DIR or the user's cache; where neither can be written, in the fallback, with a warning.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     root = Path(chosen) if chosen else user_cache()
     path = root / f"kernels-{digest()}"
     try:
-        path.mkdir(parents=True, exist_ok=True)
-        os.utime(path)
-        with tempfile.TemporaryFile(dir=path):
-            pass
+        _make_writable(path)
     except OSError as error:
+        root = fallback()
         warnings.warn(
-            f"{path} cannot be written ({error.strerror}): kernels are compiled anew in each run; "
-            "set NUMBA_CACHE_DIR to a folder that can",
+            f"{path} cannot be written ({error.strerror}): compiled kernels are kept in {root}; "
+            "NUMBA_CACHE_DIR names another folder",
             stacklevel=2,
         )
-        return tempfile.mkdtemp(prefix="cdpr-kernels-")
+        path = root / path.name
+        try:
+            _make_writable(path)
+        except OSError as second:
+            raise unwritable(path, second) from error
     for old in _used_before(root, time.time() - UNUSED)[KEPT:]:
         shutil.rmtree(old, ignore_errors=True)
     return str(path)
+
+
+@lru_cache(maxsize=1)
+def fallback() -> Path:
+    """Return the folder that takes the place of the user's cache: one for this user on this machine, kept.
+
+    Others may write beside it, and what lies in it is run: it is believed only where it belongs to the user alone.
+    Where somebody else holds the name, a folder of this process takes its place, for its workers too, and goes with it.
+    """
+    try:
+        path = Path(tempfile.gettempdir()) / f"cdpr-{os.geteuid()}"
+    except OSError as error:  # no folder for temporary files can be written
+        raise unwritable(Path("/tmp"), error) from error
+    with contextlib.suppress(OSError):
+        path.mkdir(mode=0o700)
+    with contextlib.suppress(OSError):
+        found = path.lstat()  # a link would be somebody's
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077:
+            return path
+    try:
+        path = Path(tempfile.mkdtemp(prefix=PASSING))
+    except OSError as error:
+        raise unwritable(path, error) from error
+    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    os.environ["NUMBA_CACHE_DIR"] = str(path)
+    return path
+
+
+def lasting() -> bool:
+    """Tell whether what is compiled is there for later runs, too."""
+    return PASSING not in os.environ.get("NUMBA_CACHE_DIR", "")
+
+
+def unwritable(path: Path, error: OSError) -> OutputError:
+    """Return the error that says that no folder is left for compiled kernels."""
+    return OutputError(
+        f"{path}: compiled kernels cannot be kept there: {error.strerror or error}; set NUMBA_CACHE_DIR to a folder "
+        "that can be written"
+    )
+
+
+def _make_writable(path: Path) -> None:
+    """Make a folder where there is none; OSError where it cannot be written."""
+    path.mkdir(parents=True, exist_ok=True)
+    os.utime(path)
+    with tempfile.TemporaryFile(dir=path):
+        pass
 
 
 def _used_before(root: Path, moment: float) -> list[Path]:

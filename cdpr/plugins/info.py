@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pluggy
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationInfo
@@ -14,6 +14,8 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import with_info_after_validator_function
 
 INTERFACE_VERSION = 1
+
+Role = Literal["backend", "controller", "solver"]
 
 hookspec = pluggy.HookspecMarker("cdpr")
 hookimpl = pluggy.HookimplMarker("cdpr")

@@ -127,7 +127,7 @@ def _distances(group: Group, pairs: dict[str, tuple[Run, Run]], *, bounds: bool 
             if not bounds:
                 values = np.where(values > 0.0, values, np.nan)  # at the start all are one
             curves.append(Curves(_padded(values, group), (look["color"],), width=look["linewidth"]))
-        allowed = (Limit("allowed", (float(np.log10(quantity.allowed(_judge(group).header))),)),) if bounds else ()
+        allowed = (Limit("allowed", (float(np.log10(quantity.allowed(_judge(group)))),)),) if bounds else ()
         label = f"{quantity.title} ({quantity.unit})"
         yield Panel(label, tuple(curves), legend, least=DECADES[bounds], limits=allowed, log=True)
 

@@ -56,7 +56,9 @@ def outcome(row: Figures) -> str:
 
 
 def notes(row: Figures) -> Iterator[str]:
-    """What no table tells: other statuses, other vertices."""
+    """What no table tells: how little an order proves, other statuses, other vertices."""
+    if row["standard"] == "order" and row["differences"]:
+        yield ORDER_ALONE
     for key, what in (("statuses", "another solver status"), ("vertices", "tensions at another vertex")):
         if row[key]:
             first = row[key][0]
@@ -65,12 +67,14 @@ def notes(row: Figures) -> Iterator[str]:
 
 
 def among(group: Figures) -> Iterator[str]:
-    """What the judge's tensions were, and how far engines of one scheme are apart."""
+    """What the judge's tensions were, what is left untested, and how far engines of one scheme are apart."""
     tension = group["judge_tension_N"]
     if tension:
         span = f"{tension['min'] or 0:.5g} to {tension['max'] or 0:.5g} N"
         cost = f"; {group['judge_step_us']:.3g} µs a step" if group["judge_step_us"] else ""
         yield f"the judge's tensions are {span}, their largest step {tension['largest_step'] or 0:.4g} N{cost}"
+    if group["unexcited"]:
+        yield f"not put to the test here, for it does not happen: {'; '.join(group['unexcited'])}"
     for scheme, worst in group["same_scheme"].items():
         parts = ", ".join(f"{value:.1e} {QUANTITIES[name].unit}" for name, value in worst.items())
         yield f"engines of the scheme {scheme.replace('_', ' ')} are at most {parts} apart"
@@ -91,6 +95,12 @@ def wrong_orders(group: Figures) -> Iterator[str]:
         if measured["reason"]:
             yield f"measured order of {measured['backend']}: {measured['outcome']}: {measured['reason']}"
 
+
+# Faults that shrink with the step, or are small beside what it does.
+ORDER_ALONE = (
+    "judged by its order alone, for the judge offers no scheme that it declares: commands that act a step late, or a "
+    "friction of 1e-4 1/s, would not show"
+)
 
 ORDER_TITLES = ["engine", "order", "", "control", "steps (ms)", "errors (m)"]
 FIRST = ["quantity", "", "largest", "rms", "at s"]

@@ -93,7 +93,8 @@ class Histories:
 
 
 def _status(run: Run) -> NDArray[np.int8]:
-    return np.nan_to_num(run.solver_status, nan=-1.0).astype(np.int8)
+    status: NDArray[np.int8] = np.nan_to_num(run.solver_status, nan=-1.0).astype(np.int8)
+    return status
 
 
 class Attitude:
@@ -109,7 +110,7 @@ class Attitude:
             turns = 2.0 * np.pi * np.rint((self._last - desired[0]) / (2.0 * np.pi))
             desired, actual = desired + turns, actual + turns
         self._last = desired[-1] if len(desired) else None
-        return np.degrees(np.concatenate([desired, actual], axis=1))
+        return np.asarray(np.degrees(np.concatenate([desired, actual], axis=1)))
 
 
 def roll_pitch_yaw(run: Run) -> Array:

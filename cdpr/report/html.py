@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cdpr.errors import OutputError
+from cdpr.log.files import replace
 from cdpr.log.run import Run
 from cdpr.report import tables
 from cdpr.report.page import figure, page, section
@@ -35,11 +35,7 @@ def write_report(run: Run, path: str | Path) -> None:
         PluginError: matplotlib is not installed.
         OutputError: the file cannot be written.
     """
-    text = render(run)
-    try:
-        Path(path).write_text(text, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write the report: {error.strerror or error}") from error
+    replace(Path(path), render(run).encode(errors="xmlcharrefreplace"))
 
 
 def render(run: Run) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import OutputError
+from cdpr.log.files import replace
 from cdpr.log.run import Run
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -57,8 +57,4 @@ def write_svg(scene: Scene, path: Path, label: str) -> None:
     from cdpr.report.canvas import inline_svg
     from cdpr.report.sketch import draw
 
-    text = inline_svg(draw(scene), "robot", label)
-    try:
-        path.write_text(text, encoding="utf-8", errors="xmlcharrefreplace", newline="\n")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write the drawing: {error.strerror or error}") from error
+    replace(path, inline_svg(draw(scene), "robot", label).encode(errors="xmlcharrefreplace"))

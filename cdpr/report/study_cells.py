@@ -30,6 +30,7 @@ FIGURES = (
     Figure("tension_min_N", "Smallest tension (N)", "min N"),
     Figure("tension_largest_step_N", "Largest change of a tension from one sample to the next (N)", "step N"),
     Figure("infeasible_steps", "Samples without admissible tensions", "infeasible"),
+    Figure("unanswered_steps", "Samples without a valid answer of the solver", "unanswered"),
 )
 HEADINGS = [figure.heading for figure in FIGURES]
 

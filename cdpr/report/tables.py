@@ -13,6 +13,7 @@ from cdpr.report.histories import histories
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.page import table
+from cdpr.report.reservations import reservations
 from cdpr.report.text import number, unit_for
 
 MOST_EVENTS = 200
@@ -31,10 +32,9 @@ BANNERS = {
 def banner(run: Run) -> str:
     """How the run ended, and its message."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
-    figures = run.summary()
-    bad = figures["infeasible_steps"]
-    if mood == "good" and bad:
-        mood, text = "warn", f"{text}, but {bad} of {figures['samples']} steps had no valid tensions"
+    said = list(reservations(run))
+    if mood == "good" and said:
+        mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
     message = f": {escape(run.message)}" if run.message else ""
     return f'<p class="banner {mood}" role="status"><strong>{text}</strong>{message}</p>'
 
@@ -79,7 +79,8 @@ def summary(run: Run) -> str:
 
 def _bad_steps(run: Run) -> str:
     if run.header.log_every > 1:  # their kinds are known of the logged ones alone
-        return str(run.summary()["infeasible_steps"] or "none")
+        figures = run.summary()
+        return str(figures["infeasible_steps"] + figures["unanswered_steps"] or "none")
     found = histories(run).status
     counts = [(int(np.count_nonzero(found == status)), name) for status, (name, _) in SHADES.items()]
     return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"

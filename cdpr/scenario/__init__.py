@@ -3,7 +3,7 @@
 A file is read in phases, and the problems of all of them are reported at once, each as
 `file:line:col: key: what is wrong, what is allowed`:
 
-1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, aliases, bombs);
+1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, merge keys, bombs);
 2. `overrides`: values set from outside are written into that data; a robot file is put where it is named;
 3. `schema`, `robot_schema`, `trajectory_schema`: types, units and ranges; `options`: the plugins' own models;
 4. `robot_checks`, `run_checks`, `motion_checks`, `guide_checks`, `event_checks`: what only several sections together

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -12,7 +13,7 @@ from cdpr.model import DOF_NAMES
 from cdpr.scenario.document import Document
 from cdpr.scenario.fields import Section
 from cdpr.scenario.problems import Path, Problems
-from cdpr.scenario.robot_schema import CableSection, DofName
+from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 
 # m; a cable shorter than this has no direction, and anchors nearer than this are one point.
 MIN_LENGTH = 1e-6
@@ -34,10 +35,7 @@ class Checks:
         data = self.document.get(path)
         if isinstance(data, dict):
             data = {key: value for key, value in data.items() if key in model.model_fields}
-        try:
-            return model.model_validate_json(json.dumps(data))
-        except ValidationError:
-            return None
+        return _read(model, json.dumps(data))
 
     def cables(self, root: Path) -> Iterator[tuple[int, CableSection]]:
         """Yield the cables that are right, and their indices, of the robot at `root`."""
@@ -58,3 +56,11 @@ class Checks:
     def say(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""
         self.problems.add(self.document.mark(path), path, text)
+
+
+@lru_cache(maxsize=4 * MAX_CABLES)  # several checks ask for each cable, and the cases of a study for the same ones
+def _read(model: type[S], text: str) -> S | None:
+    try:
+        return model.model_validate_json(text)
+    except ValidationError:
+        return None

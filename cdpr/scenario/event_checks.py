@@ -20,7 +20,7 @@ from cdpr.scenario.event_schema import (
     TensionLimits,
     first_sample,
 )
-from cdpr.scenario.problems import nearest
+from cdpr.scenario.problems import exact, nearest
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
 
@@ -39,7 +39,8 @@ class EventChecks(Checks):
         if simulation:
             self._against_steps(events, simulation.control_step)
         cables = list(self.cables(("robot",)))
-        if len(cables) != len(self.document.get(("robot", "cables")) or ()):
+        given = self.document.get(("robot", "cables"))
+        if not isinstance(given, list) or len(cables) != len(given):
             return  # names and limits are not known
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, named(event, names)) for i, event in events if self._cable_exists(i, event, names)]
@@ -47,8 +48,8 @@ class EventChecks(Checks):
         self._need_ideal_cables(known)
         self._order(known)
         common = self.section(TensionSection, ("robot", "tension"))
-        given = () if common is None else (common.min, common.max)
-        if common and all(not isinstance(value, list) or len(value) == len(cables) for value in given):
+        both = () if common is None else (common.min, common.max)
+        if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
             self._limits(
                 known, {name: limits(common, cable, i) for name, (i, cable) in zip(names, cables, strict=True)}
             )
@@ -66,15 +67,15 @@ class EventChecks(Checks):
     def _against_steps(self, events: Places, step: float) -> None:
         for i, event in events:
             if isinstance(event, CableJam) and first_sample(event.time, step) < 1:
-                text = (
-                    f"must be at least control_step, {step:g} (s), for no tension is there before, got {event.time:g}"
-                )
+                early = exact(event.time)
+                text = f"must be at least control_step, {exact(step)} (s), for no tension is there before, got {early}"
                 self.say(("events", i, "time"), text)
             if isinstance(event, Load) and event.duration is not None and event.duration < step * (1.0 - 1e-9):
-                text = f"must be at least control_step, {step:g} (s), for it is held so long, got {event.duration:g}"
+                held = exact(event.duration)
+                text = f"must be at least control_step, {exact(step)} (s), for it is held so long, got {held}"
                 self.say(("events", i, "duration"), text)
             if isinstance(event, Sine) and event.frequency * step >= 0.5:
-                text = f"must be less than half of the control rate, {0.5 / step:g} (Hz), got {event.frequency:g}"
+                text = f"must be less than half of the control rate, {0.5 / step:g} (Hz), got {exact(event.frequency)}"
                 self.say(("events", i, "frequency"), text)
 
     def _cable_exists(self, i: int, event: ScenarioEvent, names: Sequence[str]) -> bool:
@@ -108,14 +109,15 @@ class EventChecks(Checks):
             if isinstance(event, EmergencyStop):
                 if stopped is not None:
                     self.say(
-                        ("events", i), f"the robot is stopped already at {stopped:g} s; one emergency stop is allowed"
+                        ("events", i),
+                        f"the robot is stopped already at {exact(stopped)} s; one emergency stop is allowed",
                     )
                 stopped = event.time
             if isinstance(event, CableFault | TensionLimits) and isinstance(event.cable, str):
                 breaks = isinstance(event, CableBreak)
                 what, since = fate.get(event.cable, ("", 0.0))
                 if what and (what == "broken" or not breaks):
-                    self.say(("events", i), f"cable '{event.cable}' is {what} already, since {since:g} s")
+                    self.say(("events", i), f"cable '{event.cable}' is {what} already, since {exact(since)} s")
                 elif isinstance(event, CableFault):
                     fate[event.cable] = ("broken" if breaks else "jammed", event.time)
 
@@ -148,11 +150,12 @@ def _contradiction(
     low, high = low if event.min is None else event.min, high if event.max is None else event.max
     present[name] = low, high
     if twice:
-        return f"{twice[0]} of cable '{name}' is set twice at {event.time:g} s"
+        return f"{twice[0]} of cable '{name}' is set twice at {exact(event.time)} s"
     if unilateral and low < 0:
-        return f"min must be at least 0 (N), got {low:g}: a cable cannot push"
+        return f"min must be at least 0 (N), got {exact(low)}: a cable cannot push"
     if low > high or high <= 0:
-        return f"cable '{name}' would have the limits {low:g} to {high:g} (N): min must not exceed max, max be positive"
+        found = f"{exact(low)} to {exact(high)}"
+        return f"cable '{name}' would have the limits {found} (N): min must not exceed max, max be positive"
     return ""
 
 

@@ -8,6 +8,9 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 MAX_MAGNITUDE = 1e12  # beyond it squares and products leave the range in which the simulation makes sense
+# m; the longest cables are of kilometres, and farther out rounding alone moves a platform by more than comparisons
+# allow: the spacing of floats is 1e-10 m here.
+MAX_DISTANCE = 1e6
 NAME_PATTERN = r"^\w[\w.-]{0,63}$"
 
 
@@ -25,6 +28,12 @@ def unit(symbol: str) -> dict[str, Any]:
 def _moderate(value: float) -> float:
     if abs(value) > MAX_MAGNITUDE:
         raise ValueError(f"must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value!r}")
+    return value
+
+
+def _near(value: float) -> float:
+    if abs(value) > MAX_DISTANCE:
+        raise ValueError(f"must lie between -{MAX_DISTANCE:g} and {MAX_DISTANCE:g} (m), got {value!r}")
     return value
 
 
@@ -48,6 +57,8 @@ WholeOrNumber = Annotated[int | float, AfterValidator(_moderate)]  # whole numbe
 Positive = Annotated[float, Field(gt=0), AfterValidator(_moderate)]
 NonNegative = Annotated[float, Field(ge=0), AfterValidator(_moderate)]
 Vector3 = tuple[Number, Number, Number]
+Coordinate = Annotated[float, AfterValidator(_near)]
+Position = tuple[Coordinate, Coordinate, Coordinate]  # m
 Name = Annotated[str, AfterValidator(_named), Field(json_schema_extra={"pattern": NAME_PATTERN})]
 EulerOrder = Annotated[str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})]
 

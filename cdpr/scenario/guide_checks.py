@@ -11,7 +11,7 @@ from cdpr.model.robot import Array
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.fields import ZERO
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Mark, Path
+from cdpr.scenario.problems import Mark, Path, exact
 from cdpr.scenario.schema import Initial
 from cdpr.scenario.trajectory_schema import Circle, Csv, Helix, Knot, Motion, PickAndPlace, Waypoint, poses
 
@@ -61,7 +61,7 @@ class GuideChecks(Checks):
         if isinstance(motion, Circle):
             self._circle(motion)
         elif isinstance(motion, PickAndPlace) and motion.height > 0.0 and self.held[2]:
-            self.say(("trajectory", "height"), f"{self.free}, so 0 is expected, got {motion.height:g}")
+            self.say(("trajectory", "height"), f"{self.free}, so 0 is expected, got {exact(motion.height)}")
         elif isinstance(motion, Csv):
             self._table(motion)
 
@@ -103,7 +103,7 @@ class GuideChecks(Checks):
     def _position(self, path: Path, position: Array) -> None:
         away = self.held[:3] & (np.abs(position - self.home) > HELD)
         if away.any():
-            axes = ", ".join(f"{'xyz'[i]} = {self.home[i]:g}" for i in np.flatnonzero(self.held[:3]))
+            axes = ", ".join(f"{'xyz'[i]} = {exact(self.home[i])}" for i in np.flatnonzero(self.held[:3]))
             self.say(path, f"{self.free}; the initial position holds it at {axes} (m)")
 
     def _attitude(self, path: Path, orientation: Orientation) -> None:

@@ -13,7 +13,7 @@ from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.fields import ZERO
 from cdpr.scenario.files import UnreadableError, read
-from cdpr.scenario.problems import Mark, Path, shown
+from cdpr.scenario.problems import Mark, Path, exact, shown
 from cdpr.scenario.schema import Initial
 from cdpr.scenario.table import MAX_BYTES, Table, TableError, parse_table
 from cdpr.scenario.trajectory_schema import (
@@ -98,7 +98,7 @@ class MotionChecks(Checks):
         times = [point.time for point in motion.points]
         for k in range(1, len(times)):
             if times[k] <= times[k - 1]:
-                text = f"must be greater than the previous point's, {times[k - 1]:g} (s), got {times[k]:g}"
+                text = f"must be greater than the previous point's, {exact(times[k - 1])} (s), got {exact(times[k])}"
                 self.say(("trajectory", "points", k, "time"), text)
         if times == [0.0]:
             text = "a point with a time greater than 0 is expected; to stay, use type: hold"
@@ -109,7 +109,9 @@ class MotionChecks(Checks):
             self.say(("trajectory", "turns"), "must not be 0; to stay, use type: hold")
         length = float(np.linalg.norm(motion.normal))
         if length < MIN_LENGTH:
-            self.say(("trajectory", "normal"), f"must not be zero; that of a level circle is [0, 0, 1], got {length:g}")
+            self.say(
+                ("trajectory", "normal"), f"must not be zero; that of a level circle is [0, 0, 1], got {exact(length)}"
+            )
             return
         normal = np.array(motion.normal) / length
         arm = np.array(motion.position) - motion.center
@@ -142,9 +144,11 @@ class MotionChecks(Checks):
             return  # at rest there by themselves
         starts_at_initial = isinstance(motion, Waypoints) and motion.points[0].time > 0
         if start > 0 and not starts_at_initial:
-            self._at_rest(motion, 0, f"the pose is held until {start:g} s, so the motion must start at rest")
+            self._at_rest(motion, 0, f"the pose is held until {exact(start)} s, so the motion must start at rest")
         if end < duration * (1.0 - SHORTER):
-            text = f"the motion ends at {end:g} s and the run at {duration:g} s, so the motion must end at rest"
+            text = (
+                f"the motion ends at {exact(end)} s and the run at {exact(duration)} s, so the motion must end at rest"
+            )
             self._at_rest(motion, -1, text)
 
     def _at_rest(self, motion: Motion, k: int, text: str) -> None:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from cdpr.errors import PluginError, ScenarioError
+from cdpr.errors import PluginError, ScenarioError, printable
 
 Path = tuple[str | int, ...]
 
@@ -57,6 +57,12 @@ class Problems:
             self.items.append(Problem(mark, path, text, plugin))
             self.paths.add(path)
 
+    def include(self, other: Problems) -> None:
+        """Keep all problems of another collection, too."""
+        self.items += other.items
+        self.paths |= other.paths
+        self.unreadable |= other.unreadable
+
     def has(self, path: Path) -> bool:
         """Tell whether something was said about this key or a section around it."""
         return _within(path, self.paths)
@@ -97,11 +103,6 @@ def _within(path: Path, roots: set[Path]) -> bool:
     return any(path[:end] in roots for end in range(1, len(path) + 1))
 
 
-def printable(text: str) -> str:
-    """Escape what would break a line or speak to the terminal: file names and keys are foreign."""
-    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
-
-
 def dotted(path: Path) -> str:
     """Write a path as in `robot.cables[0].frame[2]`."""
     text = ""
@@ -125,6 +126,11 @@ def shown(value: object) -> str:
         return "an empty list" if not value else f"a list of {len(value)}"
     text = repr(value)
     return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")
+
+
+def exact(value: float) -> str:
+    """Write a number with all its digits: a rounded one may seem to be right."""
+    return repr(float(value)).removesuffix(".0")
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cdpr.model.rotations import held_upright
 from cdpr.scenario.checks import MIN_LENGTH, Checks
-from cdpr.scenario.problems import Path, dotted
+from cdpr.scenario.problems import Path, dotted, exact
 from cdpr.scenario.robot_schema import (
     NEEDED,
     NEEDS,
@@ -16,9 +16,12 @@ from cdpr.scenario.robot_schema import (
     CablesSection,
     CableTension,
     Home,
+    PlatformSection,
     TensionSection,
     cable_name,
     limits,
+    moments_about,
+    of_a_body,
 )
 
 
@@ -41,9 +44,16 @@ class RobotChecks(Checks):
         if not dof:
             return
         platform, inertia = (*self.root, "platform"), (*self.root, "platform", "inertia")
-        turns = any(name.startswith("r") for name in dof)
+        turns = [name for name in dof if name.startswith("r")]
         if turns and isinstance(self.document.get(platform), dict) and self.document.get(inertia) is None:
             self.say(inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), for the platform turns")
+        section = self.section(PlatformSection, platform)
+        given = section.inertia if section else None
+        if given is not None and not set(turns) <= set(moments_about(given)):  # what is 0 is needed
+            try:
+                of_a_body(given)
+            except ValueError as error:
+                self.say(inertia, f"{error} where it turns about {', '.join(turns)}")
         home = self.section(Home, (*self.root, "home"))
         if home and not held_upright(dof, home.orientation.quaternion()):
             text = f"may differ from upright only about the free directions, {', '.join(dof)}"
@@ -80,11 +90,11 @@ class RobotChecks(Checks):
 
     def _coincident(self, cables: list[tuple[int, CableSection]]) -> None:
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
+        distances = np.linalg.norm(anchors[:, None] - anchors[None], axis=3)  # (m, m, 2), m
+        same = np.all(distances < MIN_LENGTH, axis=2)
         for b in range(1, len(cables)):
-            distances = np.linalg.norm(anchors[:b] - anchors[b], axis=2)  # (b, 2), m
-            same = np.flatnonzero(np.all(distances < MIN_LENGTH, axis=1))
-            if len(same):
-                other = f"cables[{cables[int(same[0])][0]}]"
+            if same[b, :b].any():
+                other = f"cables[{cables[int(np.argmax(same[b, :b]))][0]}]"
                 text = f"coincides with {other} at both ends, so they are one cable (sharing one end is fine)"
                 self.say((*self.root, "cables", cables[b][0]), text)
 
@@ -119,11 +129,11 @@ class RobotChecks(Checks):
         at_max = self._written("max", common.max, own.max, i)
         if unilateral and low < 0:
             reason = "a cable cannot push (rigid legs: unilateral: false)"
-            yield at_min, f"must be at least 0 (N), got {low:g}: {reason}"
+            yield at_min, f"must be at least 0 (N), got {exact(low)}: {reason}"
         if high <= 0:
-            yield at_max, f"must be greater than 0 (N), got {high:g}: a cable must be able to pull"
+            yield at_max, f"must be greater than 0 (N), got {exact(high)}: a cable must be able to pull"
         elif low > high:
-            yield at_min, f"must not exceed the highest tension of this cable, {high:g} (N), got {low:g}"
+            yield at_min, f"must not exceed the highest tension of this cable, {exact(high)} (N), got {exact(low)}"
 
     def _written(self, name: str, common: float | list[float], own: float | None, i: int) -> Path:
         """Return where a limit of cable i was written."""

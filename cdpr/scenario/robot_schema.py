@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
-from cdpr.model.robot import CableModel, frozen_array
-from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Positive, Section, Vector3, unit
+from cdpr.model.robot import Array, CableModel, frozen_array
+from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -20,9 +20,9 @@ DEFINITE_TOLERANCE = 1e-12
 
 # Properties of cables that a run takes no notice of, by cable model.
 UNUSED = {
-    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "length", "speed_max", "winch"),
-    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density", "length", "speed_max"),
-    "elastic": ("diameter", "linear_density", "length", "speed_max"),
+    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "winch"),
+    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density"),
+    "elastic": ("diameter", "linear_density"),
 }
 
 # What each cable model must know of every cable.
@@ -31,8 +31,8 @@ NEEDS = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
-# Stands for the inertia of a platform that does not turn: engines need one, and it has no effect.
-NO_TURNING = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+# Stands for the moments of inertia, kg m^2, of a platform that does not turn: engines need them, without effect.
+NO_TURNING = 1.0
 
 Inertia = tuple[Number, Number, Number, Number, Number, Number]
 
@@ -43,7 +43,20 @@ def tensor(inertia: Inertia) -> list[list[float]]:
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
+def moments_about(inertia: Inertia) -> tuple[str, ...]:
+    """Directions of the only moment that is given, () where none is: all else zero, as of planar robots in papers."""
+    given = [name for name, value in zip(("rx", "ry", "rz"), inertia, strict=False) if value > 0.0]
+    return tuple(given) if len(given) < 2 and sum(map(abs, inertia)) == sum(inertia[:3]) else ("rx", "ry", "rz")
+
+
 def _possible_inertia(inertia: Inertia) -> Inertia:
+    return (
+        inertia if len(moments_about(inertia)) < 2 else of_a_body(inertia)
+    )  # whether one is enough, the directions say
+
+
+def of_a_body(inertia: Inertia) -> Inertia:
+    """Accept the inertia that some rigid body has."""
     low, middle, high = np.linalg.eigvalsh(np.array(tensor(inertia)))
     moments = f"its principal moments are {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
     if low <= DEFINITE_TOLERANCE * abs(high):
@@ -105,7 +118,7 @@ class PlatformSection(Section):
     inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] | None = Field(
         None,
         description="ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, platform axes (tensor entries); not needed "
-        "where the platform does not turn",
+        "where the platform does not turn; moments about held directions may all be 0, for they have no effect",
         json_schema_extra=unit("kg m^2"),
     )
     center_of_mass: Vector3 = Field(
@@ -192,8 +205,8 @@ class CableSection(Section):
     """One cable between the frame and the platform."""
 
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
-    frame: Vector3 = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
-    platform: Vector3 = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
+    frame: Position = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
+    platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
     tension: CableTension | None = Field(None, description="limits of this cable alone; the robot's unless said")
     diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(
@@ -209,7 +222,7 @@ class CableSection(Section):
 class Home(Section):
     """The pose at which the robot is described; it has no effect on a run."""
 
-    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
 
 
@@ -239,7 +252,7 @@ class RobotSection(Section):
             name=self.name,
             platform=Platform(
                 mass=platform.mass,
-                inertia=frozen_array(tensor(platform.inertia or NO_TURNING)),
+                inertia=self._inertia(),
                 center_of_mass=frozen_array(platform.center_of_mass),
                 shape=platform.shape.build() if platform.shape else None,
             ),
@@ -249,6 +262,13 @@ class RobotSection(Section):
             home=frozen_array([*self.home.position, *self.home.orientation.quaternion()]) if self.home else None,
             cable_model=self.cable.model,
         )
+
+    def _inertia(self) -> Array:
+        """The inertia tensor; where only one moment is given or none, that of a ball that turns in the same way."""
+        given = self.platform.inertia or (0.0,) * 6
+        if len(moments_about(given)) < 2:
+            return frozen_array((sum(given) or NO_TURNING) * np.eye(3))
+        return frozen_array(tensor(given))
 
     def named(self) -> RobotSection:
         """Return the same robot with every cable's name written out."""

@@ -11,7 +11,7 @@ from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.guide_checks import GuideChecks
 from cdpr.scenario.motion_checks import MotionChecks
-from cdpr.scenario.problems import Path
+from cdpr.scenario.problems import Path, exact
 from cdpr.scenario.robot_schema import cable_name
 from cdpr.scenario.schema import Initial, Log, Simulation
 from cdpr.scenario.table import Table
@@ -44,10 +44,12 @@ class RunChecks(Checks):
         return motion.table
 
     def _start(self, initial: Initial) -> None:
+        cables = list(self.cables(("robot",)))
+        anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         R = rotations.matrix(initial.orientation.quaternion())
-        for i, cable in self.cables(("robot",)):
-            end = np.array(initial.position) + R @ np.array(cable.platform)
-            if np.linalg.norm(np.array(cable.frame) - end) < MIN_LENGTH:
+        lengths = np.linalg.norm(anchors[:, 0] - initial.position - anchors[:, 1] @ R.T, axis=1)
+        for (i, cable), length in zip(cables, lengths, strict=True):
+            if length < MIN_LENGTH:
                 name = cable_name(cable, i)
                 text = f"cable '{name}' has no length here: its two anchors coincide, so it has no direction"
                 self.say(("initial", "position"), text)
@@ -60,14 +62,14 @@ class RunChecks(Checks):
             return
         if not _is_multiple(control, physics):
             near = _near(control / physics, lambda n: control / n)
-            text = f"must be control_step, {control:g} (s), divided by an integer, got {physics:g}; "
+            text = f"must be control_step, {exact(control)} (s), divided by an integer, got {exact(physics)}; "
             self.say(("simulation", "physics_step"), f"{text}nearest: {near}")
         self._multiple(("simulation", "duration"), duration, control)
 
     def _multiple(self, path: Path, value: float, control: float) -> None:
         if not _is_multiple(value, control):
             near = _near(value / control, lambda n: control * n)
-            text = f"must be an integer multiple of control_step, {control:g} (s), got {value:g}; "
+            text = f"must be an integer multiple of control_step, {exact(control)} (s), got {exact(value)}; "
             self.say(path, f"{text}nearest: {near}")
 
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from cdpr.model.robot import Array
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.event_schema import MAX_EVENTS, AnyEvent
-from cdpr.scenario.fields import ZERO, Name, Positive, Section, Vector3, unit
+from cdpr.scenario.fields import ZERO, Name, Position, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 from cdpr.scenario.trajectory_schema import Hold, Trajectory
@@ -69,7 +69,7 @@ class Log(Section):
 class Initial(Section):
     """State of the platform at time 0, world axes."""
 
-    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
@@ -112,6 +112,11 @@ class ScenarioSection(Section):
     )
     controller: ControllerSection = Field(ControllerSection(), description="the controller and its options")
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
+    limits: Literal["warn", "stop"] = Field(
+        "warn",
+        description="what to do where a cable leaves its length or speed_max: count the samples and say so, or stop "
+        "the run",
+    )
     actuators: Actuators | None = Field(
         None, description="winches as an FMU between the commands and the cables, in place of robot.cable.model"
     )

@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
 from cdpr.model.robot import Array
-from cdpr.scenario.fields import MAX_MAGNITUDE
+from cdpr.scenario.fields import MAX_DISTANCE, MAX_MAGNITUDE
 from cdpr.scenario.orientation import UNIT_TOLERANCE
-from cdpr.scenario.problems import nearest, shown
+from cdpr.scenario.problems import exact, nearest, shown
 
 MAX_ROWS = 100_000
 MAX_BYTES = 32 * 1024 * 1024
@@ -62,6 +63,7 @@ class Table:
         return self.columns.get(name)
 
 
+@lru_cache(maxsize=4)  # the cases of a study name the same file
 def parse_table(content: bytes) -> Table:
     """Read a file's content; TableError lists what is wrong."""
     if len(content) > MAX_BYTES:
@@ -75,18 +77,20 @@ def parse_table(content: bytes) -> Table:
     lines: list[int] = []
     faults: list[tuple[int, int, str]] = []
     names: list[str] = []
+    limits: list[float] = []
     for number, row_text in enumerate(text.split("\n"), 1):
         if not row_text.strip() or row_text.lstrip().startswith("#"):
             continue
         if not names:
             names = _header(number, row_text)
+            limits = [_limit(name) for name in names]
             continue
         try:
             row = [float(cell) for cell in row_text.split(",")]
         except ValueError:
             row = []
         # Python alone takes 1_000 for a number. NaN is not moderate either.
-        moderate = "_" not in row_text and all(-MAX_MAGNITUDE <= value <= MAX_MAGNITUDE for value in row)
+        moderate = "_" not in row_text and all(abs(value) <= limit for value, limit in zip(row, limits, strict=False))
         if not moderate or len(row) != len(names):
             faults += _row_faults(number, row_text, names)
         rows.append(row)
@@ -108,7 +112,13 @@ def parse_table(content: bytes) -> Table:
         if members[0] in names
     }
     _check(columns, lines)
+    for column in columns.values():
+        column.flags.writeable = False
     return Table(columns, lines, hashlib.sha256(content).hexdigest())
+
+
+def _limit(name: str) -> float:
+    return MAX_DISTANCE if name in GROUPS["position"] else MAX_MAGNITUDE
 
 
 def _header(number: int, line: str) -> list[str]:
@@ -145,8 +155,8 @@ def _row_faults(number: int, line: str, names: list[str]) -> list[tuple[int, int
             continue
         if not math.isfinite(value):
             faults.append((number, _column(line, k), f"{name}: a finite number expected, got {value}"))
-        elif abs(value) > MAX_MAGNITUDE:
-            text = f"{name}: must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value:g}"
+        elif abs(value) > (limit := _limit(name)):
+            text = f"{name}: must lie between -{limit:g} and {limit:g}, got {exact(value)}"
             faults.append((number, _column(line, k), text))
     return faults
 
@@ -162,7 +172,7 @@ def _check(columns: dict[str, Array], lines: list[int]) -> None:
     times = columns["time"][:, 0]
     faults = []
     if times[0] < 0.0:
-        faults.append((lines[0], 0, f"t: must be at least 0 (s), got {times[0]:g}"))
+        faults.append((lines[0], 0, f"t: must be at least 0 (s), got {exact(times[0])}"))
     for k in np.flatnonzero(np.diff(times) <= 0.0)[:MAX_FAULTS]:
         text = f"t: must be greater than the previous point's, {times[k]:.12g} (s), got {times[k + 1]:.12g}"
         faults.append((lines[k + 1], 0, text))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from pydantic import Field, PrivateAttr
 
-from cdpr.scenario.fields import INITIAL, ZERO, NonNegative, Number, Positive, Section, Vector3, unit
+from cdpr.scenario.fields import INITIAL, ZERO, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
 from cdpr.scenario.table import Table
@@ -23,7 +23,7 @@ class Hold(Section):
     """One pose, held."""
 
     type: Literal["hold"] = Field("hold", description="hold one pose")
-    position: Vector3 = Field(
+    position: Position = Field(
         INITIAL,
         description="position of the platform's origin; the initial one unless said",
         json_schema_extra=unit("m"),
@@ -34,7 +34,7 @@ class Hold(Section):
 class Pose(Section):
     """Position and attitude, world axes; the initial ones unless said."""
 
-    position: Vector3 = Field(
+    position: Position = Field(
         INITIAL,
         description="position of the platform's origin; the initial one unless said",
         json_schema_extra=unit("m"),
@@ -76,7 +76,7 @@ class Waypoint(Section):
     time: NonNegative = Field(
         description="time after `start`, greater than the previous point's", json_schema_extra=unit("s")
     )
-    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
     velocity: Vector3 | None = Field(None, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 | None = Field(None, description="angular velocity", json_schema_extra=unit("rad/s"))
@@ -131,13 +131,13 @@ class Circle(Section):
     type: Literal["circle"] = Field(description="round a centre, from rest to rest")
     start: NonNegative = Field(0.0, description=_START, json_schema_extra=unit("s"))
     duration: Positive = Field(description="time that all turns take", json_schema_extra=unit("s"))
-    position: Vector3 = Field(
+    position: Position = Field(
         INITIAL,
         description="where it begins, which gives the radius; the initial position unless said",
         json_schema_extra=unit("m"),
     )
     orientation: Orientation = Field(INITIAL, description="attitude where it begins; the initial one unless said")
-    center: Vector3 = Field(description="centre, in the plane of the beginning", json_schema_extra=unit("m"))
+    center: Position = Field(description="centre, in the plane of the beginning", json_schema_extra=unit("m"))
     normal: Vector3 = Field((0.0, 0.0, 1.0), description="direction of the axis, of any length")
     turns: float = Field(
         1.0,
@@ -160,7 +160,7 @@ class Helix(Circle):
 class Stop(Section):
     """A pose to stop at, world axes."""
 
-    position: Vector3 = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
     pause: NonNegative = Field(0.0, description="time to stay there", json_schema_extra=unit("s"))
 

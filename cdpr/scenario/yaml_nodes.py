@@ -1,7 +1,8 @@
 """Strict YAML: from text to a `Document`, refusing what a scenario never needs before it costs anything.
 
 PyYAML only scans and parses; its events are composed here, one by one, so that the limits hold while reading
-and no constructor ever runs. No aliases (no bombs), no tags (no code), no merge keys, no duplicate keys.
+and no constructor ever runs. An alias is what was written at its anchor, composed anew and counted like anything else
+(so no bombs). No tags (no code), no merge keys, no duplicate keys.
 """
 
 from __future__ import annotations
@@ -94,6 +95,8 @@ class _Composer:
         self.keys: dict[Path, Mark] = {}
         self.values: dict[Path, Mark] = {}
         self.nodes = 0
+        self.anchors: dict[str, list[Any]] = {}  # events of what carries each name
+        self.open: list[tuple[str, list[Any]]] = []  # of those, that are still being read
 
     def compose(self, content: bytes | str, parser: Any) -> Any:
         text = self._text(content)
@@ -148,14 +151,47 @@ class _Composer:
             raise _RefusedError(Mark(self.source, 1, 1), "the file is empty")
         if start.version or start.tags:
             raise _RefusedError(self._mark(start), "directives (%YAML, %TAG) are not supported; remove the line")
-        value = self._value(next(events), (), 1, events)
+        inner = self._recorded(events)
+        value = self._value(next(inner), (), 1, inner)
         next(events)  # the end of the document
         after = next(events)
         if not isinstance(after, yaml.StreamEndEvent):
             raise _RefusedError(self._mark(after), "a second document begins here (---); one file holds one document")
         return value
 
+    def _recorded(self, events: Iterator[Any]) -> Iterator[Any]:
+        """Hand on events, keeping them for all anchors that are open."""
+        for event in events:
+            for _, kept in self.open:
+                kept.append(event)
+            yield event
+
     def _value(self, event: Any, path: Path, depth: int, events: Iterator[Any]) -> Any:
+        if isinstance(event, yaml.AliasEvent):
+            return self._alias(event, path, depth)
+        name = event.anchor
+        if name is None or (name in self.anchors and self.anchors[name][0] is event):  # none, or composed again
+            return self._node(event, path, depth, events)
+        if name in self.anchors or any(name == other for other, _ in self.open):
+            raise _RefusedError(self._mark(event), f"the anchor &{name} is given twice; rename one", path)
+        kept = [event]
+        self.open.append((name, kept))
+        value = self._node(event, path, depth, events)
+        self.open.pop()
+        self.anchors[name] = kept
+        return value
+
+    def _alias(self, event: Any, path: Path, depth: int) -> Any:
+        """Compose again what stands at the anchor; problems in it are told where it stands."""
+        mark, name = self._mark(event), event.anchor
+        if any(name == other for other, _ in self.open):
+            raise _RefusedError(mark, f"the alias *{name} stands within its own anchor", path)
+        if name not in self.anchors:
+            raise _RefusedError(mark, f"no anchor &{name} stands before this alias", path)
+        replayed = iter(self.anchors[name])
+        return self._node(next(replayed), path, depth, replayed)
+
+    def _node(self, event: Any, path: Path, depth: int, events: Iterator[Any]) -> Any:
         mark = self._plain(event, path)
         self.values[path] = mark
         if isinstance(event, yaml.ScalarEvent):
@@ -173,6 +209,8 @@ class _Composer:
         data: dict[str, Any] = {}
         lines: dict[str, int] = {}
         while not isinstance(event := next(events), yaml.MappingEndEvent):
+            if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+                raise _RefusedError(self._mark(event), "a key takes no anchor and no alias (&name, *name)", path)
             mark = self._plain(event, path)
             key = self._key(event, mark, path)
             place = (*path, key)
@@ -189,8 +227,6 @@ class _Composer:
         self.nodes += 1
         if self.nodes > MAX_NODES:
             raise _RefusedError(mark, f"more than {MAX_NODES} values; no scenario needs that")
-        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            raise _RefusedError(mark, "anchors and aliases (&name, *name) are not supported; write the value out", path)
         if event.tag is not None:
             raise _RefusedError(mark, f"tags are not supported: {shown(event.tag)}; write the plain value", path)
         return mark

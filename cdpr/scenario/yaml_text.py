@@ -12,6 +12,8 @@ from typing import Any
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*(?: [\w./-]+)*", re.ASCII)
 ELSEWHERE = {"yes", "no", "on", "off", "true", "false", "null"}  # what other readers take for no text, in any case
 
+SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
+
 
 def dump(data: dict[str, Any]) -> str:
     """Return block YAML of a mapping, in its order; lists of scalars on one line, floats by `repr`."""
@@ -24,7 +26,7 @@ def _block(data: dict[str, Any], indent: str) -> list[str]:
         head = f"{indent}{_text(key)}:"
         if isinstance(value, dict) and value:
             lines += [head, *_block(value, indent + "  ")]
-        elif isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
+        elif isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
             lines += [head, *_items(value, indent)]
         else:
             lines.append(f"{head} {_flow(value)}")
@@ -43,16 +45,18 @@ def _items(items: list[Any], indent: str) -> list[str]:
 
 
 def _flow(value: Any) -> str:
+    if type(value) is float:
+        text = repr(value)
+        return SPECIAL.get(text, text)
     if isinstance(value, dict):
         return "{" + ", ".join(f"{_text(key)}: {_flow(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_flow(item) for item in value) + "]"
     if isinstance(value, str):
         return _text(value)
     if value is None or isinstance(value, bool):
         return json.dumps(value)
-    text = repr(value)
-    return {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}.get(text, text)
+    return repr(value)
 
 
 def _text(text: str) -> str:

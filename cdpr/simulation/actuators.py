@@ -166,7 +166,7 @@ def _known(robot: Robot, step: float) -> dict[str, Known]:
     if not _complete(robot):
         return {}
     return {
-        variable.name: (np.reshape(variable.values, variable.shape), variable.unit_of(0))
+        variable.name: (np.reshape(variable.values, variable.shape), variable.unit)
         for variable in Actuator(robot, step).variables()
         if variable.causality == "parameter"
     }

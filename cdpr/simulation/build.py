@@ -14,10 +14,12 @@ from cdpr import __version__
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.model import kernel_cache
+from cdpr.model.reach import bounds_of
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import Registered, registry
+from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
+from cdpr.scenario.event_schema import CableBreak, first_sample
 from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
@@ -33,7 +35,7 @@ def build(scenario: Scenario) -> Parts:
 
     Raises PluginError where a plugin is missing, broken or fails to be made.
     """
-    found = registry()
+    found = scenario.plugins
     robot = scenario.robot
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
@@ -69,6 +71,7 @@ def build(scenario: Scenario) -> Parts:
             solver_name=scenario.solver.type,
             respects_bounds=bool(chosen["solver"].info.properties.get("respects_bounds", True)),
             policy=scenario.solver.infeasible,
+            limits=scenario.sections.limits,
             backend=backend,
             control_step=simulation.control_step,
             substeps=simulation.substeps,
@@ -116,7 +119,16 @@ def make_header(scenario: Scenario) -> Header:
         scenario_yaml=scenario.resolved_yaml(),
         cable_model=scenario.cable_model,
         log_every=scenario.log_every,
+        bounds=bounds_of(robot),
+        broken=_broken(scenario),
     )
+
+
+def _broken(scenario: Scenario) -> tuple[tuple[int, float], ...]:
+    """Which cables break, and the times of the samples from which they are."""
+    names, step = [cable.name for cable in scenario.robot.cables], scenario.simulation.control_step
+    breaks = [event for event in scenario.events if isinstance(event, CableBreak)]
+    return tuple((names.index(str(event.cable)), first_sample(event.time, step) * step) for event in breaks)
 
 
 def versions_of(scenario: Scenario) -> dict[str, str]:
@@ -124,7 +136,7 @@ def versions_of(scenario: Scenario) -> dict[str, str]:
 
     Raises PluginError where a plugin is unknown or what it needs is not installed.
     """
-    found = registry()
+    found = scenario.plugins
     versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
     names = set(LIBRARIES)
     for entry in (
@@ -134,8 +146,10 @@ def versions_of(scenario: Scenario) -> dict[str, str]:
     ):
         if entry.missing:
             entry.load()  # says what is missing and how to get it, before anything is written
-        names |= {*entry.info.requires, entry.distribution}
-    for name in sorted(names - {"cdpr"}):
+        names |= set(entry.info.requires)
+        if entry.distribution != "cdpr":
+            versions[entry.distribution] = entry.version
+    for name in sorted(names - set(versions)):
         try:
             versions[name] = version(name)
         except PackageNotFoundError:

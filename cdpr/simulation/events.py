@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.run import Event, Header
+from cdpr.model.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.scenario.event_schema import CableBreak, CableFault, Load, ScenarioEvent, Sine, TensionLimits, first_sample
 from cdpr.simulation.loop import Parts
@@ -53,6 +54,11 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts) -> li
     if len(spans) > MOST:
         events.append(Event(spans[MOST][0] * step, "more", f"{len(spans) - MOST} further spans without distribution"))
     return events
+
+
+def limit_events(reach: Reach, header: Header) -> list[Event]:
+    """One event for each kind of limit that cables left."""
+    return [Event(one.first * header.control_step, "limit", one.text(header.cables)) for one in reach.told()]
 
 
 def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:

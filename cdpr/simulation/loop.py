@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from time import monotonic, sleep
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, Simulati
 from cdpr.log.layout import Layout
 from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
 from cdpr.model import Robot
+from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
@@ -50,6 +52,7 @@ class Parts:
     substeps: int  # physics steps in a control step
     output: Output = "wrench"  # what the controller puts out
     events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
+    limits: Literal["warn", "stop"] = "warn"  # where a cable leaves its length or speed_max
     ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
 
 
@@ -121,6 +124,8 @@ class Loop:
         self.distribute = self.schedule.distribute
         if not parts.ideal_cables:
             self._add_winches(view("cable_tension"), energies[2:3])
+        if parts.limits == "stop" and bounds_of(robot):
+            self._stop_beyond(view("length")[None], view("rate")[None])
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -248,6 +253,21 @@ class Loop:
             return fault
 
         self.distribute, self.observe = distribute_and_read, look_and_read
+
+    def _stop_beyond(self, length: Array, rate: Array) -> None:
+        """End the run at the first sample at which a cable leaves its limits; length and rate are (1, m), live."""
+        distribute, robot = self.distribute, self.parts.robot
+        bounds, names = bounds_of(robot), [cable.name for cable in robot.cables]
+        reach = Reach(bounds, robot.m)
+
+        def distribute_within() -> None:
+            distribute()
+            if reach.add(length, rate):
+                here = Reach(bounds, robot.m)
+                here.add(length, rate)
+                raise Infeasible("; ".join(one.text(names) for one in here.told()) + " (limits: stop)")
+
+        self.distribute = distribute_within
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection, Pipe, wait
 from time import monotonic
 from typing import Any
 
+from cdpr import processes
 from cdpr.errors import ExitCode
 from cdpr.simulation.cases import BEGUN, Case, Outcome
 
@@ -79,14 +80,16 @@ class Worker:
         self._said = b""
         self._mute = False
         module = [sys.executable, "-P", "-u", "-m", "cdpr.simulation.worker"]
-        self._process = subprocess.Popen(
-            [*module, str(theirs.fileno()), str(os.getpid())],
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=output,
-            env=_environment(),
-            pass_fds=[theirs.fileno()],
-            start_new_session=True,  # Ctrl-C is for us; and what it starts can be killed with it
+        self._process = processes.start(
+            lambda: subprocess.Popen(
+                [*module, str(theirs.fileno()), str(os.getpid())],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                env=_environment(),
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,  # Ctrl-C is for us; and what it starts can be killed with it
+            )
         )
         theirs.close()
         os.close(output)

@@ -15,13 +15,16 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.model.reach import Reach
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Controller
-from cdpr.plugins.registry import describe
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.classes import innermost
+from cdpr.plugins.registry import Role, describe, registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
-from cdpr.simulation.events import marks, scheduled_events, tension_events
+from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop, Parts
+from cdpr.simulation.room import check_room
 
 STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
@@ -34,9 +37,9 @@ STATUS: dict[type[BaseException], str] = {
 def simulate(
     scenario: str | os.PathLike[str] | Scenario,
     *,
-    backend: str | None = None,
-    solver: str | None = None,
-    controller: str | None = None,
+    backend: str | type[Backend] | None = None,
+    solver: str | type[TensionSolver] | None = None,
+    controller: str | type[Controller] | None = None,
     overrides: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | RunFolder | None = None,
     real_time: bool = False,
@@ -46,7 +49,8 @@ def simulate(
 
     Args:
         scenario: a scenario file, or what `load_scenario` returned.
-        backend: which to use instead of the scenario's; likewise `solver` and `controller`.
+        backend: which to use instead of the scenario's, by its name or as a class that need not be installed;
+            likewise `solver` and `controller`. A class may hold `Options`, the model of its options, and `properties`.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
         out: folder, new or empty, for log, resolved scenario and run.json; nothing is written unless it is given.
         real_time: no faster than the wall clock.
@@ -62,12 +66,23 @@ def simulate(
     The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to there.
     """
     changes = overrides or {}
+    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
+    chosen: dict[str, str | None] = {}
+    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
+    for role, choice in given.items():
+        if choice is not None and not isinstance(choice, str):
+            plugins, choice = plugins.with_class(role, choice)
+        chosen[role] = choice
     if isinstance(scenario, Scenario):
-        scenario = scenario.with_changes(changes, backend=backend, solver=solver, controller=controller)
+        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
     else:
-        scenario = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
+        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
     header = make_header(scenario)
-    folder = RunFolder(Path(out), header) if isinstance(out, (str, os.PathLike)) else out
+    if isinstance(out, RunFolder):
+        folder: RunFolder | None = out
+    else:
+        check_room(scenario, header, None if out is None else Path(out))
+        folder = None if out is None else RunFolder(Path(out), header)
     attempt = _Attempt(scenario, header, folder)
     error: BaseException | None = None
     try:
@@ -81,7 +96,7 @@ def simulate(
             "shorten simulation.duration"
         )
     except (Exception, SystemExit) as foreign:
-        error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign)}")
+        error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign, scenario)}")
         error.__cause__ = foreign
     return attempt.end(error)
 
@@ -126,6 +141,15 @@ class _Attempt:
 
         self.loop.run(recorder.rows, flush, steps=samples - 1, real_time=real_time)
 
+    def _reach(self, rows: Array | LogRows) -> Reach:
+        """Where cables left their limits, of all samples."""
+        assert self.recorder is not None
+        if self.recorder.tally is not None:
+            return self.recorder.tally.reach
+        reach, columns = Reach(self.header.bounds, len(self.header.cables)), self.header.layout.columns
+        reach.add(*(np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate")))
+        return reach
+
     def end(self, error: BaseException | None) -> Run:
         """Close log, folder and backend, and return the run or raise the error with the run in it."""
         looped = perf_counter()
@@ -143,6 +167,7 @@ class _Attempt:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
             events += tension_events(self.recorder.status, self.header.control_step, self.parts)
+            events += limit_events(self._reach(rows), self.header)
         plugins: dict[str, Any] = {}
         if self.parts is not None:
             events.sort(key=lambda event: event.time)
@@ -190,11 +215,15 @@ class _Attempt:
         return run
 
 
-def _origin(error: BaseException) -> str:
-    """Function, file and line where foreign code raised."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
+def _origin(error: BaseException, scenario: Scenario) -> str:
+    """Function, file and line where foreign code raised: in the file of a chosen plugin, where it came through that."""
+    found = scenario.plugins
+    chosen = [
+        found.get("backend", scenario.simulation.backend),
+        found.get("controller", scenario.controller.type),
+        found.get("solver", scenario.solver.type),
+    ]
+    trace = innermost(error, [entry.file for entry in chosen]) or innermost(error)
     if trace is None:
         return "unknown code"
     code = trace.tb_frame.f_code

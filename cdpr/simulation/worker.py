@@ -5,28 +5,25 @@ Started by `cdpr.simulation.pool`. Cases and answers go through a private socket
 
 from __future__ import annotations
 
-import ctypes
 import faulthandler
 import os
-import signal
 import sys
 from multiprocessing.connection import Connection
 from time import perf_counter
 
 from cdpr.errors import CdprError, ExitCode
 from cdpr.log.run import Run
-from cdpr.plugins.registry import describe
+from cdpr.plugins.registry import describe, use_files
+from cdpr.processes import end_with
 from cdpr.scenario import load_scenario
 from cdpr.simulation.cases import BEGUN, Case, Outcome
 from cdpr.simulation.simulate import simulate
-
-PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 def main(descriptor: int, parent: int) -> None:
     """Answer the cases that come through the socket until the parent closes it or ends."""
     os.set_inheritable(descriptor, False)
-    _end_with(parent)
+    end_with(parent)
     faulthandler.enable()  # a crash in native code tells where Python was
     connection = Connection(descriptor)
     while True:
@@ -50,6 +47,7 @@ def _run(case: Case, connection: Connection) -> Outcome:
     run: Run | None = None
     message, code = "", ExitCode.OK
     try:
+        use_files(case.plugins)
         scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes)
         run = simulate(scenario, out=case.out, progress=progress)
     except CdprError as error:
@@ -69,14 +67,6 @@ def _run(case: Case, connection: Connection) -> Outcome:
         {**run.timings, **seconds},
         code,
     )
-
-
-def _end_with(parent: int) -> None:
-    """Have the system kill this process when the parent ends, however it does; where it cannot, see `main`."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it ended before this was asked for
-            os._exit(1)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -32,17 +33,31 @@ def executor(address: str) -> Executor:
     def execute(cases: Sequence[Case], *, timeout: float | None, done: Callable[[Outcome], None]) -> None:
         if not cases:
             return
+        logging.getLogger("distributed").setLevel(
+            logging.CRITICAL
+        )  # what it tells as tracebacks is told here, or mended
         try:
             client = distributed.Client(address, timeout=CONNECTING)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
             raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {describe(error)}") from error
         with client:  # once it is closed, however this ends, nobody waits for the cases any more: see `run_here`
             run = partial(run_here, timeout=timeout)
-            futures = {client.submit(run, case, pure=False): case.key for case in cases}
-            for future in distributed.as_completed(futures):
-                done(_outcome(future, futures[future]))
+            try:
+                futures = {client.submit(run, case, pure=False): case.key for case in cases}
+                for future in distributed.as_completed(futures):
+                    done(_outcome(future, futures[future]))
+            except CdprError:
+                raise
+            except Exception as error:
+                if client.status == "running":
+                    raise
+                raise _Lost(f"the scheduler at {address} is gone; the cases that had ended are kept") from error
 
     return execute
+
+
+class _Lost(CdprError):  # noqa: N818 - as SimulationStopped
+    exit_code = ExitCode.BACKEND_DIED
 
 
 def run_here(case: Case, timeout: float | None) -> Outcome | None:

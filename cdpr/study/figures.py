@@ -12,6 +12,7 @@ FIGURES = (
     "samples",
     "simulated_s",
     "infeasible_steps",
+    "unanswered_steps",
     "position_error_max_m",
     "position_error_rms_m",
     "position_error_final_m",
@@ -25,6 +26,9 @@ FIGURES = (
     "cable_tension_max_N",
     "residual_max_N",
     "margin_min_N",
+    "beyond_limits_shorter_steps",  # where the robot has such limits
+    "beyond_limits_longer_steps",
+    "beyond_limits_faster_steps",
     "energy_kinetic_max_J",
     "energy_cable_work_J",
     "energy_external_work_J",

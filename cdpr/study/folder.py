@@ -43,9 +43,7 @@ class StudyFolder:
         self.path = path
         try:
             path.mkdir(parents=True, exist_ok=True)
-            strange = {entry.name for entry in path.iterdir()} - OURS
-            if strange and not (path / STUDY_NAME).is_file():
-                raise OutputError(f"{path}: exists, is not empty and holds no study; choose another --out")
+            self._refuse_others()
             self._ledger = os.open(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         except FileExistsError as error:
             raise OutputError(f"{path}: is a file, not a folder; choose another --out") from error
@@ -53,6 +51,7 @@ class StudyFolder:
             raise unwritable(Path(error.filename or path), error) from error
         try:
             self._lock()
+            self._refuse_others()  # such as a run that began at the same moment
             if (path / STUDY_NAME).is_file():  # perhaps written by who had the lock
                 self._expect(study, path / STUDY_NAME)
             else:
@@ -84,6 +83,11 @@ class StudyFolder:
             raise unwritable(self.path / LEDGER_NAME, error) from error
         self.rows[outcome.key] = outcome
 
+    def _refuse_others(self) -> None:
+        strange = {entry.name for entry in self.path.iterdir()} - OURS
+        if strange and not (self.path / STUDY_NAME).is_file():
+            raise OutputError(f"{self.path}: exists, is not empty and holds no study; choose another --out")
+
     def _lock(self) -> None:
         try:
             fcntl.flock(self._ledger, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with this process, however it ends
@@ -95,7 +99,7 @@ class StudyFolder:
         try:
             known: Mapping[str, Any] = json.loads(description.read_text(encoding="utf-8"))
             digest = known["digest"]
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise LogError(f"{description}: cannot be read ({error}); choose another --out") from error
         if digest != study.digest:
             raise OutputError(

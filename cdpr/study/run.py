@@ -45,13 +45,14 @@ class Results:
     def told(self) -> str:
         """How the cases ended, in words, and how many went on without admissible tensions now and then."""
         text = ", ".join(f"{count} {status}" for status, count in self.counts.items())
-        return text + (f"; {self.strained} with infeasible steps" if self.strained else "")
+        return text + (f"; {self.strained} with samples without valid tensions" if self.strained else "")
 
     @property
     def strained(self) -> int:
-        """Number of finished cases with samples at which no tensions within the limits balanced the wrench."""
+        """Number of finished cases with samples at which no tensions balanced the wrench, or the solver found none."""
         rows = [self.rows[case.id] for case in self.study.cases]
-        return sum(row.status == "finished" and bool(row.summary.get("infeasible_steps")) for row in rows)
+        figures = ("infeasible_steps", "unanswered_steps")
+        return sum(row.status == "finished" and any(row.summary.get(figure) for figure in figures) for row in rows)
 
     @property
     def exit_code(self) -> ExitCode:

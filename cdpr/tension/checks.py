@@ -19,6 +19,10 @@ LIMIT_TOLERANCE = 1e-6
 # load is below any model error, and above what first-order solvers reach when they say that they have converged.
 RESIDUAL_TOLERANCE = 1e-6
 
+# Squares of numbers beyond 1e154 are infinite, and an infinite residual would be within an infinite allowance. Such
+# wrenches are absurd, but finite: their squares are taken in units so large that none overflows, a power of two.
+FAR = 2.0**-520
+
 
 @kernel
 def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free_wrench: Array) -> None:
@@ -66,16 +70,21 @@ def judge(
     the residual allowed.
     """
     n, m = W.shape
-    square, load = 0.0, 0.0
-    for j in range(n):
-        s = -wrench[j]
-        for i in range(m):
-            s += W[j, i] * tension[i]
-        square += (weights[j] * s) ** 2
-        load += (weights[j] * wrench[j]) ** 2
+    unit, square, load = 1.0, 0.0, 0.0
+    for _ in range(2):
+        square, load = 0.0, 0.0
+        for j in range(n):
+            s = -wrench[j]
+            for i in range(m):
+                s += W[j, i] * tension[i]
+            square += (unit * weights[j] * s) ** 2
+            load += (unit * weights[j] * wrench[j]) ** 2
+        if square < math.inf and load < math.inf:
+            break
+        unit = FAR
     room(limits, tension, report, held)
-    report[1] = math.sqrt(square)
-    return RESIDUAL_TOLERANCE * max(1.0, math.sqrt(load))
+    report[1] = math.sqrt(square) / unit
+    return RESIDUAL_TOLERANCE * max(1.0, math.sqrt(load) / unit)
 
 
 @kernel
@@ -95,7 +104,7 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
             status = BAD_INPUT
     if status == OK:
         allowed = judge(W, wrench, weights, limits, answer, report)
-        if not (report[1] <= allowed and report[2] >= -LIMIT_TOLERANCE):
+        if not (report[1] <= allowed < math.inf and report[2] >= -LIMIT_TOLERANCE):
             status = NOT_FOUND
     if status == OK:
         for i in range(m):

@@ -8,6 +8,7 @@ import numpy as np
 
 from cdpr.model.kinematics import make_state
 from cdpr.model.properties import RESTRAINTS, check_lengths, conditioning, free_wrench_matrix, restraint, unresisted
+from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.closure import positive_null_vector
@@ -135,17 +136,9 @@ def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
 
 
 def _exceeded(robot: Robot, motion: Survey) -> list[str]:
-    out = []
-    for i, cable in enumerate(robot.cables):
-        shortest, longest = _ends(motion.length[:, i])
-        fastest = float(np.abs(motion.rate[:, i]).max())
-        if cable.length_min is not None and shortest < cable.length_min:
-            out.append(f"{cable.name}: length {shortest:.4g} m, at least {cable.length_min:g} m is allowed")
-        if cable.length_max is not None and longest > cable.length_max:
-            out.append(f"{cable.name}: length {longest:.4g} m, at most {cable.length_max:g} m is allowed")
-        if cable.speed_max is not None and fastest > cable.speed_max:
-            out.append(f"{cable.name}: rate {fastest:.4g} m/s, at most {cable.speed_max:g} m/s is allowed")
-    return out
+    reach = Reach(bounds_of(robot), robot.m)
+    reach.add(motion.length, motion.rate)
+    return [one.text([cable.name for cable in robot.cables]) for one in reach.told()]
 
 
 def _peak(vectors: Array) -> float:

@@ -72,14 +72,24 @@ def cables_pull(subject: BackendSubject) -> None:
         _accelerates(subject, NO_GRAVITY, 100.0 * part, NO_WRENCH, f"acceleration by cable {i + 1}")
 
 
-def _accelerates(subject: BackendSubject, gravity: Array, command: Array, external: Array, what: str) -> None:
-    """Compare one short step from rest with the equations of motion."""
+def loads_are_not_clamped(subject: BackendSubject) -> None:
+    """Commands and wrenches far below and above the limits of the cables act as they are: limits are not a plant's."""
+    for size in (1e-3, 1e5):
+        pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
+        _accelerates(subject, NO_GRAVITY, pull, NO_WRENCH, f"acceleration by commands of {size:g} N", least=0.0)
+        _accelerates(subject, NO_GRAVITY, NO_COMMAND, push, f"acceleration by a wrench of {size:g} N", least=0.0)
+
+
+def _accelerates(
+    subject: BackendSubject, gravity: Array, command: Array, external: Array, what: str, least: float = 1.0
+) -> None:
+    """Compare one short step from rest with the equations of motion; accelerations below `least` count as that."""
     start = samples.state(np.random.default_rng(12), speed=0.0)
     backend = subject.make(start, gravity=gravity, step=SHORT)
     backend.command[:], backend.external[:] = command, external
     backend.step(1)
     wanted = samples.acceleration(samples.free(), start, gravity, command, external)
-    expect_close(backend.state[7:] / SHORT, wanted, ONE_STEP * max(1.0, float(np.abs(wanted).max())), what)
+    expect_close(backend.state[7:] / SHORT, wanted, ONE_STEP * max(least, float(np.abs(wanted).max())), what)
     subject.close(backend)
 
 
@@ -216,6 +226,7 @@ CHECKS = [
         gravity_pulls,
         external_wrench_acts_on_the_origin,
         cables_pull,
+        loads_are_not_clamped,
         wrench_ends,
         coasting_keeps_velocity,
         long_fall,

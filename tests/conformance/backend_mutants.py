@@ -66,6 +66,20 @@ class WrenchAtCentreOfMass(Wrapped):
         return self.command, external
 
 
+class ClampedAtTheLimits(Wrapped):
+    """It takes the robot's tension limits for its own."""
+
+    def loads(self):
+        return np.clip(self.command, 0.0, self.robot.tension_max), self.external
+
+
+class DeadBand(Wrapped):
+    """What is small does not act."""
+
+    def loads(self):
+        return self.command, np.where(np.abs(self.external) < 0.01, 0.0, self.external)
+
+
 class SwappedCables(Wrapped):
     def loads(self):
         return self.command[::-1], self.external
@@ -264,6 +278,8 @@ MUTANTS = {
     OwnGravity: ({}, ["gravity_pulls"]),
     WrenchInPlatformAxes: ({}, ["external_wrench_acts_on_the_origin"]),
     WrenchAtCentreOfMass: ({}, ["external_wrench_acts_on_the_origin", "hovers_in_balance"]),
+    ClampedAtTheLimits: ({}, ["loads_are_not_clamped"]),
+    DeadBand: ({}, ["loads_are_not_clamped"]),
     SwappedCables: ({}, ["cables_pull", "guided_wrench_accelerates"]),
     Drifting: ({}, ["tumbling_keeps_energy_and_momentum"]),
     Creeping: ({}, ["hovers_in_balance"]),

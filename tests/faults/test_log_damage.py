@@ -17,12 +17,13 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from cdpr.errors import LogError
+from cdpr.errors import LogError, OutputError
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import BLOCK, FORMAT, LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
+from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.robot import Array
 
@@ -187,16 +188,18 @@ def test_a_header_with_fields_of_a_later_version_is_refused(tmp_path: Path, monk
 
 @pytest.mark.parametrize("cut", [-1, -9000, -120_000, 9000])
 def test_repair(tmp_path: Path, whole: bytes, cut: int) -> None:
-    folder = RunFolder(tmp_path / "run", HEADER, ["cdpr", "run"])
-    log = folder.path / "log.mcap"
+    folder = RunFolder(tmp_path / "run", HEADER, ["cdpr", "run"]).path
+    log = folder / "log.mcap"
     log.write_bytes(whole[:cut])
     kept = len(scan(log).rows)
-    report = repair(folder.path)
+    report = repair(folder)
     assert (report.rows, report.interrupted, report.changed) == (kept, True, True)
     assert report.problem is not None
     assert report.torn is not None
-    assert report.torn.read_bytes() == whole[:cut]
-    assert sorted(path.name for path in folder.path.iterdir()) == [
+    rest = report.torn.read_bytes()
+    assert whole[:cut].endswith(rest)
+    assert log.read_bytes().startswith(whole[: len(whole[:cut]) - len(rest)])  # all that is not in the log is there
+    assert sorted(path.name for path in folder.iterdir()) == [
         "log.mcap",
         "log.mcap.torn",
         "run.json",
@@ -205,15 +208,15 @@ def test_repair(tmp_path: Path, whole: bytes, cut: int) -> None:
     with log.open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         assert len(list(reader.iter_messages(["/clock"]))) == kept
-    run = load_run(folder.path)  # without a warning
+    run = load_run(folder)  # without a warning
     assert (run.status, run.message) == ("interrupted", f"killed while it ran; {kept} rows kept")
     assert same_bits(run.rows, ROWS[:kept])
     assert log.read_bytes() == write_log(tmp_path / "again.mcap", HEADER, ROWS[:kept]).read_bytes()
-    before = {path: path.read_bytes() for path in folder.path.iterdir()}
-    report = repair(folder.path)
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    report = repair(folder)
     assert (report.problem, report.changed, report.rows) == (None, False, kept)
-    assert {path: path.read_bytes() for path in folder.path.iterdir()} == before
-    content = json.loads((folder.path / "run.json").read_text())
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+    content = json.loads((folder / "run.json").read_text())
     assert content["argv"] == ["cdpr", "run"]
     assert content["summary"]["samples"] == kept
 
@@ -228,14 +231,73 @@ def test_repair_of_a_log_alone_and_twice(tmp_path: Path, whole: bytes) -> None:
         assert path.read_bytes() == whole
 
 
+def test_every_cut_is_mended_to_the_bytes_of_a_whole_log(tmp_path: Path, whole: bytes) -> None:
+    path = tmp_path / "a.mcap"
+    description = len(LogFormat(HEADER).description)
+    found: dict[int, bytes] = {}
+    for cut in np.random.default_rng(1).integers(description, len(whole), 40):
+        path.write_bytes(whole[:cut])
+        rows = repair(path).rows
+        found.setdefault(rows, write_log(tmp_path / "again.mcap", HEADER, ROWS[:rows]).read_bytes())
+        assert path.read_bytes() == found[rows]
+    assert len(found) > 2
+
+
+def test_a_damaged_description_is_mended_in_its_place(tmp_path: Path, whole: bytes) -> None:
+    path = tmp_path / "a.mcap"
+    damaged = bytearray(whole)
+    damaged[len(LogFormat(HEADER).description) - 100] ^= 1
+    path.write_bytes(damaged)
+    report = repair(path)
+    assert (path.read_bytes(), report.rows) == (whole, len(ROWS))
+    assert report.torn is not None
+    assert damaged.startswith(report.torn.read_bytes()[: len(LogFormat(HEADER).description)])
+
+
 def test_a_complete_log_of_a_killed_run(tmp_path: Path, whole: bytes) -> None:
-    folder = RunFolder(tmp_path / "run", HEADER)
-    (folder.path / "log.mcap").write_bytes(whole)
-    run = load_run(folder.path)
+    folder = RunFolder(tmp_path / "run", HEADER).path
+    (folder / "log.mcap").write_bytes(whole)
+    run = load_run(folder)
     assert run.status == "running"  # killed between the log's end and its own
-    report = repair(folder.path)
+    report = repair(folder)
     assert (report.problem, report.torn, report.interrupted) == (None, None, True)
-    assert load_run(folder.path).status == "interrupted"
+    assert load_run(folder).status == "interrupted"
+
+
+@pytest.mark.parametrize("size", [None, 0, 5, 3000])
+def test_a_run_that_was_killed_before_its_log_held_anything(tmp_path: Path, whole: bytes, size: int | None) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER, ["cdpr", "run"]).path
+    assert size is None or size < len(LogFormat(HEADER).description)
+    if size is not None:
+        (folder / "log.mcap").write_bytes(whole[:size])
+    report = repair(folder)
+    assert (report.rows, report.interrupted) == (0, True)
+    content = json.loads((folder / "run.json").read_text())
+    assert (content["status"], content["summary"]["status"]) == ("interrupted", "interrupted")
+    assert (content["message"], content["argv"]) == ("killed before the first sample", ["cdpr", "run"])
+    assert sorted(os.listdir(folder)) == ["run.json", "scenario.yaml"]
+
+
+def test_a_damaged_header_is_not_taken_for_a_run_that_never_began(tmp_path: Path, whole: bytes) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER).path
+    damaged = bytearray(whole)
+    damaged[200] ^= 1
+    (folder / "log.mcap").write_bytes(damaged)
+    with pytest.raises(LogError, match="header is damaged"):
+        repair(folder)
+    assert (folder / "log.mcap").read_bytes() == damaged
+
+
+def test_a_damage_in_the_middle_keeps_all_that_follows(tmp_path: Path, whole: bytes) -> None:
+    path = tmp_path / "a.mcap"
+    damaged = bytearray(whole)
+    damaged[len(whole) // 2] ^= 1
+    path.write_bytes(damaged)
+    report = repair(path)
+    assert report.torn is not None
+    rest = report.torn.read_bytes()
+    assert damaged.endswith(rest)
+    assert len(rest) >= len(whole) // 2
 
 
 CHILD = """
@@ -244,6 +306,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from log_cases import make_header, make_rows
 from cdpr.log.recorder import BLOCK, Recorder
+from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 header = make_header(2)
 rows = make_rows(header, 40 * BLOCK)
@@ -285,16 +348,28 @@ def test_a_run_json_that_is_not_ours(tmp_path: Path, whole: bytes) -> None:
     assert load_run(tmp_path).status == "finished"
 
 
-def test_repair_while_the_run_goes_on_loses_nothing(tmp_path: Path) -> None:
-    """A mistake, but not a costly one: the run goes on in what is now log.mcap.torn."""
-    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+def test_a_run_that_goes_on_is_not_repaired(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER)
+    recorder = Recorder(HEADER, len(ROWS), folder.path)
     recorder.rows[:-1] = ROWS
     recorder.flush(300)
-    report = repair(tmp_path)
+    for path in (folder.path, folder.path / "log.mcap"):
+        with pytest.raises(OutputError, match="its run is still going on; wait for it, or end it"):
+            repair(path)
     recorder.close(len(ROWS))
-    assert report.torn is not None
-    assert same_bits(load_run(report.torn).rows, ROWS)
-    assert same_bits(load_run(tmp_path).rows, ROWS[:300])
+    folder.finish(Run(HEADER, ROWS))
+    assert not repair(folder.path).changed
+
+
+def test_repair_of_a_log_that_is_written_loses_nothing(tmp_path: Path, whole: bytes) -> None:
+    """On a file system without locks: what the writer writes next stands where it would have stood."""
+    recorder = Recorder(HEADER, len(ROWS), tmp_path)
+    recorder.rows[:-1] = ROWS
+    for rows in (300, 400):
+        recorder.flush(rows)
+        assert repair(tmp_path).rows == rows
+    recorder.close(len(ROWS))
+    assert (tmp_path / "log.mcap").read_bytes() == whole
 
 
 def test_reading_is_quick_to_refuse_an_absurd_length(tmp_path: Path, whole: bytes) -> None:

@@ -22,7 +22,7 @@ from cdpr.log.mcap_file import BLOCK
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
-from cdpr.log.run import Run
+from cdpr.log.run import Event, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter
 
@@ -126,13 +126,63 @@ def test_run_json_keeps_its_old_content_when_the_disk_is_full(tmp_path: Path) ->
     assert sorted(os.listdir(folder.path)) == ["run.json", "scenario.yaml"]
 
 
-def test_repair_without_room_leaves_all_as_it_was(tmp_path: Path) -> None:
-    data = write_log(tmp_path / "log.mcap", HEADER, ROWS).read_bytes()[:-1]
-    (tmp_path / "log.mcap").write_bytes(data)
-    with pytest.raises(OutputError, match="File too large"), file_size_limit(len(data) // 2):
+def test_repair_without_room_loses_no_row(tmp_path: Path) -> None:
+    log = tmp_path / "log.mcap"
+    whole = write_log(log, HEADER, ROWS).read_bytes()
+    log.write_bytes(whole[:-1])
+    with pytest.raises(OutputError, match="File too large"), file_size_limit(len(whole) // 2):
         repair(tmp_path)
     assert os.listdir(tmp_path) == ["log.mcap"]
-    assert (tmp_path / "log.mcap").read_bytes() == data
+    assert same_bits(scan(log).rows, ROWS)
+    repair(tmp_path)
+    assert log.read_bytes() == whole
+
+
+def test_repair_on_a_full_disk_needs_no_second_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = tmp_path / "log.mcap"
+    whole = write_log(log, HEADER, ROWS).read_bytes()
+    log.write_bytes(whole[:-1])
+    opened = Path.open
+
+    def full(self: Path, mode: str = "r", *args: Any, **kwargs: Any) -> Any:
+        if "w" in mode:  # no new file
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return opened(self, mode, *args, **kwargs)
+
+    monkeypatch.setattr(Path, "open", full)
+    report = repair(tmp_path)
+    assert (report.torn, os.listdir(tmp_path)) == (None, ["log.mcap"])
+    assert report.lost > 0
+    assert log.read_bytes() == whole
+
+
+def test_a_full_disk_lets_a_run_say_how_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = RunFolder(tmp_path / "run", HEADER)
+    room = (folder.path / "run.json.new").stat()
+    assert room.st_blocks * 512 >= room.st_size > 65536
+    write = os.pwrite
+
+    def full(file: int, data: bytes, place: int) -> int:
+        if place + len(data) > room.st_size:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data, place)
+
+    monkeypatch.setattr(os, "pwrite", full)
+    many = tuple(Event(0.1 * k, "at limit", "x" * 100) for k in range(1000))  # more than there is room for
+    with pytest.raises(OutputError, match=r"run\.json: cannot be written: No space left"):
+        folder.finish(Run(HEADER, ROWS, "failed", "log.mcap: cannot be written", many))
+    content = json.loads((folder.path / "run.json").read_text())
+    assert (content["status"], content["message"], content["events"]) == ("failed", "log.mcap: cannot be written", [])
+    assert content["summary"]["samples"] == len(ROWS)
+    assert sorted(os.listdir(folder.path)) == ["run.json", "scenario.yaml"]
+
+
+def test_a_run_that_cannot_begin_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for out in (None, tmp_path / "run"):
+        with pytest.raises(OutputError, match="File too large"), file_size_limit(1000):
+            RunFolder(out, HEADER)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["run", "runs"]
 
 
 @pytest.mark.parametrize("to", ["csv", "npz", "mat", "parquet"])

@@ -43,12 +43,9 @@ if __name__ == "__main__":
 """
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """The process of a cluster of two workers, and its address."""
-    folder = tmp_path_factory.mktemp("cluster")
+def start_cluster(folder):
     (folder / "cluster.py").write_text(CLUSTER)
-    process = subprocess.Popen(
+    return subprocess.Popen(
         [sys.executable, folder / "cluster.py"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -57,6 +54,12 @@ def cluster(tmp_path_factory):
         cwd=folder,
         env=environment(),
     )
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """The process of a cluster of two workers, and its address."""
+    process = start_cluster(tmp_path_factory.mktemp("cluster"))
     yield psutil.Process(process.pid), process.stdout.readline().strip()
     process.communicate(timeout=60)
 
@@ -135,6 +138,24 @@ def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     assert cdpr.load_run(folder).status == "finished"
 
 
+def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(tmp_path):
+    study = faulty_study(tmp_path, ["none", "hang", "hang"], 0.1)
+    out = tmp_path / "out"
+    doomed = start_cluster(tmp_path)
+    process = begin(study, out, (doomed, doomed.stdout.readline().strip()), [tmp_path / "faults" / "1"])
+    wait_until(lambda: (out / "cases.jsonl").stat().st_size)  # one case has ended
+    doomed.kill()
+    doomed.communicate()
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == ExitCode.BACKEND_DIED
+    assert "is gone; the cases that had ended are kept" in errors
+    assert f"this goes on: cdpr study {study} --out {out}" in errors
+    assert "Traceback" not in errors
+    done = run(study, out)
+    assert done.returncode == 0
+    assert "3 cases: 3 finished" in done.stdout
+
+
 def test_the_cluster_knows_how_many_at_a_time(tmp_path):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2")
     assert done.returncode == ExitCode.BAD_INPUT
@@ -146,3 +167,11 @@ def test_nobody_answers(tmp_path):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
     assert done.returncode == ExitCode.BAD_INPUT
     assert "no Dask scheduler answers there" in done.stderr
+
+
+@pytest.mark.parametrize("address", ["tls://127.0.0.1:9", "nonsense://x", "tcp://"])
+def test_an_address_that_cannot_be_used_is_told(tmp_path, address):
+    """Among them TLS without certificates."""
+    done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", address)
+    assert done.returncode == ExitCode.BAD_INPUT, done.stderr
+    assert f"--scheduler {address}: no Dask scheduler answers there" in done.stderr

@@ -1,6 +1,7 @@
 /* A host without Python: loads the library of an exported FMU, steps it under fixed tensions and prints the state.
 
-   host LIBRARY TOKEN RESOURCES FMI STEPS STEP CABLES TENSION WRENCH POSITION   (value references; FMI 3: of arrays) */
+   host LIBRARY TOKEN RESOURCES FMI STEPS STEP CABLES TENSION FORCE POSITION
+   The last three are value references, in FMI 3 of arrays; the moment follows the force. */
 #include <dlfcn.h>
 #include <math.h>
 #include <stdarg.h>
@@ -86,13 +87,13 @@ static void run3(char **a, int steps, double h, unsigned m, unsigned tension, un
     if (!c) exit(2);
     require(CALL(fmi3EnterInitializationMode)(c, false, 0.0, 0.0, false, 0.0), "enter");
     require(CALL(fmi3ExitInitializationMode)(c), "exit");
-    const unsigned in[] = {tension, wrench}, out[] = {position, position + 3, position + 7, position + 10};
+    const unsigned in[] = {tension, wrench, wrench + 3}, out[] = {position, position + 3, position + 7, position + 10};
     fmi3FMUState saved = NULL;
     bool event, end, early;
     double last;
     for (int k = 0; k < steps; k++) {
         if (k == steps / 2) require(CALL(fmi3GetFMUState)(c, &saved), "save");
-        require(CALL(fmi3SetFloat64)(c, in, 2, inputs, m + 6), "set");
+        require(CALL(fmi3SetFloat64)(c, in, 3, inputs, m + 6), "set");
         require(CALL(fmi3DoStep)(c, k * h, h, true, &event, &end, &early, &last), "step");
     }
     require(CALL(fmi3SetFMUState)(c, saved), "restore");

@@ -30,7 +30,8 @@ def open_loop(driver, plant, steps, *, substeps=1, start=0):
     for k in range(start, start + steps, substeps):
         command, wrench = load(plant, k * h)
         driver.set(name, command)
-        driver.set("external_wrench", wrench)
+        driver.set("external_force", wrench[:3])
+        driver.set("external_moment", wrench[3:])
         driver.step(k * h, substeps * h)
         rows.append(np.concatenate([driver.state(), driver.get("cable_tension")]))
     return np.array(rows)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import pytest
 from cdpr_traps import TrapOptions
-from cdpr_traps.backend import TRAPS, make
+from cdpr_traps.backend import TRAPS, Wrapped, make
 from compare_cases import ENGINES, SOUND, comparison, load
 
 import cdpr
 from cdpr.errors import Diverged
+from cdpr.report.compare_text import ORDER_ALONE, notes
 from cdpr.testing import check_backend
 
 # Trap: the checks of the kit that must fail; whether the guards end a run in which it acts; whether a comparison fails.
@@ -101,6 +102,36 @@ def test_by_order_alone(trap, caught):
     (row,) = group["engines"]
     assert row["standard"] == "order"
     assert (row["outcome"] == "disagrees") is caught, row
+
+
+class Late(Wrapped):
+    """Commands act one step late."""
+
+    last = None
+
+    def loads(self):
+        now = self.command.copy(), self.external.copy()
+        loads, self.last = self.last or now, now
+        return loads
+
+
+class Friction(Wrapped):
+    """A friction of 1e-4 1/s."""
+
+    def after(self):
+        state = self.inner.state.copy()
+        state[7:] *= 1.0 - 1e-4 * self.physics_step
+        self.put(state)
+
+
+@pytest.mark.parametrize("fault", [Late, Friction])
+def test_what_an_order_does_not_show_is_told_and_a_scheme_shows_it(monkeypatch, fault):
+    monkeypatch.setitem(TRAPS, "none", fault)
+    for scheme, outcome in (("", "agrees"), ("semi_implicit_euler", "disagrees")):
+        changes = trapped("none", "mujoco", **{"backend_options.traps.scheme": scheme, "simulation.duration": 0.3})
+        (row,) = comparison("rotated_start", ["traps"], changes).figures["groups"][0]["engines"]
+        assert row["outcome"] == outcome, row
+        assert (ORDER_ALONE in notes(row)) is (scheme == "")
 
 
 @pytest.mark.parametrize("name", SOUND)

@@ -75,7 +75,7 @@ def spoil(data, column, by, row=3):
 def test_another_tension_is_told_with_cable_time_and_size(kept):
     found = edit(kept, lambda data: spoil(data, 1 + 13 + 4, 0.5))
     assert (found.outcome, found.agrees) == ("differs", False)
-    assert "tension of cable_5 differs first at t = 0.012 s, by 5.00e-01 N (allowed 1e-04)" in found.detail
+    assert "tension of cable_5 differs first at t = 0.012 s, by 5.00e-01 N (allowed 1e-07)" in found.detail
 
 
 def test_another_position_is_told(kept):

@@ -19,10 +19,11 @@ from cdpr import bench
 from cdpr.bench import benchmark
 from cdpr.cli import bench as command_module
 from cdpr.cli.bench import ROBOTS, command
-from cdpr.errors import CdprError, OutputError, PluginError, ScenarioError
+from cdpr.errors import OutputError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo
 from cdpr.report.bench import write_bench
 from cdpr.report.bench_cells import COLUMNS, digits, percent, power
+from cdpr.scenario.examples import resolve
 
 FOLDER = ROOT / "scenarios" / "robots"
 POINT = str(FOLDER / "planar_point_mass.yaml")
@@ -153,14 +154,11 @@ def test_wrong_arguments(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         solvers(POINT, "--poses", "2", "--solvers", "qp", "--out", tmp_path / "file")
-    monkeypatch.setattr("cdpr.__file__", str(tmp_path / "cdpr" / "__init__.py"))
-    with pytest.raises(CdprError, match="name robot files"):
-        solvers()
 
 
 def test_default_robots_are_there():
     assert all((FOLDER / f"{name}.yaml").is_file() for name in ROBOTS)
-    assert command_module._default_robots() == [str(FOLDER / f"{name}.yaml") for name in ROBOTS]
+    assert [resolve(name, "robot") for name in ROBOTS] == [str(FOLDER / f"{name}.yaml") for name in ROBOTS]
 
 
 def test_missing_libraries_have_a_remedy():

@@ -87,7 +87,8 @@ def test_a_command_that_can_wait_is_ended_by_the_second(handlers):
     heard = []
 
     def command():
-        with terminating(wait=True) as signals:
+        with terminating() as signals:
+            signals.wait = True
             os.kill(os.getpid(), signal.SIGINT)
             heard.append((signals.pending, signals.terminated))
             os.kill(os.getpid(), signal.SIGTERM)
@@ -99,11 +100,10 @@ def test_a_command_that_can_wait_is_ended_by_the_second(handlers):
     assert error.value.exit_code == 143
 
 
-@pytest.mark.parametrize("wait", [False, True])
-def test_an_ignored_signal_stays_ignored(handlers, wait):
+def test_an_ignored_signal_stays_ignored(handlers):
     """As nohup has it, and a shell for what it starts in the background."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    with terminating(wait=wait) as signals:
+    with terminating() as signals:
         os.kill(os.getpid(), signal.SIGHUP)
     assert not signals.pending
     assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN

@@ -52,7 +52,7 @@ def run(host, path, folder, shared=None):
     place = folder / "resources"
     resources = place.as_uri() if fmi == "2" else f"{place}/"
     names = [
-        f"{name}[1]" if fmi == "2" else name for name in ("cable_tension", "command", "external_wrench", "position")
+        f"{name}[1]" if fmi == "2" else name for name in ("cable_tension", "command", "external_force", "position")
     ]
     inputs = {each.name for each in about.variables if each.causality == "input"}
     names.remove(names[0] if names[1] in inputs else names[1])
@@ -75,7 +75,8 @@ def test_a_host_in_c_finds_the_same(case, fmi, plain, tmp_path):
     assert done.returncode == 0, done.stderr
     with Driver(path) as driver:
         driver.set("command" if plant.winches else "cable_tension", 200.0 + 10.0 * np.arange(plant.robot.m))
-        driver.set("external_wrench", 1.0 + np.arange(6))
+        driver.set("external_force", [1.0, 2.0, 3.0])
+        driver.set("external_moment", [4.0, 5.0, 6.0])
         for k in range(STEPS):
             driver.step(k * STEP, STEP)
         assert [float(line) for line in done.stdout.split()] == driver.state().tolist()

@@ -16,6 +16,7 @@ from cdpr.fmu.description import read_description
 from cdpr.fmu.mapping import resolve
 from cdpr.fmu.model import Element
 from cdpr.fmu.options import Signals
+from cdpr.fmu.parameters import Parameters
 
 ROBOT = make_robot(crossed_box(np.random.default_rng(1), 2))
 
@@ -100,8 +101,9 @@ def test_names_of_fmi_2_with_brackets_are_names():
 def test_aliases():
     about = read(description(3, [variable(3, "x", 1, "output", alias="body.x")]))
     assert about.by_name["body.x"] is about.by_name["x"]
-    rows = [variable(2, "x", 5, "output"), variable(2, "y", 5, "local"), variable(2, "b", 5, "local", kind="Boolean")]
-    assert read(description(2, rows)).by_name["x"].aliases == ("y",)
+    rows = [variable(2, "x", 5, "output"), variable(2, "y", 5, "local")]
+    x, y = read(description(2, rows)).variables  # two names of one value, each a variable
+    assert x.value_reference == y.value_reference == 5
 
 
 def test_units_come_from_the_definitions_or_the_declared_type():
@@ -119,9 +121,9 @@ def test_units_come_from_the_definitions_or_the_declared_type():
     assert by_name["none"].unit is None
 
 
-def test_letters_that_a_terminal_would_obey_are_blanks():
+def test_letters_that_a_terminal_would_obey_are_escaped():
     about = read(description(3, [variable(3, "x&#x9b;2J&#10;y", 1, "output")]).replace("&amp;", "&"))
-    assert about.variables[0].name == "x 2J y"
+    assert about.variables[0].name == r"x\x9b2J\ny"
 
 
 def test_terminals(tmp_path):
@@ -183,3 +185,57 @@ def test_whatever_is_left_out_there_is_an_fmu_or_an_error(fmi):
     for match in re.finditer(r'<[^?][^>]*/>| \w+="[^"]*"', xml):
         with contextlib.suppress(FmuError):
             resolve(read(xml[: match.start()] + xml[match.end() :]), ROBOT, Signals(), "controller")
+
+
+@pytest.mark.parametrize("text", ["2_0", "\u0663", "\uff15", "1e0", "0x1", "", " ", "1" * 5000, "-1"])
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_value_references_are_whole_numbers_in_ascii(text, fmi):
+    refused(description(fmi, [variable(fmi, "x", text, "output")]), "value")
+
+
+@pytest.mark.parametrize("text", ["1_0", "\u0663", "0x1p3", "inf", "INF", "nan", "1e999", ".", "1e", ""])
+def test_numbers_are_written_as_in_xml(text):
+    refused(description(2, [variable(2, "x", 1, "input", start=text)]), "1 numbers are expected")
+    refused(description(3, [], units={"u": {"m": 1, "factor": text}}), "needs a number as factor")
+    refused(description(3, [variable(3, "n", 1, "parameter", kind="Int32", start=text)]), "of the kind Int32")
+    refused(description(3, [variable(3, "f", 1, "parameter", kind="Float32", start=text)]), "of the kind Float32")
+    refused(description(3, [variable(3, "b", 1, "parameter", kind="Boolean", start=text)]), "of the kind Boolean")
+
+
+@pytest.mark.parametrize("text", ["1", "-1.5", "+2.", ".5", "1E-3", " 7 "])
+def test_numbers_of_xml_are_read(text):
+    assert read(description(2, [variable(2, "x", 1, "input", start=text)])).variables[0].start == (text,)
+
+
+def test_many_names_of_one_value_take_room_in_proportion():
+    """20 000 aliases of 60 kB once took 3 GB: each held the names of all others."""
+    n = 3000
+    about = read(description(2, [variable(2, f"v{i}", 1, "local") for i in range(n)]))
+    assert len(about.by_name) == n
+    assert sum(len(each.names) for each in about.variables) == n
+
+
+def test_an_array_of_many_dimensions_is_refused():
+    row = variable(3, "x", 1, "local", shape=(1,) * 50_000)
+    refused(description(3, [row]), "1 to 1000000 elements are expected")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_names_without_end_are_refused(fmi):
+    refused(description(fmi, [variable(fmi, "x" * 1001, 1, "local")]), "has a name of 1001 letters, more than 1000")
+    refused(description(fmi, [variable(fmi, "x", 1, "local", unit="m" * 1001)]), "has a unit of 1001 letters")
+
+
+@pytest.mark.parametrize(
+    ("fmi", "kind", "least", "most"),
+    [(3, "Int8", -128, 127), (3, "UInt8", 0, 255), (2, "Integer", -(2**31), 2**31 - 1), (3, "UInt64", 0, 2**64 - 1)],
+)
+def test_parameters_hold_what_they_are_given(fmi, kind, least, most):
+    """An Int8 once made 44 of 300, without a word."""
+    parameters = Parameters(read(description(fmi, [variable(fmi, "n", 1, "parameter", kind=kind)])))
+    for value in (least, most):
+        parameters.give({"n": value})
+        assert parameters.settings()[0].values == (value,)
+    for value in (least - 1, most + 1):
+        with pytest.raises(FmuError, match=f"{value} is beyond what a variable of the kind {kind} can hold"):
+            parameters.give({"n": value})

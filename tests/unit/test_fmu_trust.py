@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+
 import pytest
 from fmu_cases import ELF, make_fmu
 
@@ -13,7 +16,9 @@ from cdpr.fmu.archive import open_archive
 @pytest.fixture
 def home(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    return tmp_path
+    before = os.umask(0o022)
+    yield tmp_path
+    os.umask(before)
 
 
 @pytest.fixture
@@ -62,11 +67,11 @@ def test_the_list_is_text_in_the_users_configuration(home, plant):
     trust.add(plant.sha256, "again")
     path = home / "config/cdpr/trusted_fmus"
     assert path == trust.list_path()
-    assert trust.trusted() == {plant.sha256: "my plant ??evil.fmu", "0" * 64: "other"}
+    assert trust.trusted() == {plant.sha256: r"my plant ä\nevil.fmu", "0" * 64: "other"}
     assert path.read_text().startswith("# ")
     trust.remove(plant.sha256)
     assert trust.trusted() == {"0" * 64: "other"}
-    assert [each.name for each in path.parent.iterdir()] == ["trusted_fmus"]
+    assert sorted(each.name for each in path.parent.iterdir()) == ["trusted_fmus", "trusted_fmus.lock"]
 
 
 def test_without_xdg_it_lies_in_the_home(home, monkeypatch):
@@ -109,3 +114,92 @@ def test_a_list_that_cannot_be_written_is_told(home, plant):
     (home / "config/cdpr").symlink_to("/proc/self")
     with pytest.raises(OutputError, match="cannot be written"):
         trust.add(plant.sha256, "plant")
+
+
+def _add_many(start, first):
+    start.wait()
+    for i in range(10):
+        trust.add(f"{first + i:064x}", f"{first + i}.fmu")
+
+
+def test_lists_written_at_once_lose_nothing(home):
+    context = multiprocessing.get_context("fork")
+    start = context.Barrier(8)
+    many = [context.Process(target=_add_many, args=(start, 100 * i)) for i in range(8)]
+    for each in many:
+        each.start()
+    for each in many:
+        each.join(60)
+    assert [each.exitcode for each in many] == [0] * 8
+    assert len(trust.trusted()) == 80
+
+
+def test_a_list_that_others_keep_locked_is_told(home, plant, monkeypatch):
+    monkeypatch.setattr(trust, "LOCK_SECONDS", 0.05)
+    with trust._locked(), pytest.raises(OutputError, match="keeps the list of trusted FMUs locked"):
+        trust.add(plant.sha256, "plant")
+    trust.add(plant.sha256, "plant")
+
+
+def test_a_list_that_is_a_pipe_is_refused_at_once(plant):
+    trust.list_path().parent.mkdir(parents=True)
+    os.mkfifo(trust.list_path())
+    with pytest.raises(FmuError, match="is not a regular file"):
+        trust.require_trust(plant, None)
+    with pytest.raises(FmuError, match="is not a regular file"):
+        trust.add(plant.sha256, "plant")
+
+
+@pytest.mark.parametrize("mode", [0o620, 0o602, 0o666])
+def test_a_list_that_others_may_write_is_refused(plant, mode):
+    trust.add(plant.sha256, "plant")
+    path = trust.list_path()
+    for each, words in ((path, "write to the list"), (path.parent, "write to the folder of the list")):
+        before = each.stat().st_mode
+        each.chmod(mode | before)
+        with pytest.raises(FmuError, match=words):
+            trust.require_trust(plant, None)
+        each.chmod(before)
+    trust.require_trust(plant, None)
+
+
+def test_a_list_of_another_user_is_refused(plant, monkeypatch):
+    trust.add(plant.sha256, "plant")
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    os.chown(trust.list_path(), 12345, -1) if os.getuid() == 0 else None
+    with pytest.raises(FmuError, match="belongs to another user"):
+        trust.require_trust(plant, None)
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o002, 0o077])
+def test_a_list_is_for_its_user_alone_whatever_the_umask(plant, umask):
+    before = os.umask(umask)
+    try:
+        trust.add(plant.sha256, "plant")
+    finally:
+        os.umask(before)
+    assert trust.list_path().stat().st_mode & 0o777 == 0o600
+    assert trust.list_path().parent.stat().st_mode & 0o777 == 0o700
+    trust.require_trust(plant, None)
+
+
+def test_a_list_replaced_while_it_is_read_is_read_whole(plant, monkeypatch):
+    """What was opened is what is checked and read."""
+    trust.add("1" * 64, "one")
+    path, check = trust.list_path(), trust._fault
+
+    def replaced(*about):
+        other = path.with_name("other")
+        other.write_text(f"{plant.sha256}  evil\n")
+        other.replace(path)
+        return check(*about)
+
+    monkeypatch.setattr(trust, "_fault", replaced)
+    assert trust.trusted() == {"1" * 64: "one"}
+
+
+def test_a_huge_list_is_not_read(plant, monkeypatch):
+    monkeypatch.setattr(trust, "MOST", 50)
+    trust.add("1" * 64, "one")
+    with pytest.raises(FmuError, match="more than"):
+        trust.trusted()

@@ -132,6 +132,18 @@ def test_unknown_name_lists_the_installed_and_the_nearest():
         registry().get("backend", "mujuco")
 
 
+@pytest.mark.parametrize("name", ["drag", "cdpr_drag", "Drag"])
+def test_a_plugin_that_does_not_import_is_told_with_its_reason(name):
+    found = collect([Point("cdpr", package(info("qp"))), Point("cdpr-drag", ModuleNotFoundError("no module aero"))])
+    reason = r"cdpr-drag .*, entry point .*: ModuleNotFoundError: no module aero"
+    with pytest.raises(PluginError, match=f"^solver '{name}' cannot be loaded: {reason}$"):
+        found.get("solver", name)
+    with pytest.raises(
+        PluginError, match=rf"no solver is named 'qpx': did you mean 'qp'\? .*; not loaded, .*: {reason}"
+    ):
+        found.get("solver", "qpx")
+
+
 def test_missing_requirement_names_the_remedy():
     entry = Registered("backend", info("x", requires=("no_such_module",), extra="cdpr[x]"), "cdpr", "1")
     assert entry.missing == ["no_such_module"]

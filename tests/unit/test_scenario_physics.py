@@ -55,6 +55,32 @@ def test_inertias_that_some_body_has(inertia):
     assert np.all(np.linalg.eigvalsh(robot.platform.inertia) > 0)
 
 
+ALL_FREE = "dof: [x, y, z, rx, ry, rz]"
+BARE = {"x": [0] * 6, "ry": [0, 0.4, 0, 0, 0, 0], "rx": [0.4, 0, 0, 0, 0, 0], "rz": [0, 0, 0.4, 0, 0, 0]}
+
+
+@pytest.mark.parametrize("last", BARE)
+def test_moments_that_have_no_effect_may_be_zero(last):
+    """As planar robots are published. The motion is that with any moments in their place."""
+    dof = ["x"] if last == "x" else ["x", "z", last]
+    bare, full = (
+        load_robot("r.yaml", text=changed(changed(ROBOT, INERTIA, f"inertia: {entries}"), ALL_FREE, f"dof: {dof}"))
+        for entries in (BARE[last], [max(entry, 0.3) for entry in BARE[last][:3]] + [0, 0, 0])
+    )
+    axis = [last == name for name in ("rx", "ry", "rz")]
+    np.testing.assert_array_equal(*(robot.platform.inertia.diagonal()[axis] for robot in (bare, full)))
+    assert np.all(np.linalg.eigvalsh(bare.platform.inertia) > 0)
+
+
+@pytest.mark.parametrize("dof", ["[x, z, rx]", "[rz]", "[x, y, z, rx, ry, rz]"])
+def test_the_moment_about_a_free_direction_is_needed(dof):
+    text = changed(changed(ROBOT, INERTIA, "inertia: [0, 0.4, 0, 0, 0, 0]"), ALL_FREE, f"dof: {dof}")
+    with pytest.raises(
+        ScenarioError, match=r"platform.inertia: no rigid body has this inertia: .* where it turns about"
+    ):
+        load_robot("r.yaml", text=text)
+
+
 @given(
     st.lists(st.floats(0.1, 10), min_size=3, max_size=3),
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),
@@ -338,3 +364,19 @@ def test_waypoints_rest_where_they_are_held():
     )
     # The initial pose, at rest, comes before a first point after time 0.
     load(waypoints(f"{{time: 1, {moving}", "{time: 3, position: [0, 0, 1]}", start=0.5))
+
+
+def test_as_many_steps_as_are_allowed():
+    assert load(changed(BASE, STEPS, "duration: 1e6, control_step: 0.01")).simulation.steps == 100_000_000
+    line = problem(changed(BASE, STEPS, "duration: 1000000.01, control_step: 0.01"))
+    assert "at most 1e+08 are allowed" in line
+
+
+def test_waypoints_start_at_the_initial_pose_or_at_the_first_of_them():
+    """A first point after the start is reached from rest; one at the start must itself be at rest, where one waits."""
+    points = WAYPOINTS.replace("\n    velocity: [0, 0, 0]", "\n    velocity: [0, 0, 0.1]", 1)
+    moving = whole(points)
+    load(moving)
+    at_once = changed(moving, "- time: 1.0\n", "- time: 0.0\n")
+    assert "the pose is held until 0.5 s, so the motion must start at rest" in problem(at_once)
+    load(changed(at_once, "start: 0.5", "start: 0.0"))

@@ -87,7 +87,7 @@ def assemble(model: Model, fmi: int, files: Sequence[Path], flags: Sequence[str]
     entries = {
         "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
         "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
-        "sources/buildDescription.xml": build_description(compiled),
+        **({"sources/buildDescription.xml": build_description(compiled)} if fmi == 3 else {}),
         "documentation/licenses/license.txt": (FOLDER / "LICENSE.txt").read_bytes(),
         **{f"sources/{path.name}": path.read_bytes() for path in files},
     }

@@ -65,6 +65,7 @@ def model_description(
     _units(root, public)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong, and what to do")
+    SubElement(categories, "Category", name="logStatusWarning", description="what was asked for and cannot be")
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME), stepSize=repr(model.physics_step))
     (_variables2 if fmi == 2 else _variables3)(root, public)
     return _text(root)
@@ -87,7 +88,7 @@ def _referenced(variables: Sequence[Variable]) -> list[tuple[int, Variable]]:
 
 
 def _units(root: Element, public: list[tuple[int, Variable]]) -> None:
-    used = {variable.unit_of(i) for _, variable in public for i in range(variable.size)}
+    used = {variable.unit for _, variable in public}
     units = SubElement(root, "UnitDefinitions")
     for name, exponents in UNITS.items():
         if name in used:
@@ -104,7 +105,8 @@ def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:
             scalar = SubElement(
                 section, "ScalarVariable", {"name": name, "valueReference": str(reference + i), **_common(variable)}
             )
-            SubElement(scalar, "Real", {**_unit(variable.unit_of(i)), **_start(variable, variable.values[i : i + 1])})
+            start = _start(variable, variable.values[i : i + 1])
+            SubElement(scalar, "Real", {**_unit(variable.unit), **_least(variable), **start})
             if variable.causality == "output":
                 outputs.append((str(len(section)), variable))
     structure = SubElement(root, "ModelStructure")
@@ -120,9 +122,9 @@ def _variables3(root: Element, public: list[tuple[int, Variable]]) -> None:
     structure = SubElement(root, "ModelStructure")
     outputs = [(str(reference), variable) for reference, variable in public if variable.causality == "output"]
     for reference, variable in public:
-        unit = variable.unit if isinstance(variable.unit, str) else ""  # an array has one unit or none
-        attributes = {"name": variable.name, "valueReference": str(reference), **_common(variable), **_unit(unit)}
-        element = SubElement(section, "Float64", {**attributes, **_start(variable, variable.values)})
+        attributes = {"name": variable.name, "valueReference": str(reference), **_common(variable)}
+        more = {**_unit(variable.unit), **_least(variable), **_start(variable, variable.values)}
+        element = SubElement(section, "Float64", {**attributes, **more})
         for n in variable.shape:
             SubElement(element, "Dimension", start=str(n))
     for place, variable in outputs:
@@ -147,6 +149,10 @@ def _dependencies(variable: Variable) -> dict[str, str]:
 
 def _unit(unit: str) -> dict[str, str]:
     return {"unit": unit} if unit else {}
+
+
+def _least(variable: Variable) -> dict[str, str]:
+    return {} if variable.least is None else {"min": repr(variable.least)}
 
 
 def _start(variable: Variable, values: Sequence[float]) -> dict[str, str]:

@@ -83,17 +83,18 @@ class Plant(Model):
 
     def _inputs(self) -> list[Variable]:
         m = self.robot.m
-        wrench = entrance(
-            "external_wrench",
-            ["N"] * 3 + ["N.m"] * 3,
-            "further force (3) and moment (3) on the platform at its origin, world axes",
-        )
-        pull = (
-            entrance("command", ["N"] * m, COMMAND)
-            if self.winches
-            else entrance("cable_tension", ["N"] * m, "tension of each cable")
-        )
-        return [pull, wrench]
+        if self.winches:
+            pull = entrance("command", m, "N", COMMAND)
+        elif self.robot.unilateral:
+            pull = entrance("cable_tension", m, "N", "tension of each cable; a negative one counts as 0", least=0.0)
+        else:
+            pull = entrance("cable_tension", m, "N", "tension of each leg")
+        # Two variables, for an array has one unit.
+        return [
+            pull,
+            entrance("external_force", 3, "N", "further force on the platform at its origin, world axes"),
+            entrance("external_moment", 3, "N.m", "further moment on the platform, world axes"),
+        ]
 
     def _outputs(self) -> list[Variable]:
         m = self.robot.m
@@ -116,7 +117,7 @@ class Plant(Model):
         return outputs
 
     def _constants(self) -> list[Variable]:
-        constants = [_unilateral(self.robot)] if self.winches else []
+        constants = [_unilateral(self.robot)]
         if self.robot.n < 6:
             guide = tuple(Guide(self.robot).packed.tolist())
             constants.append(Variable("guide", "constant", (6,), "", guide, "free axes (3), axis of the hinge (3)"))
@@ -153,9 +154,9 @@ class Actuator(Model):
         return [
             *_times(self.physics_step),
             *_winches(replace(self.robot, cable_model="elastic")),
-            entrance("command", ["N"] * m, COMMAND),
-            entrance("cable_length", ["m"] * m, "distance between the anchors of each cable", start),
-            entrance("cable_rate", ["m/s"] * m, "rate of change of cable_length"),
+            entrance("command", m, "N", COMMAND),
+            entrance("cable_length", m, "m", "distance between the anchors of each cable", start),
+            entrance("cable_rate", m, "m/s", "rate of change of cable_length"),
             output("cable_tension", m, "N", "tension of each cable", direct=True),
             output("drum_speed", m, "rad/s", DRUM_SPEED),
             output("unstretched_length", m, "m", UNSTRETCHED),

@@ -38,27 +38,25 @@ class Variable:
     Attributes:
         causality: as in FMI; a constant is hidden from the host.
         shape: () for a scalar.
-        unit: one for all numbers, one for each of them, or "" for numbers without unit.
+        unit: that of all its numbers, "" for numbers without unit.
         values: start values, as many as the shape says, row by row; zeros for what is calculated.
         direct: an output that depends on inputs at the same instant.
+        least: what none of its numbers should be below, None where any may be.
     """
 
     name: str
     causality: Causality
     shape: tuple[int, ...]
-    unit: str | tuple[str, ...]
+    unit: str
     values: tuple[float, ...]
     description: str
     direct: bool = False
+    least: float | None = None
 
     @property
     def size(self) -> int:
         """How many numbers it has."""
         return math.prod(self.shape)
-
-    def unit_of(self, i: int) -> str:
-        """Unit of number i."""
-        return self.unit if isinstance(self.unit, str) else self.unit[i]
 
 
 class Model(ABC):
@@ -94,13 +92,16 @@ def parameter(
 
 
 def entrance(
-    name: str, units: Sequence[str], description: str, values: Sequence[float] | Array | None = None
+    name: str,
+    size: int,
+    unit: str,
+    description: str,
+    values: Sequence[float] | Array | None = None,
+    least: float | None = None,
 ) -> Variable:
-    """Return an input with a unit for each number; it starts at zero unless said."""
-    size = len(units)
-    unit = units[0] if len(set(units)) == 1 else tuple(units)
+    """Return an input; it starts at zero unless said."""
     start = np.zeros(size) if values is None else np.asarray(values)
-    return Variable(name, "input", (size,), unit, tuple(start.tolist()), description)
+    return Variable(name, "input", (size,), unit, tuple(start.tolist()), description, least=least)
 
 
 def output(name: str, size: int, unit: str, description: str, direct: bool = False) -> Variable:

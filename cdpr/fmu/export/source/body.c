@@ -141,16 +141,17 @@ Line body_cable(const Plant *plant, const Motion *at, size_t i) {
 }
 
 Wrench body_wrench(const Plant *plant, const Motion *at) {
-    const double *external = plant->field[EXTERNAL_WRENCH];
-    const Vector push = vector(external);
+    const Vector push = vector(plant->field[EXTERNAL_FORCE]), turn = vector(plant->field[EXTERNAL_MOMENT]);
+    const bool pulls_only = plant_pulls_only(plant);
     Vector force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0}, b;
     for (size_t i = 0; i < plant->cables; i++) {
         const Vector l = cable_vector(plant, at, i, &b);
-        const Vector f = scale(plant->field[CABLE_TENSION][i] / sqrt(dot(l, l)), l);
+        const double tension = plant->field[CABLE_TENSION][i], pull = pulls_only && tension < 0.0 ? 0.0 : tension;
+        const Vector f = scale(pull / sqrt(dot(l, l)), l);
         force = add(force, f);
         moment = add(moment, cross(b, f));
     }
     /* The push acts at the platform's origin, which lies at -r from that of the body frame. */
     const Vector lever = cross(rotate(at->attitude, vector(plant->body->offset)), push);
-    return (Wrench){add(force, push), subtract(add(moment, vector(external + 3)), lever)};
+    return (Wrench){add(force, push), subtract(add(moment, turn), lever)};
 }

@@ -14,14 +14,14 @@
 static void say(const Instance *instance, Status status, const char *message) {
     const fmi2CallbackFunctions *host = instance->callbacks;
     if (host->logger)
-        host->logger(instance->environment, instance->name, (fmi2Status)status, "logStatusError", "%s", message);
+        host->logger(instance->environment, instance->name, (fmi2Status)status, category(status), "%s", message);
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    (void)on, (void)n, (void)categories; /* only errors are told, and those always */
+    (void)on, (void)n, (void)categories; /* errors and warnings are told, always */
     REQUIRE(ANY, "fmi2SetDebugLogging");
     return fmi2OK;
 }

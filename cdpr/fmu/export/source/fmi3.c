@@ -14,13 +14,13 @@
 static void say(const Instance *instance, Status status, const char *message) {
     fmi3LogMessageCallback log;
     *(const void **)&log = instance->callbacks; /* C has no other way from an object pointer to a function's */
-    if (log) log(instance->environment, (fmi3Status)status, "logStatusError", message);
+    if (log) log(instance->environment, (fmi3Status)status, category(status), message);
 }
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-    (void)on, (void)n, (void)categories; /* only errors are told, and those always */
+    (void)on, (void)n, (void)categories; /* errors and warnings are told, always */
     REQUIRE(ANY, "fmi3SetDebugLogging");
     return fmi3OK;
 }

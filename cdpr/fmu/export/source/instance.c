@@ -10,6 +10,8 @@
 
 static const double CLOCK = 1e-6; /* share of a step by which host and plant may disagree on the time: round-off */
 
+const char *category(Status status) { return status == WARNING ? "logStatusWarning" : "logStatusError"; }
+
 Status report(const Instance *instance, Status status, const char *format, ...) {
     char message[2 * MESSAGE];
     va_list arguments;
@@ -123,6 +125,18 @@ Status instance_exit_initialisation(Instance *instance) {
     return status;
 }
 
+/* WARNING with a message in the step in which cables begin to be asked to push. */
+static Status tell_pushed(Instance *instance) {
+    const Plant *plant = &instance->plant;
+    const size_t i = plant_pushed(plant);
+    const bool pushed = i < plant->cables, before = instance->pushed;
+    instance->pushed = pushed;
+    if (!pushed || before) return OK;
+    return report(instance, WARNING, "cable_tension[%zu] is %g N at %.9g s: a cable cannot push, so 0 N acts; this is "
+                  "not said again until no tension is negative", i + 1, plant->field[CABLE_TENSION][i],
+                  *plant->field[TIME]);
+}
+
 Status instance_step(Instance *instance, double from, double duration) {
     double *time = instance->plant.field[TIME];
     const double tolerance = CLOCK * duration;
@@ -137,19 +151,21 @@ Status instance_step(Instance *instance, double from, double duration) {
     Status status;
     if (misbehaves(instance, from, duration, &status)) return status;
 #endif
+    const Status told = tell_pushed(instance);
     plant_advance(&instance->plant, duration);
     instance->stale = false;
     *time = from + duration;
     if (!plant_sound(&instance->plant))
         return report(instance, ERROR, "the state is not finite at %.17g s: an input is not, or a cable has no length, "
                       "or the loop diverges", *time);
-    return OK;
+    return told;
 }
 
 Status instance_reset(Instance *instance) {
     memcpy(instance->plant.number, instance->defaults, instance->plant.count * sizeof(double));
     instance->mode = INSTANTIATED;
     instance->stale = false;
+    instance->pushed = false;
     instance->stop = INFINITY;
     return OK;
 }

@@ -17,6 +17,7 @@ struct Instance {
     Plant plant;
     Mode mode;
     bool stale; /* a variable was set since the outputs were computed */
+    bool pushed; /* in the last step a cable was asked to push, which is said once until none is */
     double stop;
     double *defaults; /* (plant.count) the numbers as configured, for reset */
     char *name;
@@ -37,6 +38,9 @@ typedef struct {
    that fails or the model description is of another export. Its name, log, callbacks, environment are in `host`. */
 Instance *instance_new(const Instance *host, const char *name, const char *token, const char *resources);
 void instance_free(Instance *instance);
+
+/* The category of the standard for messages of a status. */
+const char *category(Status status);
 
 /* Say something to the host and return the status. */
 Status report(const Instance *instance, Status status, const char *format, ...);

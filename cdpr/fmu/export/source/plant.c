@@ -138,6 +138,17 @@ void plant_advance(Plant *plant, double duration) {
     plant_publish(plant);
 }
 
+bool plant_pulls_only(const Plant *plant) {
+    return plant->field[MASS] && !plant->field[COMMAND] && *plant->field[UNILATERAL] != 0.0;
+}
+
+size_t plant_pushed(const Plant *plant) {
+    size_t i = 0;
+    if (!plant_pulls_only(plant)) return plant->cables;
+    while (i < plant->cables && !(plant->field[CABLE_TENSION][i] < 0.0)) i++;
+    return i;
+}
+
 bool plant_sound(const Plant *plant) {
     for (size_t i = 0; i < plant->states; i++)
         if (!isfinite(plant->state[i])) return false;

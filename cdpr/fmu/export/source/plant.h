@@ -17,10 +17,11 @@ typedef enum {
     /* of the platform */
     MASS, CENTER_OF_MASS, INERTIA, GRAVITY, FRAME_ANCHORS, PLATFORM_ANCHORS,
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
-    EXTERNAL_WRENCH, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
+    EXTERNAL_FORCE, EXTERNAL_MOMENT, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
+    UNILATERAL, /* of the cables: 1 if they only pull */
     GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
     /* of winches, and of those with elastic cables */
-    COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, UNILATERAL, DRUM_SPEED,
+    COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, DRUM_SPEED,
     AXIAL_STIFFNESS, DAMPING, UNSTRETCHED_LENGTH,
     FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
     FIELDS
@@ -78,6 +79,12 @@ void plant_advance(Plant *plant, double duration);
 
 /* Write the outputs that belong to the state and the inputs. */
 void plant_publish(Plant *plant);
+
+/* Whether tensions are given, not made by winches, to cables that cannot push: a negative one counts as zero. */
+bool plant_pulls_only(const Plant *plant);
+
+/* The cable that is asked to push though it cannot, counted from 0; the number of cables if there is none. */
+size_t plant_pushed(const Plant *plant);
 
 /* Whether the state is finite. */
 bool plant_sound(const Plant *plant);

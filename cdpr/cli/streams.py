@@ -1,0 +1,130 @@
+"""Where the command line writes: results to stdout, all else, also what foreign code prints, to stderr.
+
+It writes text, and nothing that a terminal would obey: names of files, robots, plugins and variables come from
+strangers and reach the user by many ways; all of them end here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from typing import Any, TextIO, cast
+
+from cdpr.errors import printable
+
+# Bytes of a file name that are no UTF-8, as Python keeps them; those below 0xa0 may be controls of a terminal.
+FOREIGN_BYTES = re.compile("([\udca0-\udcff]+)")
+
+
+class Printable:
+    """A text stream that escapes all but printable letters, tabs, ends of lines and a `\\r` that ends what is written.
+
+    The last is how the line of progress is written anew; within a text it would write over what stands before it. Where
+    the stream takes bytes that are no UTF-8 (`surrogateescape`), they are written as they are, but for controls.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write and return the number of letters that were given."""
+        if not text.isprintable():
+            raw = self._stream.errors == "surrogateescape"
+            parts = FOREIGN_BYTES.split(text) if raw else [text]
+            written = "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts))
+        else:
+            written = text
+        self._stream.write(written)
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write all."""
+        for line in lines:
+            self.write(line)
+
+
+def _escaped(text: str) -> str:
+    end = "\r" if text.endswith("\r") else ""
+    lines = text.removesuffix(end).split("\n")
+    return "\n".join("\t".join(map(printable, line.split("\t"))) for line in lines) + end
+
+
+@contextlib.contextmanager
+def printable_streams() -> Iterator[None]:
+    """Write to stdout and stderr through `Printable` until the end of the block or function."""
+    before = {name: getattr(sys, name) for name in ("stdout", "stderr")}
+    ours = {name: Printable(stream) for name, stream in before.items() if stream is not None}
+    for name, stream in ours.items():
+        setattr(sys, name, stream)
+    try:
+        yield
+    finally:
+        for name, stream in ours.items():
+            if getattr(sys, name) is stream:  # not replaced meanwhile, as where its reader has gone
+                setattr(sys, name, before[name])
+
+
+class _Results(io.FileIO):
+    """Once its reader has gone there is nobody to say anything to: the command ends as it would have ended."""
+
+    def write(self, data: Any) -> int:
+        """Write, or drop what nobody reads."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            return memoryview(data).nbytes
+
+
+class _Messages(io.FileIO):
+    """No message is worth a run."""
+
+    def write(self, data: Any) -> int:
+        """Write if that can be done."""
+        try:
+            return super().write(data)
+        except OSError:
+            return memoryview(data).nbytes
+
+
+@contextlib.contextmanager
+def streams() -> Iterator[None]:
+    """Let results alone reach stdout inside the block; what native code and processes of ours print goes to stderr.
+
+    File names that are no UTF-8 are written as they are. Streams that are no descriptors stay as they are.
+    """
+    before = sys.stdout, sys.stderr
+    try:
+        out, err = sys.stdout.fileno(), sys.stderr.fileno()
+        sys.stdout.flush()
+        results = os.dup(out)
+    except (AttributeError, OSError, ValueError):  # closed, or a test's
+        yield
+        return
+    os.dup2(err, out)
+    sys.stdout = _text(_Results(results, "wb", closefd=False), "surrogateescape", sys.stdout)
+    sys.stderr = _text(_Messages(err, "wb", closefd=False), "backslashreplace", sys.stderr)
+    try:
+        yield
+        sys.stdout.flush()
+    finally:
+        with contextlib.suppress(OSError):  # has been told
+            sys.stdout.flush()
+        sys.stderr.flush()
+        os.dup2(results, out)
+        os.close(results)
+        sys.stdout, sys.stderr = before
+
+
+def _text(raw: io.FileIO, errors: str, like: Any) -> TextIO:
+    line_buffering = like is sys.stderr or raw.isatty()
+    stream = io.TextIOWrapper(
+        io.BufferedWriter(raw), like.encoding, errors, write_through=False, line_buffering=line_buffering
+    )
+    return cast("TextIO", Printable(stream))

@@ -1,0 +1,34 @@
+"""What a run never asks of an engine, and so what agreement in it does not speak of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import yaml
+
+from cdpr.log.run import Run
+from cdpr.model import rotations
+
+TURN = 0.01  # rad; a body-fixed wrench taken for one in world axes is off by this share of it
+
+
+def unexcited(run: Run) -> list[str]:
+    """Return what never happens in a run, as people say it; none of a robot's own absent directions."""
+    return list(_found(run))
+
+
+def _found(run: Run) -> Iterator[str]:
+    robot = yaml.safe_load(run.header.scenario_yaml)["robot"]
+    if any(name.startswith("r") for name in robot["dof"]):
+        upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(run.rows), 1))
+        if float(np.linalg.norm(rotations.between(run.orientation, upright), axis=1).max()) < TURN:
+            yield "a platform that is not upright (rotation)"
+        if not any(robot["platform"]["center_of_mass"]):
+            yield "a centre of mass off the origin"
+    if not run.external.any():
+        yield "an external wrench"
+    if not run.at_limit.any():
+        yield "a tension at its limit"
+    if not run.header.physics_step < 0.75 * run.header.control_step:
+        yield "several physics steps in a control step (substeps)"

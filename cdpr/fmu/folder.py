@@ -1,0 +1,91 @@
+"""Temporary folders into which FMUs are extracted, none of which outlives its process for long.
+
+A process that is killed cannot clean up. So each folder is locked while its process lives, and the next process that
+needs one first removes those of this user that nobody locks.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import tempfile
+from contextlib import suppress
+from functools import cache
+from weakref import finalize
+
+from cdpr.errors import OutputError
+
+PREFIX = "cdpr-fmu-"
+FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC  # never a link, nor what would block
+
+
+class Folder:
+    """A new folder of this process, removed with everything in it by `remove`, which may be called again.
+
+    Raises OutputError where none can be made.
+    """
+
+    def __init__(self) -> None:
+        try:
+            _sweep_once(tempfile.gettempdir())
+            self.path, lock = _made()
+        except OSError as error:
+            raise OutputError(
+                f"no temporary folder for an FMU can be made: {error.strerror or error}; set TMPDIR to a folder that "
+                "can be written"
+            ) from None
+        self.remove = finalize(self, _remove, self.path, lock)
+
+
+def sweep(root: str) -> None:
+    """Remove the folders in `root` that processes of this user have left; what lives or is in doubt stays."""
+    with suppress(OSError), os.scandir(root) as entries:
+        for entry in entries:
+            if entry.name.startswith(PREFIX):
+                _remove_left(entry.path)
+
+
+_sweep_once = cache(sweep)
+
+
+def _made() -> tuple[str, int]:
+    """Return a new folder and the descriptor that locks it."""
+    while True:
+        path = tempfile.mkdtemp(prefix=PREFIX)
+        with suppress(FileNotFoundError):  # another process swept it before it was locked: once more
+            lock = os.open(path, FLAGS)
+            with suppress(OSError):  # a file system without locks, where nothing is swept either
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            if _is(path, lock):
+                return path, lock
+            os.close(lock)
+
+
+def _remove_left(path: str) -> None:
+    try:
+        lock = os.open(path, FLAGS)
+    except OSError:  # a link, no folder, not ours, gone
+        return
+    try:
+        if os.fstat(lock).st_uid == os.geteuid():
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is(path, lock):
+                shutil.rmtree(path, ignore_errors=True)
+    except OSError:  # locked: it lives
+        pass
+    finally:
+        os.close(lock)
+
+
+def _is(path: str, descriptor: int) -> bool:
+    """Tell whether the folder at `path` is the one that is open."""
+    try:
+        return os.path.samestat(os.lstat(path), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _remove(path: str, lock: int) -> None:
+    shutil.rmtree(path, ignore_errors=True)
+    os.close(lock)

@@ -1,0 +1,33 @@
+"""Whether there is room for the samples of a run, told before anything is made."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+from cdpr.errors import ScenarioError
+from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.run import Header
+from cdpr.scenario import Scenario
+
+FLOAT = 8  # bytes
+
+
+def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
+    """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit."""
+    samples = scenario.simulation.steps // header.log_every + 1
+    if folder is None:
+        need = samples * FLOAT * header.layout.width
+        have, where = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), "the memory of this machine"
+    else:
+        rows = LogFormat(header).templates[0]
+        need = samples * rows.chunk_length(BLOCK) // BLOCK
+        above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
+        have, where = shutil.disk_usage(above).free, f"the disk of {folder}"
+    if need > have:
+        text = (
+            f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need "
+            f"{need / 1e9:.3g} GB, {where} has {have / 1e9:.3g} GB: shorten it or thin the log by log.step"
+        )
+        raise ScenarioError([text])

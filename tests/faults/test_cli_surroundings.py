@@ -1,0 +1,150 @@
+"""The command line in odd surroundings: readers that go, names that are no UTF-8, early signals, loud plugins."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from conftest import ROOT
+from log_cases import make_header
+
+from cdpr.errors import OutputError
+from cdpr.log.run_folder import RunFolder, claim
+from cdpr.model import kernel_cache
+from cdpr.plugins.registry import registry
+
+CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
+CDPR = [sys.executable, "-m", "cdpr"]
+RUN = [*CDPR, "run", CAROCA, "--no-report", "--set", "simulation.duration=0.01"]
+HEADER = make_header(2)
+
+
+def test_of_several_runs_into_one_folder_one_begins(tmp_path):
+    for k in range(30):
+        barrier, begun = threading.Barrier(3), []
+
+        def begin(k=k, barrier=barrier, begun=begun):
+            barrier.wait()
+            with contextlib.suppress(OutputError):
+                begun.append(RunFolder(tmp_path / f"{k}", HEADER))
+
+        threads = [threading.Thread(target=begin) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert len(begun) == 1
+
+
+def test_two_commands_never_share_a_folder(tmp_path):
+    """Each begins with a file of its own: of two at the same moment neither may go on."""
+    listed = iter([[], ["other", "mine"]])
+
+    def listdir(path):
+        return next(listed)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.listdir", listdir)
+        with pytest.raises(OutputError, match="exists and is not empty"):
+            claim(tmp_path, "mine")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_reader_that_goes_does_not_change_how_a_run_ends(tmp_path):
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([*RUN, "--out", tmp_path / "run"], stdout=write, stderr=write, check=False)
+    os.close(write)
+    assert done.returncode == 0
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["status"] == "finished"
+
+
+def test_a_folder_whose_name_is_no_utf_8(tmp_path):
+    out = os.fsencode(tmp_path) + b"/run\xff"
+    done = subprocess.run([*RUN, "--out", out], capture_output=True, check=False, env={**os.environ, "LC_ALL": "C"})
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, out), done.stderr
+    with open(out + b"/run.json", "rb") as file:
+        content = json.load(file)
+    assert os.fsencode(content["argv"][-1]) == out
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 143), (signal.SIGINT, 130)])
+def test_a_signal_before_the_first_sample(tmp_path, number, code):
+    out = tmp_path / "run"
+    process = subprocess.Popen(
+        [*CDPR, "run", CAROCA, "--out", out, "--set", "simulation.duration=3600"],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
+    )
+    while not (out / "run.json").exists():
+        assert process.poll() is None
+        time.sleep(0.002)
+    process.send_signal(number)
+    errors = process.communicate(timeout=60)[1]
+    assert (process.returncode, "Traceback" in errors) == (code, False)
+    assert "stopped: interrupted" in errors
+    assert json.loads((out / "run.json").read_text())["status"] == "interrupted"
+
+
+def distribution(folder, name, entry_points):
+    info = folder / f"{name}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_bytes(entry_points)
+
+
+@pytest.mark.parametrize("spoilt", [b"[cdpr]\n=\n", b"[cdpr]\n\xff = x:y\n"])
+def test_a_spoilt_entry_points_file_is_named_and_costs_nobody_else(tmp_path, monkeypatch, spoilt):
+    distribution(tmp_path, "spoilt", spoilt)
+    monkeypatch.syspath_prepend(tmp_path)
+    registry.cache_clear()
+    try:
+        found = registry()
+    finally:
+        registry.cache_clear()
+    assert "reference" in found.names("backend")
+    assert any("spoilt" in problem for problem in found.problems)
+
+
+def test_a_plugin_that_prints_leaves_the_results_alone(tmp_path):
+    distribution(tmp_path, "loud", b"[cdpr]\nloud = loud\n")
+    (tmp_path / "loud.py").write_text("import os\nprint('from Python')\nos.system('echo from a process')\n")
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run([*CDPR, "solvers", "--json"], capture_output=True, text=True, check=True, env=env)
+    json.loads(done.stdout)
+    assert "from Python" in done.stderr
+    assert "from a process" in done.stderr
+
+
+def test_one_fallback_for_kernels_that_is_believed_only_where_it_is_ours(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/dev/null/nowhere")
+    found = []
+    for _ in range(2):
+        kernel_cache.fallback.cache_clear()
+        with pytest.warns(UserWarning, match="compiled kernels are kept in"):
+            found.append(kernel_cache.folder())
+    assert found == [str(tmp_path / f"cdpr-{os.geteuid()}" / f"kernels-{kernel_cache.digest()}")] * 2
+    assert kernel_cache.lasting()
+    (tmp_path / f"cdpr-{os.geteuid()}").chmod(0o777)  # anybody may have put anything there
+    kernel_cache.fallback.cache_clear()
+    assert kernel_cache.PASSING in str(kernel_cache.fallback())
+    assert not kernel_cache.lasting()
+    kernel_cache.fallback.cache_clear()
+
+
+def test_a_user_without_home(monkeypatch):
+    def unknown():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr("pathlib.Path.home", unknown)
+    assert kernel_cache.user_cache() == kernel_cache.fallback()

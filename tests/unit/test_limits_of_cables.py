@@ -1,0 +1,127 @@
+"""Lengths and winding speeds that cables must keep: counted, told, and a reason to stop where the scenario says so."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from conftest import ROOT
+
+from cdpr import Infeasible, load_run, simulate
+from cdpr.cli import run as run_command
+from cdpr.errors import ExitCode
+from cdpr.model.reach import Reach
+from cdpr.report.tables import banner
+
+SCENARIO = ROOT / "scenarios" / "caroca.yaml"
+SLOW = {"robot.cables[1].speed_max": 0.2, "robot.cables[0].speed_max": 0.5, "simulation.duration": 1.0}
+
+
+def test_what_is_counted_is_what_a_plain_look_finds():
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        length, rate = rng.uniform(1.0, 3.0, (40, 3)), rng.normal(size=(40, 3))
+        bounds = tuple(
+            tuple(None if rng.random() < 0.3 else float(rng.uniform(*ends)) for _ in range(3))
+            for ends in ((1.0, 1.5), (2.5, 3.0), (0.5, 2.0))
+        )
+        reach = Reach(bounds, 3)
+        for part in np.array_split(np.arange(40), rng.integers(1, 6)):
+            reach.add(length[part], rate[part])
+        found = {one.name: one for one in reach.told()}
+        low, high, fast = (np.array([np.nan if b is None else b for b in row]) for row in bounds)
+        for name, beyond, value in (
+            ("shorter", (low - length) / low, length),
+            ("longer", (length - high) / high, length),
+            ("faster", (np.abs(rate) - fast) / fast, np.abs(rate)),
+        ):
+            wrong = beyond > 0.0
+            assert (name in found) == wrong.any()
+            if name in found:
+                one, at = found[name], np.unravel_index(np.nanargmax(beyond), beyond.shape)
+                assert one.samples == wrong.any(axis=1).sum()
+                assert one.first == np.argmax(wrong.any(axis=1))
+                assert set(one.cables) == set(np.flatnonzero(wrong.any(axis=0)))
+                assert (one.cables[0], one.worst) == (at[1], value[at])
+
+
+def test_a_limit_that_is_just_reached_is_kept():
+    reach = Reach(((0.3,), (1.0,), (0.1 + 0.2,)), 1)
+    assert not reach.add(np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]]))
+    assert reach.add(np.array([[0.5]]), np.array([[-0.31]]))
+    assert [one.name for one in reach.told()] == ["faster"]
+    assert not Reach((), 1).add(np.array([[math.inf]]), np.array([[0.0]]))
+
+
+@pytest.mark.parametrize("more", [{}, {"log.step": 0.01}])
+def test_a_run_counts_them_and_says_so(more, tmp_path):
+    run = simulate(SCENARIO, overrides=SLOW | more, out=tmp_path / "run")
+    whole = simulate(SCENARIO, overrides=SLOW)
+    wrong = (np.abs(whole.rate[:, :2]) > [0.5, 0.2]).any(axis=1)
+    assert 0 < wrong.sum() < len(wrong)
+    assert run.summary()["beyond_limits_steps"] == {"shorter": 0, "longer": 0, "faster": wrong.sum()}
+    (event,) = [event for event in run.events if event.kind == "limit"]
+    assert event.time == pytest.approx(0.001 * np.argmax(wrong))
+    assert event.text.startswith("cables wound faster than allowed: cable_2 0.")
+    assert f"but {wrong.sum()} of 1001 samples had cables wound faster than allowed" in banner(run)
+    assert load_run(tmp_path / "run").header.bounds == run.header.bounds
+    assert "beyond_limits_steps" not in simulate(SCENARIO, overrides={"simulation.duration": 0.01}).summary()
+
+
+def test_the_scenario_may_say_to_stop():
+    with pytest.raises(
+        Infeasible, match=r"cables wound faster than allowed: cable_2 0.2\d* of 0.2 m/s .*limits: stop"
+    ) as stop:
+        simulate(SCENARIO, overrides=SLOW | {"limits": "stop"})
+    assert stop.value.exit_code == ExitCode.INFEASIBLE
+    rate = np.abs(stop.value.run.rate[:, 1])
+    assert rate[-1] > 0.2
+    assert (rate[:-1] <= 0.2).all()
+    run = simulate(SCENARIO, overrides=SLOW | {"limits": "stop", "simulation.duration": 0.1})
+    assert run.status == "finished"
+
+
+def test_the_command_line_ends_with_the_code_of_the_scenario(tmp_path):
+    words = [
+        str(SCENARIO),
+        "--no-report",
+        *(word for key, value in SLOW.items() for word in ("--set", f"{key}={value}")),
+    ]
+    result = CliRunner().invoke(run_command.command, [*words, "--out", str(tmp_path / "warned")])
+    assert result.exit_code == ExitCode.OK
+    assert "finished, but " in result.output
+    result = CliRunner().invoke(
+        run_command.command, [*words, "--set", "limits=stop", "--out", str(tmp_path / "stopped")]
+    )
+    assert result.exit_code == ExitCode.INFEASIBLE
+
+
+BREAK = {
+    "events": [{"type": "cable_break", "time": 0.2, "cable": "cable_2", "detected_after": 0.05}],
+    "simulation.duration": 0.4,
+}
+
+
+@pytest.mark.parametrize("more", [{}, {"log.step": 0.01}])
+def test_a_broken_cable_does_not_hide_the_others(more):
+    run, whole = simulate(SCENARIO, overrides=BREAK | more), simulate(SCENARIO, overrides=BREAK)
+    intact = np.delete(whole.tension, 1, axis=1)
+    figures = run.summary()
+    assert whole.tension.min() == 0.0
+    assert figures["tension_N"]["min"] == min(intact.min(), whole.tension[:200, 1].min()) >= 50.0
+    steps = np.abs(np.diff(intact, axis=0)).max(), np.abs(np.diff(whole.tension[:200, 1])).max()
+    assert figures["tension_N"]["largest_step"] == max(steps)
+    assert figures["margin_min_N"] == pytest.approx(figures["tension_N"]["min"] - 50.0)
+
+
+def test_no_answer_and_no_admissible_tensions_are_two_sentences():
+    gave_up = simulate(SCENARIO, solver="closed_form", overrides={"simulation.duration": 0.2})
+    assert gave_up.summary()["infeasible_steps"] == 0
+    missed = gave_up.summary()["unanswered_steps"]
+    assert missed > 50
+    assert f"at {missed} of 201 samples solver closed_form gave no valid answer" in banner(gave_up)
+    none = simulate(SCENARIO, overrides={"simulation.duration": 0.2, "robot.platform.mass": 5000.0})
+    assert none.summary()["unanswered_steps"] == 0
+    assert f"{none.summary()['infeasible_steps']} of 201 samples had no admissible tensions" in banner(none)
