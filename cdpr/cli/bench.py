@@ -9,7 +9,7 @@ import click
 
 from cdpr.cli.names import names, plugin_files
 from cdpr.cli.progress import Progress, tell_of_compilation
-from cdpr.errors import ExitCode
+from cdpr.errors import CdprError, ExitCode
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")

@@ -123,7 +123,7 @@ class Registry:
         return sorted(self.plugins[role])
 
     def get(self, role: Role, name: str) -> Registered:
-        """Return the plugin of this name, or else alias; PluginError with the nearest name and all names if there is none.
+        """Return the plugin of this name, or else alias; PluginError with the nearest and all names if none has it.
 
         What a package that cannot be loaded would have brought is not known: its reason is told, too, and first where
         the name is like one of its own.
