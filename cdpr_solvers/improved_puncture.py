@@ -37,4 +37,4 @@ def improved_puncture(
     status = improved_closed_form(W, wrench, t_min, t_max, end, parameters, work[1:])
     if status != OK:
         return status
-    return least_step(1, box, end, tension)
+    return least_step(W, wrench, 1, box, end, tension)

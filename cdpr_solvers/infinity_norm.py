@@ -12,7 +12,8 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import extreme
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT, OK
+from cdpr.tension.status import BAD_INPUT
+from cdpr.tension.verdict import settle, solution
 
 
 class MinimumLargest(CompiledSolver):
@@ -79,9 +80,5 @@ def minimum_largest(
     steps = extreme(g, rows, r + 1, level, y, point[:count], active[:count], rest)
     if steps < 0:
         return -steps
-    for i in range(m):
-        t = box[0, i]
-        for j in range(r):
-            t += N[i, j] * y[j]
-        tension[i] = min(max(t, box[1, i]), box[2, i])
-    return OK
+    solution(N, r, box, y, tension)
+    return settle(W, wrench, box, tension)

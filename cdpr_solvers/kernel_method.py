@@ -9,9 +9,9 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
-from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import RANK_TOLERANCE, reduce
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.verdict import settle
 
 
 class KernelMethod(CompiledSolver):
@@ -59,7 +59,5 @@ def kernel_method(
             factor = lacking / N[i, 0]
     for i in range(m):
         tension[i] = box[0, i] + factor * N[i, 0]
-    for i in range(m):
-        if tension[i] > box[2, i] + LIMIT_TOLERANCE:
-            return INFEASIBLE if factor != 0.0 else NOT_FOUND
-    return OK
+    status = settle(W, wrench, box, tension)
+    return NOT_FOUND if status != OK and factor == 0.0 else status

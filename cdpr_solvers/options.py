@@ -164,8 +164,8 @@ class DykstraOptions(PluginOptions):
     tolerance: float = Field(
         1e-12,
         gt=0.0,
-        le=1e-6,
-        description="how far beyond its limits a tension may be, as a share of the largest limit; never above 1e-6 N",
+        le=1e-9,
+        description="how far beyond its limits a tension may be, as a share of the largest limit",
     )
 
 

@@ -15,7 +15,8 @@ from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
 from cdpr.tension.row_space import nearest_by_rows, worthwhile
-from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
@@ -79,10 +80,15 @@ def _rows(n: int, m: int) -> int:
 def minimum_norm(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
+    """Write the distribution nearest to the reference; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT.
+
+    Also UNSUPPORTED: infinite limits have no middle.
+    """
     n, m = W.shape
     if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or parameters.shape[0] != REFERENCE + 2 * m:
         return BAD_INPUT  # made for another robot
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return BAD_INPUT
     N, box, x, active, target = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5, :m]
     A, low, high, rest = work[m + 6 : m + 6 + n], work[m + n + 6, :m], work[m + n + 7, :m], work[m + n + 8 :]
     about, change, weighted = int(parameters[0]), parameters[1], parameters[2] != 0.0
@@ -101,6 +107,8 @@ def minimum_norm(
             low[i], high[i], target[i] = s * t_min[i], s * t_max[i], 0.0
             if about == MIDDLE:
                 target[i] = s * (0.5 * (t_min[i] + t_max[i]))
+                if not math.isfinite(target[i]):
+                    return UNSUPPORTED
             elif about != ZERO:
                 target[i] = s * (tension[i] if about == PREVIOUS else reference[i])
             if window:
@@ -112,13 +120,13 @@ def minimum_norm(
                     return NOT_FOUND
             for j in range(n):
                 A[j, i] = W[j, i] / s if weighted else W[j, i]
-    status = NOT_FOUND
+    status, r, judged = NOT_FOUND, 0, False
     if worthwhile(n, m):
         status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
     if status == NOT_FOUND:
         r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
         if r < 0:
-            return -r
+            return NOT_FOUND if window and r == -INFEASIBLE else -r
         if about != ZERO:
             for k in range(r):
                 x[k] = 0.0
@@ -128,9 +136,13 @@ def minimum_norm(
                 for k in range(r):
                     box[0, i] += N[i, k] * x[k]
         status = -min(nearest(N, r, box, x, tension, active, rest), 0)
-    if status != OK:
-        return NOT_FOUND if window and status == INFEASIBLE else status
-    if weighted:
+        judged = status == OK
+    if status == OK and weighted:  # back to newtons
         for i in range(m):
             tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
-    return OK
+            box[0, i] /= root[i]
+            for k in range(r):
+                N[i, k] /= root[i]
+    if judged:
+        status = verdict(W, wrench, N, r, box, x, tension)
+    return NOT_FOUND if window and status == INFEASIBLE else status

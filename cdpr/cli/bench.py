@@ -24,7 +24,14 @@ def command() -> None:
 @command.command("solvers")
 @click.argument("robots", metavar="[ROBOT]...", nargs=-1, type=click.Path())
 @click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of poses, loads and paths.")
+@click.option(
+    "--adversaries",
+    type=click.IntRange(0, 1_000_000),
+    default=500,
+    show_default=True,
+    help="Problems made to mislead, for each of nine sizes of robots.",
+)
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of all that is random.")
 @click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
 @click.option(
     "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
@@ -35,6 +42,7 @@ def command() -> None:
 def solvers(
     robots: tuple[str, ...],
     poses: int,
+    adversaries: int,
     seed: int,
     solvers: str,
     changes: tuple[str, ...],
@@ -43,8 +51,8 @@ def solvers(
 ) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
-    ROBOTs are robot files or names of examples; without any, eight examples are taken. Ctrl-C keeps what has been
-    measured.
+    Then problems that are made to mislead, where no answer called OK should be wrong. ROBOTs are robot files or names
+    of examples; without any, eight examples are taken. Ctrl-C keeps what has been measured.
     """
     from pathlib import Path
 
@@ -58,8 +66,10 @@ def solvers(
     from cdpr.log.run_json import plain
 
     tell_of_compilation()
-    with Progress() as progress:
-        figures = plain(bench.run(loaded, chosen, poses, seed, progress=progress, options=options))
+    with Progress(at_once=True) as progress:
+        figures = plain(
+            bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
+        )
     if out is not None:
         from cdpr.report.bench import write_bench
 
@@ -99,17 +109,18 @@ def _print(figures: dict[str, Any]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from cdpr.report.bench_cells import COLUMNS, MEANING, NOTHING, cells, facts
+    from cdpr.report.bench_cells import COLUMNS, MEANING, MISLED, NOTHING, cells, facts
 
     # In a narrower terminal lines wrap; squeezed columns would lose figures. Colours would be escaped, see cli.streams.
     console = Console(width=WIDTH, color_system=None)
-    for robot in figures["robots"]:
+    shown = [(robot, COLUMNS) for robot in figures["robots"]] + [(robot, MISLED) for robot in figures["adversaries"]]
+    for robot, columns in shown:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
         table.add_column("solver", overflow="fold")
-        for title in COLUMNS:
+        for title in columns:
             table.add_column(title.replace(" ", "\n"), justify="right", overflow="fold", no_wrap=True)
         for row in robot["results"]:
-            found = cells(row) or [NOTHING] * len(COLUMNS)
+            found = cells(row, columns) or [NOTHING] * len(columns)
             table.add_row(*map(Text, (row["solver"], *found)))
         console.print(Text.assemble((robot["name"], "bold"), f": {facts(robot)}"))
         console.print(table)

@@ -41,8 +41,8 @@ def command(
     """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
 
     The wrench is force and moment about the platform's origin, world axes; by default what holds the weight. The pose
-    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With one or two
-    cables too many there is a picture of all admissible tensions.
+    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With
+    redundant cables there is a picture: all admissible tensions, or the range of each with more than two too many.
     """
     from cdpr.scenario import Scenario, load_any
 

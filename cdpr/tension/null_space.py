@@ -15,6 +15,10 @@ RANK_TOLERANCE = 1e-9
 # A dependent row is consistent if the wrench agrees with the other rows to this share of the largest load.
 CONSISTENCY_TOLERANCE = 1e-9
 
+# A row of N, whose columns are of unit length, that is shorter than this is round-off: the wrench alone determines the
+# tension of that cable, and whatever divided by such a row would divide by noise.
+ROUNDING = 1e-11
+
 
 @kernel
 def form_rows(m: int) -> int:
@@ -33,8 +37,9 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     """Write all solutions of W t = wrench, W (n, m), as t = c + N[:, :r] x; return r, the redundancy.
 
     `box` (3, >= m) receives c and the limits. c is the solution of least norm, but for cables whose limits are equal:
-    they are locked, or cut, where that is 0. Their tension is given, their rows of N are zero, and the others balance
-    what is left. The columns of N (m, >= r) are orthonormal and orthogonal to c, so that |t|^2 = |c|^2 + |x|^2.
+    they are locked, or cut, where that is 0. Their tension is given and the others balance what is left. The columns of
+    N (m, >= r) are orthonormal and orthogonal to c, so that |t|^2 = |c|^2 + |x|^2. A row of N is zero, exactly, if and
+    only if x does not change that cable: it is locked, or the wrench alone determines its tension.
 
     Returns -INFEASIBLE where W is rank-deficient and the wrench outside its range, -BAD_INPUT where an entry is not
     finite, a lower limit above the upper one or the work space too small. `work` has at least `work_rows(n)` rows and
@@ -46,7 +51,15 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     if rank < 0:
         return rank
     _expand(wrench.shape[0], free, rank, rank, free, box, N, work)
-    return free - rank
+    r = free - rank
+    for i in range(m):
+        longest = 0.0
+        for column in range(r):
+            longest = max(longest, abs(N[i, column]))
+        if longest <= ROUNDING:
+            for column in range(r):
+                N[i, column] = 0.0
+    return r
 
 
 @kernel
@@ -100,6 +113,8 @@ def factorise(m: int, W: Array, wrench: Array, t_min: Array, t_max: Array, box: 
     n = wrench.shape[0]
     if not (W.shape[0] >= n and W.shape[1] >= m and work.shape[0] >= n + 5 and work.shape[1] >= max(n, m)):
         return -BAD_INPUT, 0  # made for another robot
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return -BAD_INPUT, 0
     rhs, cable = work[n], work[n + 1]  # the wrench that is left, and the number of each free cable
     free, sound, load = 0, 0.0, 0.0
     for i in range(m):

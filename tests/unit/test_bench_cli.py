@@ -31,7 +31,8 @@ ODD = 'a<b> & "c"'
 
 
 def solvers(*arguments, code=0):
-    result = CliRunner().invoke(command, ["solvers", *map(str, arguments)], catch_exceptions=False)
+    few = [] if "--adversaries" in arguments else ["--adversaries", "0"]
+    result = CliRunner().invoke(command, ["solvers", *map(str, arguments), *few], catch_exceptions=False)
     assert result.exit_code == code, result.output
     return result
 
@@ -64,6 +65,16 @@ def test_table():
     assert pinv[-1] == "30"
     assert max(map(len, lines)) <= 120
     assert not any("failed" in line or "not asked" in line for line in lines)
+
+
+def test_problems_made_to_mislead_have_tables_of_their_own(tmp_path):
+    """Also on the page, which states the band; and something is told before anything is done."""
+    result = solvers(POINT, "--poses", "5", "--solvers", "qp", "--adversaries", "9", "--out", tmp_path)
+    assert result.stdout.count("adversaries, ") == 9
+    assert "0%" in result.stderr
+    words = Page((tmp_path / "bench.html").read_text()).words
+    assert "The band: a feasible problem counts where all limits could be narrowed by 1e-09" in words
+    assert max(map(len, result.stdout.splitlines()[:-1])) <= 120
 
 
 def test_names_and_columns_fit_into_the_table():

@@ -122,7 +122,7 @@ def test_weights_from_stiffness_are_compliances_at_home():
     stiff = [cable.axial_stiffness for cable in robot.cables]
     lengths = cdpr.model.kinematics.lengths(robot, cdpr.model.kinematics.make_state(robot.home[:3], robot.home[3:]))
     pose, weights = robot.home, (lengths / stiff).tolist()
-    from cdpr.tension import distribute
+    from cdpr.distribution import distribute
 
     by_name = distribute(robot, pose, options={"weights": "stiffness"}).tension
     assert by_name == pytest.approx(distribute(robot, pose, options={"weights": weights}).tension, rel=1e-9)
