@@ -24,6 +24,10 @@ SHORTER = {
 }
 # Seconds even so: engines and workers in processes of their own, all problems of the kit.
 SLOW = ("compare scenarios/", "bench", "check", "study scenarios/studies/thesis_ch6.yaml", "baseline")
+# tests/unit/test_docs.py runs its commands in full length, and holds what they tell to the tables.
+WHOLE = "docs/teaching.md"
+# Exit codes other than 0, which the page tells.
+CODES = {"cdpr check controller Hover": 7}
 # What no test runs as it stands there, with the reason.
 NOT_RUN = {
     "pip install 'cdpr[mujoco]'": "needs an index of packages",
@@ -57,6 +61,11 @@ def shorter(command: str) -> list[str]:
     """What to add to a command so that a test has the time for it."""
     said = command.removeprefix("cdpr ")
     return [word for start, more in SHORTER.items() if said.startswith(start) for word in more]
+
+
+def code(command: str) -> int:
+    """The exit code of a command."""
+    return next((code for start, code in CODES.items() if command.startswith(start)), 0)
 
 
 def make_folder(folder: Path) -> None:

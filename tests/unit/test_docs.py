@@ -218,6 +218,9 @@ def at_root(monkeypatch):
 class TestCommandsOfTheTeachingPageGiveItsTables:
     STORED = teaching.results()
 
+    def test_there_are_no_others(self):
+        assert len(commands(PAGES["docs/teaching.md"])) == len(teaching.COMMANDS)
+
     def test_solvers(self, tmp_path):
         said = command_of("solvers", tmp_path, "--no-report")
         row = self.STORED["solvers"]["maximin"]
