@@ -10,7 +10,10 @@ from pathlib import Path
 
 from conftest import ROOT
 
-PAGES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in (ROOT / "README.md", *ROOT.glob("docs/*.md"))}
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text()
+    for path in (ROOT / "README.md", *sorted(ROOT.glob("docs/*.md")))
+}
 
 # Placeholders for what a reader has.
 YOURS = {"runs/...": "runs/one"}
@@ -20,7 +23,7 @@ SHORTER = {
     "run": [*SHORT, "--no-report"],
     "study": ["--dry-run"],  # which asks no scheduler
     "compare scenarios/": SHORT,
-    "bench solvers": ["--poses", "2", "--adversaries", "1"],
+    "bench solvers": ["--poses", "2", "--adversaries", "1", "--solvers", "qp,osqp"],
 }
 # Seconds even so: engines and workers in processes of their own, all problems of the kit.
 SLOW = ("compare scenarios/", "bench", "check", "study scenarios/studies/thesis_ch6.yaml", "baseline")

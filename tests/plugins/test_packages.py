@@ -88,7 +88,7 @@ assert abs(backend.state[7] - 3.0 / (1 + 0.5 * 1.2 * 2.0 / 2.0 * 3.0)) < 1e-3, b
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", filter(INSTALLED.search, commands(TUTORIAL)))
+@pytest.mark.parametrize("command", [*filter(INSTALLED.search, commands(TUTORIAL))])
 def test_commands_of_the_tutorial(installed, tmp_path, command):
     make_folder(tmp_path)
     run(installed, "-m", "cdpr", *words(command), *shorter(command), cwd=tmp_path)
