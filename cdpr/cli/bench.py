@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names, plugin_files
+from cdpr.cli.names import names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
 
@@ -32,7 +32,7 @@ def command() -> None:
     help="Problems made to mislead, for each of nine sizes of robots.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of all that is random.")
-@click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
 @click.option(
     "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
 )
