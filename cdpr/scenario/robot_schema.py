@@ -80,10 +80,7 @@ def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
     in_order(dof)
     turns = sum(name.startswith("r") for name in dof)
     if turns > 1 and dof not in (BALL, ALL_DOF):
-        raise ValueError(
-            f"{turns} rotations besides {', '.join(name for name in dof if not name.startswith('r')) or 'none else'} are "
-            f"not supported: allowed are {SOUND}"
-        )
+        raise ValueError(f"no guide leaves {', '.join(dof)} free: allowed are {SOUND}")
     return dof
 
 
