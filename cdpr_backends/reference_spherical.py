@@ -1,4 +1,4 @@
-"""The reference integrator for platforms that turn about their held origin: the scheme of the free platform's turning."""
+"""The reference integrator for platforms that turn about their held origin, by the scheme of the free platform."""
 
 from __future__ import annotations
 

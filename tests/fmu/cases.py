@@ -30,8 +30,8 @@ SKEWED = [
     "robot.platform.center_of_mass=[0.03, -0.02, 0.06]",
     "robot.platform.inertia=[0.24, 0.25, 0.4, 0.02, -0.01, 0.03]",
 ]
-# Scenario and changes: a diagonal and a full inertia, centre of mass off the origin, guides with and without hinge, with
-# a ball.
+# Scenario and changes: a diagonal and a full inertia, centre of mass off the origin, guides with and without hinge, a
+# ball.
 CASES = {
     "caroca": ("caroca", []),
     "cogiro": ("cogiro", []),

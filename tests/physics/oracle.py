@@ -1,8 +1,8 @@
 """A plant in plain numpy, written from the equations alone: semi-implicit Euler with the cables at each step.
 
 It shares no code with the kernels. Free: w += h I^-1 (M - w x I w) in body axes, q <- q exp(h w), v += h F / m + h g,
-x += h v, for the centre of mass. On a guide: u += h u', q += h u for the coordinates q. On a ball: the free body's turning,
-about the origin.
+x += h v, for the centre of mass. On a guide: u += h u', q += h u for the coordinates q. On a ball: the free body's
+turning, about the origin.
 """
 
 from __future__ import annotations

@@ -122,7 +122,7 @@ def test_the_origin_stays_to_the_bit_and_its_force_does_nothing(robot, name):
     end = travel(name, robot, moving, command, external, 0.1, 1e-3)
     np.testing.assert_array_equal(end[:3], start[:3])
     np.testing.assert_array_equal(end[7:10], 0.0)
-    pushed = external + [500.0, -3000.0, 900.0, 0.0, 0.0, 0.0]
+    pushed = external + np.array([500.0, -3000.0, 900.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(end, travel(name, robot, start, command, pushed, 0.1, 1e-3), rtol=0, atol=1e-13)
 
 

@@ -223,7 +223,10 @@ def test_the_number_of_cables():
         ("[y, x, z, rx, ry, rz]", "at most once and in this order"),
         ("[]", "at least one"),
         ("[x, y, z, rx, ry, rz, rz]", "at most once"),
-        ("[x, y, rx, ry]", "no guide leaves x, y, rx, ry free: allowed are any of x, y, z with at most one of rx, ry, rz;"),
+        (
+            "[x, y, rx, ry]",
+            "no guide leaves x, y, rx, ry free: allowed are any of x, y, z with at most one of",
+        ),
         ("[z, rx, ry, rz]", "rx, ry, rz alone (a ball holds the origin); or all six"),
         ("[rx, rz]", "no guide leaves rx, rz free"),
         ("[x, w]", "w"),
