@@ -6,7 +6,7 @@
     run.time, run.position, run.tension      # arrays, shapes as cdpr.Run says
     run.plot()
     robot = cdpr.load_robot("scenarios/robots/caroca.yaml")
-    cdpr.tension.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
+    cdpr.distribute(robot, [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]).tension
 
 Everything here is imported when it is first used, so that `import cdpr` stays quick.
 """
@@ -33,7 +33,9 @@ _HOME = {
     "Scenario": "cdpr.scenario",
     "ScenarioError": "cdpr.errors",
     "SimulationStopped": "cdpr.errors",
+    "admissible": "cdpr.distribution",
     "compare_scenario": "cdpr.compare.job",
+    "distribute": "cdpr.distribution",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario",
@@ -59,9 +61,11 @@ __all__ = [
     "ScenarioError",
     "SimulationStopped",
     "__version__",
+    "admissible",
     "bench",
     "compare",
     "compare_scenario",
+    "distribute",
     "errors",
     "load_robot",
     "load_run",
@@ -80,6 +84,7 @@ __all__ = [
 if TYPE_CHECKING:
     from cdpr import bench, compare, errors, model, plugins, study, tension, testing, trajectory
     from cdpr.compare.job import compare_scenario
+    from cdpr.distribution import admissible, distribute
     from cdpr.errors import (
         BackendDied,
         CdprError,

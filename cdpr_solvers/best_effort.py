@@ -11,18 +11,19 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import box_least_squares as box
+from cdpr.tension.active_set import nearest
 from cdpr.tension.box_least_squares import box_least_squares
+from cdpr.tension.null_space import reduce
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, OK
-
-# Tensions of least residual balance the wrench if what is left of it is below this share: round-off.
-BALANCED = 1e-11
+from cdpr.tension.verdict import verdict
 
 
 class BestEffort(CompiledSolver):
     """min |D (W t - wrench)| with t_min <= t <= t_max, of several optima that of least 2-norm; D as in the stage.
 
-    Any n, m and rank: for underactuated robots and cables that failed. The answer is that of `qp` where the wrench can
-    be balanced, and the status says whether it is.
+    Any n, m and rank: for underactuated robots and cables that failed. First asked is what `qp` asks: where the wrench
+    can be balanced the answer is that of `qp`, and so is the status. A lower limit of -inf is then UNSUPPORTED where it
+    cannot.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -34,29 +35,16 @@ class BestEffort(CompiledSolver):
 def best_effort(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the nearest tensions; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
+    """Write the nearest tensions; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT."""
     n, m = W.shape
-    if parameters.shape[0] != n or work.shape[1] < max(n, m):
+    if parameters.shape[0] != n or t_min.shape[0] < m or t_max.shape[0] < m:
         return BAD_INPUT  # made for another robot
-    sound = 0.0
-    for i in range(m):
-        if not t_min[i] <= t_max[i]:
-            return BAD_INPUT
-        for j in range(n):
-            sound += 0.0 * W[j, i]
-    for j in range(n):
-        sound += 0.0 * wrench[j]
-    if sound != 0.0:
+    N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r == -BAD_INPUT:
         return BAD_INPUT
+    found = r >= 0 and nearest(N, r, box, x, tension, active, rest) >= 0
+    if found and verdict(W, wrench, N, r, box, x, tension) == OK:
+        return OK
     steps = box_least_squares(W, wrench, parameters, t_min, t_max, tension, work)
-    if steps < 0:
-        return -steps
-    left, load = 0.0, 0.0
-    for j in range(n):
-        s = -wrench[j]
-        for i in range(m):
-            s += W[j, i] * tension[i]
-            load = max(load, parameters[j] * abs(W[j, i] * tension[i]))
-        left = max(left, parameters[j] * abs(s))
-        load = max(load, parameters[j] * abs(wrench[j]))
-    return OK if left <= BALANCED * load else INFEASIBLE
+    return INFEASIBLE if steps >= 0 else -steps

@@ -10,10 +10,10 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space, polygon
-from cdpr.tension.active_set import VERTEX_TOLERANCE
 from cdpr.tension.null_space import reduce
 from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon
-from cdpr.tension.status import INFEASIBLE, OK, UNSUPPORTED
+from cdpr.tension.status import INFEASIBLE, UNSUPPORTED
+from cdpr.tension.verdict import settle, solution
 
 
 class Centroid(CompiledSolver):
@@ -59,14 +59,5 @@ def centroid(
         if count == 0:
             return INFEASIBLE
         centre_of_polygon(vertices, count, x)
-    largest = 0.0
-    for i in range(m):
-        largest = max(largest, abs(box[0, i]), abs(box[1, i]))
-    for i in range(m):
-        t = box[0, i]
-        for k in range(r):
-            t += N[i, k] * x[k]
-        if r == 0 and max(box[1, i] - t, t - box[2, i]) > VERTEX_TOLERANCE * largest:
-            return INFEASIBLE
-        tension[i] = min(max(t, box[1, i]), box[2, i])
-    return OK
+    solution(N, r, box, x, tension)
+    return settle(W, wrench, box, tension)

@@ -10,7 +10,8 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.null_space import reduce
-from cdpr_solvers.projection import nearest_to_middle, verdict
+from cdpr.tension.status import OK
+from cdpr_solvers.projection import admitted, nearest_to_middle
 
 
 class ClosedForm(CompiledSolver):
@@ -18,8 +19,9 @@ class ClosedForm(CompiledSolver):
 
     Computed as W^+ wrench + N N^T t_mid, N an orthonormal basis of the null space: the same, and a wrench outside the
     range of W is told by the wrench. No iteration and no jump, but the limits are not asked: where t lies outside them
-    another distribution may still lie inside, so the answer is NOT_FOUND. (The thesis prints W_m^t for W t_mid, and t
-    for t_mid.)
+    another distribution may still lie inside, so the answer is NOT_FOUND; it is INFEASIBLE where t is so far out that
+    none can, and UNSUPPORTED where infinite limits have no middle (`nearest_to_middle`). (The thesis prints W_m^t for
+    W t_mid, and t for t_mid.)
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -31,11 +33,13 @@ class ClosedForm(CompiledSolver):
 def closed_form(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
     m = W.shape[1]
     N, box, middle = work[:m], work[m : m + 3], work[m + 3, :m]
     r = reduce(W, wrench, t_min, t_max, box, N, work[m + 4 :])
     if r < 0:
         return -r
-    nearest_to_middle(N, r, box, middle, tension)
-    return verdict(r, box, tension)
+    status = nearest_to_middle(N, r, box, middle, tension)
+    if status != OK:
+        return status
+    return admitted(W, wrench, r, box, tension)

@@ -9,10 +9,10 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
-from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import reduce
 from cdpr.tension.status import NOT_FOUND, OK
-from cdpr_solvers.projection import nearest_solution, nearest_to_middle, verdict
+from cdpr.tension.verdict import settle
+from cdpr_solvers.projection import admitted, nearest_solution, nearest_to_middle
 
 
 class Dykstra(CompiledSolver):
@@ -24,9 +24,9 @@ class Dykstra(CompiledSolver):
     correction. (Without it, or with a start that is never moved, the limit is another or none at all.)
 
     It ends with a projection on { W t = wrench }, so that answers balance to round-off; they are then within
-    `tolerance`, a share of the largest limit, of the limits, and never farther out than the stage allows. This is also
-    the test of convergence: t_mid - t is then the sum of a part in the range of W^T and of the correction, which is
-    normal to the limits at the point projected from, so that where the two points are one it is the optimum.
+    `tolerance`, a share of the largest limit, of the limits, and are moved onto them. This is also the test of
+    convergence: t_mid - t is then the sum of a part in the range of W^T and of the correction, which is normal to the
+    limits at the point projected from, so that where the two points are one it is the optimum.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -41,22 +41,23 @@ class Dykstra(CompiledSolver):
 
 @kernel
 def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
     m = W.shape[1]
     N, box, rest = work[:m], work[m : m + 3], work[m + 5 :]
     point, correction = work[m + 3, :m], work[m + 4, :m]  # the point lies within the limits
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    nearest_to_middle(N, r, box, point, tension)
-    status = verdict(r, box, tension)
-    if r == 0 or status == OK:
+    status = nearest_to_middle(N, r, box, point, tension)
+    if status != OK:
         return status
-    largest = 0.0
+    largest, within = 0.0, True
     for i in range(m):
         correction[i] = 0.0
         largest = max(largest, abs(box[1, i]), abs(box[2, i]))
-    allowed = min(parameters[1] * largest, LIMIT_TOLERANCE)
+        within = within and box[1, i] <= tension[i] <= box[2, i]
+    if r == 0 or within:
+        return settle(W, wrench, box, tension)
     for _ in range(int(parameters[0])):
         for i in range(m):
             s = tension[i] + correction[i]
@@ -66,6 +67,6 @@ def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
         apart = 0.0
         for i in range(m):
             apart = max(apart, abs(tension[i] - point[i]))
-        if apart <= allowed:
-            return OK
+        if apart <= parameters[1] * largest:
+            return admitted(W, wrench, r, box, tension)
     return NOT_FOUND

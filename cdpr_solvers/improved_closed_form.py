@@ -11,10 +11,11 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.active_set import DEPENDENCE_TOLERANCE
-from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.factors import turn
 from cdpr.tension.null_space import reduce
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
-from cdpr_solvers.projection import nearest_to_middle
+from cdpr.tension.verdict import VERTEX_TOLERANCE
+from cdpr_solvers.projection import admitted, nearest_to_middle
 
 
 class ImprovedClosedForm(CompiledSolver):
@@ -46,21 +47,26 @@ class ImprovedClosedForm(CompiledSolver):
 def improved_closed_form(
     W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
 ) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
     m = W.shape[1]
     N, box, spare, rest = work[:m], work[m : m + 3], work[m + 3, :m], work[m + 4 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
     scaled = parameters[0] != 0.0
-    nearest_to_middle(N, r, box, spare, tension)
+    status = nearest_to_middle(N, r, box, spare, tension)
+    if status != OK:
+        return status
+    scale = 0.0
+    for i in range(m):
+        scale = max(scale, abs(tension[i]))
     for fixed in range(r + 1):
         # The first columns of N belong to the fixed cables; the others span what is left of the null space.
         worst, most, bound, size = -1, 0.0, 0.0, 0.0
         for i in range(m):
             below, above = box[1, i] - tension[i], tension[i] - box[2, i]
             excess = max(below, above)
-            if not excess <= LIMIT_TOLERANCE:  # NaN, too
+            if not excess <= VERTEX_TOLERANCE * scale:  # NaN, too
                 square = 0.0
                 for k in range(fixed, r):
                     square += N[i, k] * N[i, k]
@@ -72,28 +78,10 @@ def improved_closed_form(
                     worst, most, size = i, measure, length
                     bound = box[1, i] if below > above else box[2, i]
         if worst < 0:
-            return OK
-        _turn(N, r, fixed, worst, size, spare)
+            return admitted(W, wrench, r, box, tension)
+        turn(N, r, fixed, worst, size, spare)
         step = (bound - tension[worst]) / N[worst, fixed]
         for i in range(m):
             tension[i] += N[i, fixed] * step
         tension[worst] = bound
     return NOT_FOUND
-
-
-@kernel
-def _turn(N: Array, r: int, k: int, i: int, size: float, v: Array) -> None:
-    """Reflect columns k to r of N so that of these only column k changes cable i, whose row there has length `size`."""
-    v[k] = N[i, k] + math.copysign(size, N[i, k])
-    for j in range(k + 1, r):
-        v[j] = N[i, j]
-    scale = 1.0 / (size * abs(v[k]))  # 2 / |v|^2
-    for row in range(N.shape[0]):
-        s = 0.0
-        for j in range(k, r):
-            s += N[row, j] * v[j]
-        s *= scale
-        for j in range(k, r):
-            N[row, j] -= s * v[j]
-    for j in range(k + 1, r):
-        N[i, j] = 0.0  # but for round-off, which would let a fixed cable drift

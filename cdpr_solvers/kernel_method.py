@@ -9,9 +9,9 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
-from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr.tension.null_space import RANK_TOLERANCE, reduce
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.verdict import settle
 
 
 class KernelMethod(CompiledSolver):
@@ -23,7 +23,8 @@ class KernelMethod(CompiledSolver):
     lambda is the least that brings all cables to their lower limits, so that where an upper limit is then broken
     nothing is feasible: the method is exact, with the lowest tensions there are. (Limits below zero may leave
     lambda = 0 and a cable above its upper limit, which a negative lambda might cure: NOT_FOUND.) The thesis prints
-    |t_p| < 0 as the condition, zero for t_min, and a factor 2 without need.
+    |t_p| < 0 as the condition and zero for t_min; it needs its factor 2 for t > 0: with 1 the worst cable has no
+    tension at all.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -58,7 +59,5 @@ def kernel_method(
             factor = lacking / N[i, 0]
     for i in range(m):
         tension[i] = box[0, i] + factor * N[i, 0]
-    for i in range(m):
-        if tension[i] > box[2, i] + LIMIT_TOLERANCE:
-            return INFEASIBLE if factor != 0.0 else NOT_FOUND
-    return OK
+    status = settle(W, wrench, box, tension)
+    return NOT_FOUND if status != OK and factor == 0.0 else status

@@ -14,8 +14,9 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.tension import Status
-from cdpr.tension.checks import LIMIT_TOLERANCE, RESIDUAL_TOLERANCE
+from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.null_space import RANK_TOLERANCE
+from cdpr.tension.verdict import VERTEX_TOLERANCE
 
 # Scaled, entries of W and tensions are below 2 each.
 REACH = 4.0
@@ -30,7 +31,8 @@ class LibrarySolver(TensionSolver):
     - refuses what is not finite and limits that contradict each other,
     - scales tensions and rows to numbers below 2, by powers of two, which rounds nothing,
     - refuses a wrench so large that no cables could reach it: some libraries take large numbers for infinity,
-    - calls an answer NOT_FOUND that leaves the limits or misses the wrench by more than the tension stage allows.
+    - calls an answer NOT_FOUND that leaves the limits by more than round-off or misses the wrench by more than the
+      tension stage allows.
 
     A child reads `W` (n, m), C-contiguous, and `low`, `high` (m + n,), all its own copies, in `_ask`.
     """
@@ -102,12 +104,16 @@ def _power_of_two(x: float) -> float:
 
 @kernel
 def take(answer: Array, unit: float, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
-    """Write unit * answer into `tension`; return OK if it is within the limits and balances, else NOT_FOUND."""
+    """Write unit * answer into `tension`, moved onto limits that it breaks by round-off.
+
+    Returns OK if it is then within the limits and balances, else NOT_FOUND.
+    """
     n, m = W.shape
     status = OK
     for i in range(m):
-        tension[i] = unit * answer[i]
-        if not (tension[i] >= t_min[i] - LIMIT_TOLERANCE and tension[i] <= t_max[i] + LIMIT_TOLERANCE):  # also NaN
+        found = unit * answer[i]
+        tension[i] = min(max(found, t_min[i]), t_max[i])
+        if not abs(found - tension[i]) <= 2.0 * unit * VERTEX_TOLERANCE:  # NaN, too; no limit is above 2 units
             status = NOT_FOUND
     load, residual = 1.0, 0.0
     for j in range(n):

@@ -10,8 +10,8 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import extreme
-from cdpr.tension.null_space import reduce
-from cdpr.tension.status import OK
+from cdpr.tension.null_space import ROUNDING, reduce
+from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import per_cable
 
 
@@ -44,8 +44,12 @@ def minimum_sum(
     if r < 0:
         return -r
     for k in range(r):
+        terms = 0.0
         g[k] = 0.0
         for i in range(m):
             g[k] += N[i, k] * parameters[i]
+            terms += abs(N[i, k] * parameters[i])
+        if abs(g[k]) <= ROUNDING * terms:
+            g[k] = 0.0  # no solution costs more than another in this direction, but for round-off
     steps = extreme(g, N, r, box, x, tension, active, rest)
-    return OK if steps >= 0 else -steps
+    return verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps

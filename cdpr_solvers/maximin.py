@@ -10,10 +10,10 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space, safest
-from cdpr.tension.active_set import VERTEX_TOLERANCE
 from cdpr.tension.null_space import reduce
 from cdpr.tension.safest import safest_point
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr.tension.verdict import settle, solution
 
 
 class Maximin(CompiledSolver):
@@ -38,7 +38,7 @@ class Maximin(CompiledSolver):
 
 @kernel
 def maximin(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
-    """Write the distribution farthest from the limits; return OK, INFEASIBLE, NOT_FOUND or BAD_INPUT."""
+    """Write the distribution farthest from the limits; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT."""
     m = W.shape[1]
     N, box, x, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
@@ -47,11 +47,7 @@ def maximin(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
     margin = safest_point(parameters[0] != 0.0, N, r, box, x, rest)
     if math.isnan(margin):
         return NOT_FOUND
-    largest = 0.0
-    for i in range(m):
-        t = box[0, i]
-        for k in range(r):
-            t += N[i, k] * x[k]
-        largest = max(largest, abs(t))
-        tension[i] = min(max(t, box[1, i]), box[2, i])
-    return OK if margin >= -VERTEX_TOLERANCE * largest else INFEASIBLE
+    if margin == math.inf and r > 0:
+        return UNSUPPORTED  # there is no largest
+    solution(N, r, box, x, tension)
+    return settle(W, wrench, box, tension)

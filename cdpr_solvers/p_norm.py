@@ -11,8 +11,8 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND
-from cdpr_solvers.projection import verdict
+from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr_solvers.projection import admitted
 
 # Newton's step, in half ranges or of the largest offset if that is more, with which it ends: the method being
 # quadratic, the error after it is round-off. On the way to p a rough answer will do.
@@ -62,7 +62,7 @@ class PNorm(CompiledSolver):
 
 @kernel
 def p_norm(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array) -> int:
-    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, or BAD_INPUT."""
+    """Write the distribution; return OK, NOT_FOUND, INFEASIBLE where that is certain, UNSUPPORTED or BAD_INPUT."""
     m = W.shape[1]
     N, box, G = work[:m], work[m : m + 3], work[m + 3 : 2 * m + 3]
     start, u, x, rest = work[2 * m + 3, :m], work[2 * m + 4, :m], work[2 * m + 5], work[2 * m + 6 :]
@@ -71,6 +71,8 @@ def p_norm(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, 
         return -r
     for i in range(m):  # u = start + G x; a locked cable stays at 0
         half = 0.5 * (box[2, i] - box[1, i])
+        if half == math.inf:
+            return UNSUPPORTED
         start[i] = (box[0, i] - 0.5 * (box[1, i] + box[2, i])) / half if half > 0.0 else 0.0
         for k in range(r):
             G[i, k] = N[i, k] / half if half > 0.0 else 0.0
@@ -87,7 +89,7 @@ def p_norm(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, 
         tension[i] = box[0, i]
         for k in range(r):
             tension[i] += N[i, k] * x[k]
-    return verdict(r, box, tension)
+    return admitted(W, wrench, r, box, tension)
 
 
 @kernel

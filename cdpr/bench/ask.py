@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.bench.problems import Problems
+from cdpr.distribution.poison import POISON
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import TensionSolver
+from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.registry import describe
 from cdpr.tension import Status
 
@@ -46,27 +47,30 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
         raise SolverFailed(f"raised {describe(error)} when it was made") from error
 
 
-def ask(solver: TensionSolver, problems: Problems) -> Answers:
+def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
     """Ask all problems in order; SolverFailed where it raises or returns no status.
 
-    After the first calls, which are repeated, the solver is reset.
+    After the first calls, which are repeated, the solver is reset. `poisoned` fills a compiled solver's work space with
+    rubbish before each call: an answer that depends on it is one that reads what it has not written.
     """
     robot, count = problems.robot, len(problems)
-    low, high = robot.tension_min, robot.tension_max
+    t_min, t_max = problems.t_min, problems.t_max
+    work = solver.work if poisoned and isinstance(solver, CompiledSolver) else np.empty(0)
     status, nanoseconds = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     tension = np.full((count, robot.m), np.nan)
     matrix = np.random.default_rng(0).normal(size=(6, 8))
     pinv = []
     with _no_garbage_collection():
         for k in range(min(FIRST_CALLS, count)):
-            answer(solver, problems.W[k], problems.wrench[k], robot)
+            answer(solver, problems.W[k], problems.wrench[k], t_min[k], t_max[k])
         try:
             solver.reset()
         except (Exception, SystemExit) as error:
             raise SolverFailed(f"raised {describe(error)} when it was reset") from error
         solve = solver.solve
         for k in range(count):
-            W, wrench, t = problems.W[k], problems.wrench[k], tension[k]
+            W, wrench, low, high, t = problems.W[k], problems.wrench[k], t_min[k], t_max[k], tension[k]
+            work[:] = POISON[k % len(POISON)]
             try:
                 before = perf_counter_ns()
                 said = solve(W, wrench, low, high, t)
@@ -82,11 +86,11 @@ def ask(solver: TensionSolver, problems: Problems) -> Answers:
     return Answers(status, tension, nanoseconds, np.array(pinv))
 
 
-def answer(solver: TensionSolver, W: Array, wrench: Array, robot: Robot) -> tuple[int, Array]:
+def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: Array) -> tuple[int, Array]:
     """Status and tensions (m,) of one problem; SolverFailed where it raises or returns no status."""
-    tension = np.full(robot.m, np.nan)
+    tension = np.full(len(t_min), np.nan)
     try:
-        said = solver.solve(W, wrench, robot.tension_min, robot.tension_max, tension)
+        said = solver.solve(W, wrench, t_min, t_max, tension)
     except (Exception, SystemExit) as error:
         raise SolverFailed(f"raised {describe(error)}") from error
     return _checked(said), tension

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import platform
 import warnings
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -15,11 +15,14 @@ import numpy as np
 from cdpr import __version__
 from cdpr.bench import measures
 from cdpr.bench.ask import SolverFailed, answer, ask, make
-from cdpr.bench.oracle import Oracle, consult
-from cdpr.bench.problems import Problems, box, make_paths, make_problems
+from cdpr.bench.oracle import Oracle, certified, consult
+from cdpr.bench.problems import Problems, box, hard_problems, make_paths, make_problems
+from cdpr.distribution.adversaries import adversaries as make_adversaries
+from cdpr.distribution.adversaries import robots as hard_robots
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
+from cdpr.plugins import PluginOptions
 from cdpr.plugins.registry import Registered, Registry, registry
 from cdpr.tension import Status
 from cdpr.tension.continuity import Path
@@ -45,7 +48,9 @@ def run(
     poses: int = POSES,
     seed: int = SEED,
     *,
+    adversaries: int = 0,
     plugins: Registry | None = None,
+    options: Mapping[str, Mapping[str, object]] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
     """Return all figures as plain data: lists, dictionaries, texts, numbers and None.
@@ -54,9 +59,12 @@ def run(
         robots: at least one.
         solvers: names of solvers; all that are known by default.
         poses: problems per robot.
-        seed: of poses, loads and paths.
+        seed: of poses, loads, paths and adversaries.
+        adversaries: problems made to mislead, besides, for each of several sizes of robots; see
+            `cdpr.distribution.adversaries`. Their results stand apart.
         plugins: where to look for solvers; the installed ones by default.
-        progress: called with the steps done and their total.
+        options: of solvers, by name, where not the default ones.
+        progress: called with the steps done and their total, first with 0.
 
     A solver that is not installed, cannot be loaded, raises or does not support a robot has a row that says so. An
     interrupt (Ctrl-C) ends the measurement: what is complete is returned, marked as `interrupted`.
@@ -65,8 +73,14 @@ def run(
     """
     found = plugins or registry()
     entries = {name: found.get("solver", name) for name in (found.names("solver") if solvers is None else solvers)}
-    if not robots or not entries or poses < 1:
+    if not robots or not entries or poses < 1 or adversaries < 0:
         raise CdprError("a benchmark needs at least one robot, one solver and one pose")
+    if strangers := sorted(set(options or {}) - set(entries)):
+        raise PluginError(f"options for '{strangers[0]}', which is not among the solvers asked: {', '.join(entries)}")
+    chosen = {name: entry.read_options((options or {}).get(name, {})) for name, entry in entries.items()}
+    foes = hard_robots() if adversaries else []
+    steps, done = len(robots) * (len(entries) + ORACLE) + len(foes) * (len(entries) + 1), 0
+    progress(done, steps)  # before solvers are imported, which takes its time
     about = [_about(name, entry) for name, entry in entries.items()]
     usable = [name for name, row in zip(entries, about, strict=True) if not row["problem"]]
     result: dict[str, Any] = {
@@ -76,11 +90,10 @@ def run(
         "versions": _versions(entries),
         "solvers": about,
         "robots": [],
+        "adversaries": [],
     }
-    steps, done = len(robots) * (len(usable) + ORACLE), 0
     try:
         for robot in robots:
-            progress(done, steps)
             problems = make_problems(robot, poses, seed)
             oracle = consult(problems, [str(row["properties"].get("objective")) for row in about if not row["problem"]])
             paths = make_paths(robot, max(1, poses // POSES_PER_PATH), seed)
@@ -88,10 +101,27 @@ def run(
             described = _describe(problems, oracle)
             result["robots"].append(described)
             done += ORACLE
-            for name in usable:
+            for name in entries:
                 progress(done, steps)
-                described["results"].append({"solver": name, **_row(entries[name], problems, oracle, paths, point)})
                 done += 1
+                if name in usable:
+                    described["results"].append(
+                        {"solver": name, **_row(entries[name], chosen[name], problems, oracle, paths, point)}
+                    )
+        for robot in foes:
+            progress(done, steps)
+            found_hard = make_adversaries(robot, adversaries, seed)
+            problems, oracle = hard_problems(found_hard), certified(found_hard)
+            described = _describe(problems, oracle)
+            result["adversaries"].append(described)
+            done += 1
+            for name in entries:
+                progress(done, steps)
+                done += 1
+                if name in usable:
+                    described["results"].append(
+                        {"solver": name, **_row(entries[name], chosen[name], problems, oracle, (), _point)}
+                    )
         progress(done, steps)
     except KeyboardInterrupt:
         result["interrupted"] = True
@@ -125,11 +155,12 @@ def _describe(problems: Problems, oracle: Oracle) -> dict[str, Any]:
         "n": robot.n,
         "m": robot.m,
         "redundancy": robot.m - robot.n,
-        "tension_max_N": float(robot.tension_max.max()),
+        "tension_max_N": float(problems.t_max.max()),
         "box_m": box(robot).tolist(),
         "feasible": feasible,
         "infeasible": infeasible,
-        "undecided": len(problems) - feasible - infeasible,
+        "edge": int(oracle.edge.sum()),
+        "undecided": len(problems) - feasible - infeasible - int(oracle.edge.sum()),
         "results": [],
     }
 
@@ -139,7 +170,9 @@ def _point(path: Path, s: float) -> tuple[Array, Array]:
     return read_only(W), read_only(wrench)
 
 
-def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point) -> dict[str, Any]:
+def _row(
+    entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+) -> dict[str, Any]:
     """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how."""
     if entry.info.properties.get("slow"):
         count = max(min(FEWEST, len(problems)), len(problems) // SLOW)
@@ -148,22 +181,22 @@ def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return _measured(entry, problems, oracle, paths, point)
+            return _measured(entry, options, problems, oracle, paths, point)
         except SolverFailed as failure:
             return {"outcome": "failed", "detail": str(failure)}
 
 
 def _measured(
-    entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+    entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
 ) -> dict[str, Any]:
     robot = problems.robot
-    solver = make(entry.load(), robot, entry.info.options())
-    answers = ask(solver, problems)
+    solver = make(entry.load(), robot, options)
+    answers = ask(solver, problems, poisoned=problems.limits is not None)
     if (answers.status == Status.UNSUPPORTED).all():
         return {"outcome": "unsupported", "detail": ""}
 
     def tension(path: Path, s: float) -> Array | None:
-        status, t = answer(solver, *point(path, s), robot)
+        status, t = answer(solver, *point(path, s), robot.tension_min, robot.tension_max)
         return t if status == Status.OK and np.isfinite(t).all() else None
 
     return {

@@ -2,9 +2,12 @@
 
 An answer is valid if the status is OK, all tensions are finite, W t - wrench is at most a millionth of the wrench (or
 of 1 N; moments divided by the characteristic length) and no tension is more than 1e-6 N beyond a limit: judged here,
-from outside, whatever the solver declares.
+from outside, whatever the solver declares. Problems made to mislead, some of millinewtons, are judged by their largest
+tension instead of 1 N, and where that is less, the limits by a millionth of it.
 
 - coverage: valid answers among the feasible problems.
+- edge_coverage: the same among those that are feasible for certain, but nearer to the edge than the band of 1e-9 (of
+  problems made to mislead; nothing else is judged there).
 - misclassified: feasible problems called INFEASIBLE, and infeasible ones called OK unless the solver declares that it
   ignores the limits.
 - invalid_ok: problems called OK whose answer is not valid.
@@ -58,12 +61,13 @@ class Judgement:
 
 def judge(problems: Problems, answers: Answers) -> Judgement:
     """Judge all answers; NaN where one is not finite."""
-    robot, t = problems.robot, answers.tension
+    t, unit = answers.tension, problems.units
     lack = problems.weights * (np.einsum("knm,km->kn", problems.W, t) - problems.wrench)
     load = np.linalg.norm(problems.weights * problems.wrench, axis=1)
-    residual = np.linalg.norm(lack, axis=1) / np.maximum(1.0, load)
-    violation = np.maximum(robot.tension_min - t, t - robot.tension_max).max(axis=1)
-    sound = np.isfinite(t).all(axis=1) & (residual <= RESIDUAL_TOLERANCE) & (violation <= LIMIT_TOLERANCE)
+    residual = np.linalg.norm(lack, axis=1) / np.maximum(unit, load)
+    violation = np.maximum(problems.t_min - t, t - problems.t_max).max(axis=1)
+    within = violation <= LIMIT_TOLERANCE * np.minimum(1.0, unit)
+    sound = np.isfinite(t).all(axis=1) & (residual <= RESIDUAL_TOLERANCE) & within
     return Judgement(residual, violation, sound & (answers.status == Status.OK))
 
 
@@ -74,12 +78,13 @@ def accuracy(problems: Problems, oracle: Oracle, answers: Answers, properties: M
     wrong = _count(oracle.feasible & (status == Status.INFEASIBLE))
     if properties.get("respects_bounds", True):
         wrong += _count(oracle.infeasible & ok)
-    feasible = _count(oracle.feasible)
+    feasible, edge = _count(oracle.feasible), _count(oracle.edge)
     return {
         "problems": len(problems),
         "feasible": feasible,
         "infeasible": _count(oracle.infeasible),
         "coverage": _count(judged.valid & oracle.feasible) / feasible if feasible else None,
+        "edge_coverage": _count(judged.valid & oracle.edge) / edge if edge else None,
         "misclassified": wrong,
         "invalid_ok": _count(ok & ~judged.valid),
         "worst_residual": _worst(judged.residual[ok]),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.bench.problems import Problems
+from cdpr.distribution.adversaries import BAND, Adversaries
 from cdpr.errors import PluginError
 from cdpr.model.robot import Array
 
@@ -38,17 +39,29 @@ class Oracle:
 
     margin (K,): the largest s with W t = wrench, t_min + s <= t <= t_max - s, N; -inf where no t has W t = wrench.
     optima: by objective, tensions (K, m), N, NaN where the problem is not feasible.
+    edge (K,): feasible for certain, but so near to the edge that it is not counted as that.
     """
 
     margin: Array
     feasible: NDArray[np.bool_]
     infeasible: NDArray[np.bool_]
     optima: dict[str, Array]
+    edge: NDArray[np.bool_]
 
     def first(self, count: int) -> Oracle:
         """What is true of the first `count` problems."""
         optima = {name: values[:count] for name, values in self.optima.items()}
-        return Oracle(self.margin[:count], self.feasible[:count], self.infeasible[:count], optima)
+        return Oracle(self.margin[:count], self.feasible[:count], self.infeasible[:count], optima, self.edge[:count])
+
+
+def certified(problems: Adversaries) -> Oracle:
+    """What is known of problems by their construction, within the band that they state; no margin of infeasible ones.
+
+    The margin is that of the solution that they were made from: the largest is at least that.
+    """
+    safe = problems.feasible & (problems.slack > BAND)
+    margin = problems.slack * np.abs(problems.high).max(axis=1)
+    return Oracle(margin, safe, ~problems.feasible, {}, problems.feasible & ~safe)
 
 
 def consult(problems: Problems, objectives: Sequence[str] = ()) -> Oracle:
@@ -65,7 +78,8 @@ def consult(problems: Problems, objectives: Sequence[str] = ()) -> Oracle:
         if margin[k] > UNDECIDED:
             for name, found in optima.items():
                 found[k] = scale * (roomiest if name == "max_slack" else _optimum(name, A, b, t_min, t_max))
-    return Oracle(scale * margin, margin > UNDECIDED, margin < -UNDECIDED, optima)
+    no_edge = np.zeros(len(problems), dtype=bool)  # HiGHS is not certain there
+    return Oracle(scale * margin, margin > UNDECIDED, margin < -UNDECIDED, optima, no_edge)
 
 
 def _largest_margin(A: Array, b: Array, t_min: Array, t_max: Array) -> tuple[float, Array]:

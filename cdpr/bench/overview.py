@@ -9,7 +9,10 @@ Ends = tuple[float, float] | None
 
 
 def overview(figures: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return one dictionary per solver from what `cdpr.bench.run` returns; sums over the robots, and (least, most)."""
+    """Return one dictionary per solver from what `cdpr.bench.run` returns; sums over the robots, and (least, most).
+
+    Problems made to mislead count among the wrong and the invalid answers alone.
+    """
     rows = []
     for solver in figures["solvers"]:
         on = [
@@ -17,6 +20,12 @@ def overview(figures: dict[str, Any]) -> list[dict[str, Any]]:
         ]
         measured = [(robot, row) for robot, row in on if row["outcome"] == "measured"]
         done = [row for _, row in measured]
+        misled = [
+            row
+            for robot in figures.get("adversaries", [])
+            for row in robot["results"]
+            if row["solver"] == solver["name"] and row["outcome"] == "measured"
+        ]
         infeasible = sum(row["infeasible"] for row in done)
         found = sum(row["infeasible"] * row["on_infeasible"].get("INFEASIBLE", 0.0) for row in done)
         rows.append(
@@ -30,7 +39,9 @@ def overview(figures: dict[str, Any]) -> list[dict[str, Any]]:
                 "failed": sum(row["outcome"] == "failed" for _, row in on),
                 "redundancy": ends(robot["redundancy"] for robot, _ in measured),
                 "coverage": ends(row["coverage"] for row in done),
-                "misclassified": sum(row["misclassified"] for row in done),
+                "misclassified": sum(row["misclassified"] for row in (*done, *misled)),
+                "invalid_ok": sum(row["invalid_ok"] for row in (*done, *misled)),
+                "asked": sum(row["problems"] for row in (*done, *misled)),
                 "paths": sum(row["jumps"]["paths"] for row in done),
                 "with_jump": sum(row["jumps"]["with_jump"] for row in done),
                 "median_pinv": ends(row["time"]["median_pinv"] for row in done),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cdpr.distribution.adversaries import Adversaries
 from cdpr.model import Robot, rotations
 from cdpr.model.dynamics import required_wrench
 from cdpr.model.kinematics import make_state, wrench_matrix
@@ -29,11 +30,16 @@ HEAVY_EVERY, HEAVIEST = 5, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Problems:
-    """K problems W t = wrench, t_min <= t <= t_max of a robot with n degrees of freedom and m cables."""
+    """K problems W t = wrench, t_min <= t <= t_max of a robot with n degrees of freedom and m cables.
+
+    `limits` and `unit` are None where they are the robot's, and 1 N.
+    """
 
     robot: Robot
     W: Array  # (K, n, m)
     wrench: Array  # (K, n)
+    limits: tuple[Array, Array] | None = None  # lowest and highest tensions, each (K, m), N
+    unit: Array | None = None  # (K,), N: by which a smaller wrench and smaller limits are judged
 
     def __len__(self) -> int:
         return len(self.W)
@@ -43,9 +49,31 @@ class Problems:
         """What makes rows comparable (n,): 1 for forces, 1 / characteristic length for moments."""
         return np.repeat([1.0, 1.0 / self.robot.characteristic_length], 3)[self.robot.rows]
 
+    @property
+    def t_min(self) -> Array:
+        """Lowest tensions (K, m), N."""
+        return self._limit(0)
+
+    @property
+    def t_max(self) -> Array:
+        """Highest tensions (K, m), N."""
+        return self._limit(1)
+
+    def _limit(self, which: int) -> Array:
+        if self.limits is not None:
+            return self.limits[which]
+        return np.broadcast_to((self.robot.tension_min, self.robot.tension_max)[which], (len(self), self.robot.m))
+
+    @property
+    def units(self) -> Array:
+        """What smaller wrenches and limits are judged by, (K,), N."""
+        return np.ones(len(self)) if self.unit is None else self.unit
+
     def first(self, count: int) -> Problems:
         """The first `count` of them."""
-        return Problems(self.robot, self.W[:count], self.wrench[:count])
+        limits = None if self.limits is None else (self.limits[0][:count], self.limits[1][:count])
+        unit = None if self.unit is None else self.unit[:count]
+        return Problems(self.robot, self.W[:count], self.wrench[:count], limits, unit)
 
 
 def box(robot: Robot) -> Array:
@@ -94,6 +122,11 @@ def make_problems(robot: Robot, count: int, seed: int) -> Problems:
         W[k], wrench[k] = wrench_matrix(robot, state)[robot.rows], load[robot.rows]
     W.flags.writeable = wrench.flags.writeable = False  # no solver can change what the next one is asked
     return Problems(robot, W, wrench)
+
+
+def hard_problems(found: Adversaries) -> Problems:
+    """Problems that were made to mislead, each judged by its own largest tension."""
+    return Problems(found.robot, found.W, found.wrench, (found.low, found.high), np.abs(found.high).max(axis=1))
 
 
 def make_paths(robot: Robot, count: int, seed: int) -> list[Path]:

@@ -21,6 +21,7 @@ SHOWN = 60  # letters of a word that is no command
 # Name -> module and one line of help, so that `cdpr --help` imports none of them.
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
+    "examples": "List the examples that come with cdpr, or copy one.",
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
     "solvers": "List the tension solvers: what they minimise, promise and take.",

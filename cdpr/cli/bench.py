@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names
+from cdpr.cli.names import names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
 
@@ -24,28 +24,52 @@ def command() -> None:
 @command.command("solvers")
 @click.argument("robots", metavar="[ROBOT]...", nargs=-1, type=click.Path())
 @click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of poses, loads and paths.")
-@click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@click.option(
+    "--adversaries",
+    type=click.IntRange(0, 1_000_000),
+    default=500,
+    show_default=True,
+    help="Problems made to mislead, for each of nine sizes of robots.",
+)
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of all that is random.")
+@plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@click.option(
+    "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
+)
+@plugin_files
 @click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: str | None, as_json: bool) -> None:
+def solvers(
+    robots: tuple[str, ...],
+    poses: int,
+    adversaries: int,
+    seed: int,
+    solvers: str,
+    changes: tuple[str, ...],
+    out: str | None,
+    as_json: bool,
+) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
-    ROBOTs are robot files; without any, eight of the source tree's are taken. Ctrl-C keeps what has been measured.
+    Then problems that are made to mislead, where no answer called OK should be wrong. ROBOTs are robot files or names
+    of examples; without any, eight examples are taken. Ctrl-C keeps what has been measured.
     """
     from pathlib import Path
 
     from cdpr.scenario import load_robot
 
-    loaded = [load_robot(path) for path in robots or _default_robots()]
+    options = _options(changes)
+    loaded = [load_robot(path) for path in robots or ROBOTS]
     chosen = None if solvers == "all" else names(solvers)
     # Only sound files are worth the time that these take to import.
     from cdpr import bench
     from cdpr.log.run_json import plain
 
     tell_of_compilation()
-    with Progress() as progress:
-        figures = plain(bench.run(loaded, chosen, poses, seed, progress=progress))
+    with Progress(at_once=True) as progress:
+        figures = plain(
+            bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
+        )
     if out is not None:
         from cdpr.report.bench import write_bench
 
@@ -61,16 +85,21 @@ def solvers(robots: tuple[str, ...], poses: int, seed: int, solvers: str, out: s
         raise click.exceptions.Exit(ExitCode.INTERRUPTED)
 
 
-def _default_robots() -> list[str]:
-    from pathlib import Path
+def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    """Read what `--set` gives, by solver."""
+    from cdpr.scenario.yaml_nodes import parse_value
 
-    import cdpr
-
-    folder = Path(cdpr.__file__).parent.parent / "scenarios" / "robots"
-    paths = [folder / f"{name}.yaml" for name in ROBOTS]
-    if not all(path.is_file() for path in paths):
-        raise CdprError("this installation has no robots of its own: name robot files, cdpr bench solvers ROBOT...")
-    return [str(path) for path in paths]
+    options: dict[str, dict[str, Any]] = {}
+    for change in changes:
+        key, equals, value = change.partition("=")
+        solver, _, option = key.rpartition(".")
+        if not (solver and option and equals):
+            raise CdprError(f"--set {change}: SOLVER.KEY=VALUE is expected, such as osqp.iterations=200")
+        try:
+            options.setdefault(solver, {})[option] = parse_value(value)
+        except ValueError as error:
+            raise CdprError(f"--set {change}: {error}") from None
+    return options
 
 
 def _print(figures: dict[str, Any]) -> None:
@@ -80,17 +109,18 @@ def _print(figures: dict[str, Any]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from cdpr.report.bench_cells import COLUMNS, MEANING, NOTHING, cells, facts
+    from cdpr.report.bench_cells import COLUMNS, MEANING, MISLED, NOTHING, cells, facts
 
     # In a narrower terminal lines wrap; squeezed columns would lose figures. Colours would be escaped, see cli.streams.
     console = Console(width=WIDTH, color_system=None)
-    for robot in figures["robots"]:
+    shown = [(robot, COLUMNS) for robot in figures["robots"]] + [(robot, MISLED) for robot in figures["adversaries"]]
+    for robot, columns in shown:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
         table.add_column("solver", overflow="fold")
-        for title in COLUMNS:
+        for title in columns:
             table.add_column(title.replace(" ", "\n"), justify="right", overflow="fold", no_wrap=True)
         for row in robot["results"]:
-            found = cells(row) or [NOTHING] * len(COLUMNS)
+            found = cells(row, columns) or [NOTHING] * len(columns)
             table.add_row(*map(Text, (row["solver"], *found)))
         console.print(Text.assemble((robot["name"], "bold"), f": {facts(robot)}"))
         console.print(table)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 @click.command("check")
 @click.argument("role", type=click.Choice(["backend", "solver", "controller"]))
 @click.argument("name")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(role: Role, name: str, as_json: bool) -> None:
     """Check an installed plugin against the rules of its role.

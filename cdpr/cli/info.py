@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.names import change_keys, plugin_files
+
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
     from cdpr.report.scene import Scene
@@ -18,8 +20,9 @@ MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 @click.command("info")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@change_keys("Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | None, as_json: bool) -> None:
     """Tell what a robot is and can hold at a pose, and what a scenario's motion asks of it.

@@ -7,8 +7,11 @@ from typing import Any
 
 import click
 
+from cdpr.cli.names import plugin_files
+
 
 @click.command("plugins")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(as_json: bool) -> None:
     """List backends, controllers and solvers, and what is wrong with any."""

@@ -35,13 +35,14 @@ class Progress:
 
     Args:
         unit: what is counted, such as "cases"; without one per cent are told.
+        at_once: whether the first call is told, too, for commands that are busy long before anything is done.
     """
 
-    def __init__(self, unit: str = "") -> None:
+    def __init__(self, unit: str = "", *, at_once: bool = False) -> None:
         self._unit = unit
         self._terminal = sys.stderr is not None and sys.stderr.isatty()
         self._every = TERMINAL_SECONDS if self._terminal else FILE_SECONDS
-        self._due = monotonic() + self._every
+        self._due = monotonic() + (0.0 if at_once else self._every)
         self._first: tuple[float, int] | None = None  # when something was first done here, and how much was by then
         self._known: int | None = None
         self._length = 0

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
+from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
 from cdpr.plugins.registry import hushed
 
@@ -20,20 +21,23 @@ if TYPE_CHECKING:
     from cdpr.log.run import Run
     from cdpr.scenario import Scenario
 
+FIRST = "caroca"  # the example for who has no scenario yet
+
 
 @click.command("run")
-@click.argument("scenario", type=click.Path())
-@click.option("--backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
-@click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
-@click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@click.argument("scenario", required=False, type=click.Path())
+@plugin_option("--backend", "backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
+@plugin_option("--solver", "solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
+@plugin_option("--controller", "controller", metavar="NAME", help="Controller, instead of the scenario's.")
+@change_keys("Change a key of the scenario; repeatable.")
+@plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
 @click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
-    scenario: str,
+    scenario: str | None,
     backend: str | None,
     solver: str | None,
     controller: str | None,
@@ -44,13 +48,19 @@ def command(
     report: bool,
     as_json: bool,
 ) -> None:
-    """Simulate SCENARIO and write log, summary and report."""
+    """Simulate SCENARIO, a file or the name of an example, and write log, summary and report.
+
+    Without any, the example caroca runs.
+    """
     from cdpr.cli.progress import terminating
 
     with terminating() as signals:
         from cdpr.scenario import load_scenario
         from cdpr.scenario.overrides import typed
 
+        if scenario is None:
+            scenario = FIRST
+            click.echo(f"no scenario is given: this runs the example {FIRST} (cdpr examples lists all)", err=True)
         chosen = {"backend": backend, "solver": solver, "controller": controller}
         loaded = load_scenario(scenario, overrides=typed(chosen, changes))
         for note in loaded.notes:

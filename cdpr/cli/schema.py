@@ -6,9 +6,12 @@ import json
 
 import click
 
+from cdpr.cli.names import plugin_files
+
 
 @click.command("schema")
 @click.argument("kind", type=click.Choice(["scenario", "robot"]), default="scenario")
+@plugin_files
 def command(kind: str) -> None:
     """Print the JSON Schema of scenario or robot files.
 

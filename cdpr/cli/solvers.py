@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.names import plugin_files
+
 if TYPE_CHECKING:
     from cdpr.plugins.registry import Registered
 
@@ -39,6 +41,7 @@ LEGEND = """\
 @click.command("solvers")
 @click.argument("name", required=False)
 @click.option("--long", "as_long", is_flag=True, help="Tell all that is known of each.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(name: str | None, as_long: bool, as_json: bool) -> None:
     """List the tension solvers that are installed: what they minimise, what they promise, what they take.
@@ -62,6 +65,9 @@ def command(name: str | None, as_long: bool, as_json: bool) -> None:
         for line in table([["solver", *COLUMNS], *rows], left=len(COLUMNS) + 1):
             click.echo(line)
         for solver in solvers:
+            if solver["aliases"]:
+                click.echo(f"  {solver['name']}: also {', '.join(solver['aliases'])}")
+        for solver in solvers:
             if solver["missing"]:
                 click.echo(f"  {solver['name']}: not installed: {solver['remedy']}")
         click.echo(LEGEND)
@@ -73,6 +79,7 @@ def _describe(name: str, entry: Registered) -> dict[str, Any]:
     return {
         "name": name,
         "summary": entry.info.summary,
+        "aliases": {str(alias): str(source) for alias, source in entry.info.aliases.items()},
         "properties": {key: value if _plain(value) else str(value) for key, value in entry.info.properties.items()},
         "options": [
             {
@@ -108,6 +115,8 @@ def _long(solver: dict[str, Any]) -> Iterator[str]:
         yield from _fact(title, _text(properties.pop(key, None)))
     for key, value in properties.items():
         yield from _fact(key, _text(value))
+    for alias, source in solver["aliases"].items():
+        yield from _fact("also", f"{alias} ({source})")
     for option in solver["options"]:
         default = "required" if option["required"] else f"default {_text(option['default'])}"
         meaning = f": {option['meaning']}" if option["meaning"] else ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import PluginError
 
 if TYPE_CHECKING:
@@ -23,9 +24,12 @@ if TYPE_CHECKING:
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
 @click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
-@click.option("--solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@plugin_option(
+    "--solver", "solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]"
+)
+@change_keys("Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     file: str,
@@ -39,8 +43,8 @@ def command(
     """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
 
     The wrench is force and moment about the platform's origin, world axes; by default what holds the weight. The pose
-    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With one or two
-    cables too many there is a picture of all admissible tensions.
+    is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With
+    redundant cables there is a picture: all admissible tensions, or the range of each with more than two too many.
     """
     from cdpr.scenario import Scenario, load_any
 

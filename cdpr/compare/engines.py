@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cdpr.errors import CdprError
-from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 
 # By which an engine is judged:
@@ -56,7 +55,7 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
 
     Raises PluginError where a named one is unknown or not installed, CdprError where there is nothing to compare.
     """
-    found = registry()
+    found = scenario.plugins
     absent: dict[str, str] = {}
     for name in dict.fromkeys(found.names("backend") if names is None else names):
         entry = found.get("backend", name)
@@ -78,7 +77,7 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
 
 def describe(scenario: Scenario, name: str) -> Engine:
     """Return what a backend declares with the scenario's options; PluginError where it is unknown."""
-    declared = registry().get("backend", name).properties(scenario.backend_options(name))  # type: ignore[arg-type]
+    declared = scenario.plugins.get("backend", name).properties(scenario.backend_options(name))  # type: ignore[arg-type]
     schemes = declared.get("schemes", ())
     return Engine(
         name=name,
@@ -105,7 +104,7 @@ def finest_scheme(scenario: Scenario, judge: Engine) -> str:
 
 def is_continuous(scenario: Scenario) -> bool:
     """Whether the tensions follow the state without jumps: the solver declares it, or the controller commands them."""
-    found = registry()
+    found = scenario.plugins
     controller = found.get("controller", scenario.controller.type)
     if controller.info.properties.get("output") == "command":
         return True

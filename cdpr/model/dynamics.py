@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdpr.model import kernels
+from cdpr.model.arrays import checked
 from cdpr.model.kinematics import STILL
 from cdpr.model.robot import Array, Robot
 
@@ -21,16 +22,17 @@ def required_wrench(
     """Wrench (6,) that the cables must exert to accelerate the platform: force, moment about the origin, world axes.
 
     `state` is (13,), `gravity` and `acceleration` (of the origin) are in m/s^2, `angular_acceleration` in rad/s^2, all
-    world axes. At rest and without acceleration this is the statics: -m g, and its moment about the origin.
+    world axes. At rest and without acceleration this is the statics: -m g, and its moment about the origin. Raises
+    CdprError where an array has another shape or holds no real numbers.
     """
-    wrench = np.empty(6)
+    wrench, at = np.empty(6), checked(state, (13,), "state")
     kernels.inverse_dynamics(
         robot.inertial,
-        np.array(gravity, dtype=np.float64),
-        kernels.quaternion(np.array(state, dtype=np.float64), 3),
-        kernels.vector(np.array(state, dtype=np.float64), 10),
-        kernels.vector(np.array(acceleration, dtype=np.float64), 0),
-        kernels.vector(np.array(angular_acceleration, dtype=np.float64), 0),
+        checked(gravity, (3,), "gravity"),
+        kernels.quaternion(at, 3),
+        kernels.vector(at, 10),
+        kernels.vector(checked(acceleration, (3,), "acceleration"), 0),
+        kernels.vector(checked(angular_acceleration, (3,), "angular acceleration"), 0),
         wrench,
     )
     return wrench

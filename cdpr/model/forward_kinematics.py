@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.errors import CdprError
+from cdpr.model.arrays import checked
 from cdpr.model.cholesky import factorise, solve
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry, exponential, multiply, quaternion
@@ -65,8 +66,8 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
     n, m = robot.n, robot.m
     if m < n:
         raise CdprError(f"robot '{robot.name}': {m} lengths do not determine {n} degrees of freedom")
-    target = _checked(lengths, (m,), "lengths")
-    pose = _checked(start, (7,), "start")
+    target = checked(lengths, (m,), "forward kinematics: lengths", finite=True)
+    pose = checked(start, (7,), "forward kinematics: start", finite=True).copy()
     if not target.min() > 0.0:
         raise CdprError("forward kinematics: lengths must be positive")
     norm = math.sqrt(float(pose[3:] @ pose[3:]))
@@ -80,18 +81,6 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
     if sigma is None:
         sigma = residual / math.sqrt(m - n) if m > n else math.nan
     return Fit(pose, residual, sigma * sigma * inverse, abs(count), count > 0)
-
-
-def _checked(values: Array, shape: tuple[int, ...], name: str) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise CdprError(f"forward kinematics: {name} must be {shape[0]} numbers") from None
-    if array.shape != shape:
-        raise CdprError(f"forward kinematics: {name} has the shape {array.shape}, it must be {shape}")
-    if not np.isfinite(array).all():
-        raise CdprError(f"forward kinematics: {name} must be finite")
-    return array
 
 
 def scales(robot: Robot) -> tuple[NDArray[np.int64], Array]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+import numpy as np
 
 from cdpr.model import kernel_cache
 from cdpr.model.kernel_store import KernelStore
@@ -21,8 +22,10 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     degenerate geometry reaches the checks instead of raising in the loop. No fast-math: the checks must see NaN.
     They work in place: a kernel makes no array and returns none, its caller owns them all. So none counts references,
     which would take half the time of a tension distribution (`_nrt`; each slice is an atomic increment otherwise).
-    With NUMBA_DISABLE_JIT=1 the same source runs as plain Python.
+    With NUMBA_DISABLE_JIT=1 the same source runs as plain Python, as silent as compiled code about what is not finite.
     """
+    if numba.config.DISABLE_JIT:
+        return np.errstate(all="ignore")(function)
     return cast("Callable[P, R]", _kept(numba.njit(error_model="numpy", _nrt=False)(function)))
 
 
@@ -30,21 +33,21 @@ def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P,
     """Compile for one signature, when the module is imported, a kernel that lets other threads run meanwhile."""
 
     def compiled(function: Callable[P, R]) -> Callable[P, R]:
+        if numba.config.DISABLE_JIT:
+            return np.errstate(all="ignore")(function)
         dispatcher = _kept(numba.njit(error_model="numpy", nogil=True)(function))
-        if dispatcher is not function:
-            dispatcher.compile(signature)
-            dispatcher.disable_compile()
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()
         return cast("Callable[P, R]", dispatcher)
 
     return compiled
 
 
 def _kept(dispatcher: Any) -> Any:
-    """Have what numba compiles kept on disk; with NUMBA_DISABLE_JIT there is nothing to keep."""
-    if not numba.config.DISABLE_JIT:
-        sources = kernel_cache.digest_around(dispatcher.__module__)
-        if sources is not None:
-            dispatcher._cache = KernelStore(dispatcher.py_func, sources)
+    """Have what numba compiles kept on disk."""
+    sources = kernel_cache.digest_around(dispatcher.__module__)
+    if sources is not None:
+        dispatcher._cache = KernelStore(dispatcher.py_func, sources)
     return dispatcher
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cdpr.model import kernels
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -19,8 +20,17 @@ def make_state(
     velocity: Sequence[float] | Array = STILL,
     angular_velocity: Sequence[float] | Array = STILL,
 ) -> Array:
-    """Return a state (13,): position (m), quaternion w, x, y, z, velocity (m/s), angular velocity (rad/s), world."""
-    return np.concatenate([position, orientation, velocity, angular_velocity]).astype(np.float64)
+    """Return a state (13,): position (m), quaternion w, x, y, z, velocity (m/s), angular velocity (rad/s), world.
+
+    Here and below CdprError is raised where an array has not the shape that it must have, or holds no real numbers.
+    """
+    parts = (
+        checked(position, (3,), "position"),
+        checked(orientation, (4,), "orientation"),
+        checked(velocity, (3,), "velocity"),
+        checked(angular_velocity, (3,), "angular velocity"),
+    )
+    return np.concatenate(parts)
 
 
 def lengths(robot: Robot, state: Array) -> Array:
@@ -41,11 +51,11 @@ def wrench_matrix(robot: Robot, state: Array) -> Array:
 def wrench_matrix_rate(robot: Robot, state: Array) -> Array:
     """Time derivative (6, m) of the wrench matrix at a state (13,) with its twist."""
     rate = np.empty((6, robot.m))
-    kernels.wrench_matrix_rate(robot.anchors, np.array(state, dtype=np.float64), rate)
+    kernels.wrench_matrix_rate(robot.anchors, checked(state, (13,), "state"), rate)
     return rate
 
 
 def _geometry(robot: Robot, state: Array) -> tuple[Array, Array, Array]:
     W, length, rate = np.empty((6, robot.m)), np.empty(robot.m), np.empty(robot.m)
-    kernels.cable_geometry(robot.anchors, np.array(state, dtype=np.float64), W, length, rate)
+    kernels.cable_geometry(robot.anchors, checked(state, (13,), "state"), W, length, rate)
     return W, length, rate

@@ -8,19 +8,20 @@ import importlib.metadata
 import importlib.util
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib import import_module
-from typing import Any, Literal
+from typing import Any
 
 import pluggy
 from pydantic import ValidationError
 
 from cdpr.errors import CdprError, PluginError
+from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
+from cdpr.plugins.info import Role as Role  # whoever chooses a plugin imports it from here
 
-Role = Literal["backend", "controller", "solver"]
 ROLES: tuple[Role, ...] = ("backend", "controller", "solver")
 
 GROUP = "cdpr"
@@ -30,12 +31,13 @@ DISABLE = "CDPR_DISABLE_PLUGINS"
 
 @dataclass(frozen=True)
 class Registered:
-    """A plugin and the distribution that brought it."""
+    """A plugin and the distribution, file or module that brought it; a class that is not installed itself."""
 
     role: Role
     info: PluginInfo
     distribution: str
     version: str
+    factory: type | None = None
 
     @property
     def missing(self) -> list[str]:
@@ -53,6 +55,8 @@ class Registered:
 
     def load(self) -> Any:
         """Import and return the factory; PluginError if a requirement is missing or the import fails."""
+        if self.factory is not None:
+            return self.factory
         title = f"{self.role} '{self.info.name}'"
         if missing := self.missing:
             raise PluginError(f"{title} needs {', '.join(missing)}, which is not installed: {self.remedy}")
@@ -77,7 +81,18 @@ class Registered:
         except CdprError:
             raise
         except Exception as error:
-            raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {describe(error)}") from error
+            where = self.place(error)
+            raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {describe(error)}{where}") from error
+
+    @property
+    def file(self) -> str | None:
+        """The file of its code, once that is imported."""
+        return getattr(sys.modules.get(self.info.factory.partition(":")[0]), "__file__", None)
+
+    def place(self, error: BaseException) -> str:
+        """Return " (FILE:LINE)" where an error came from the code of the plugin, or through it."""
+        place = innermost(error, [self.file])
+        return "" if place is None else f" ({os.path.basename(self.file or '')}:{place.tb_lineno})"
 
     def read_options(self, values: Mapping[str, object]) -> PluginOptions:
         """Return options given as plain values, checked; PluginError if they are wrong."""
@@ -108,12 +123,12 @@ class Registry:
         return sorted(self.plugins[role])
 
     def get(self, role: Role, name: str) -> Registered:
-        """Return the plugin; PluginError with the nearest name and all names if there is none.
+        """Return the plugin of this name, or else alias; PluginError with the nearest and all names if none has it.
 
         What a package that cannot be loaded would have brought is not known: its reason is told, too, and first where
         the name is like one of its own.
         """
-        found = self.plugins[role].get(name)
+        found = self.plugins[role].get(name) or self._by_alias(role, name)
         if found is not None:
             return found
         for names, problem in self.broken.items():
@@ -123,6 +138,25 @@ class Registry:
         if self.broken:
             text += "; not loaded, so that it is not known what they bring: " + "; ".join(self.broken.values())
         raise PluginError(text)
+
+    def with_class(self, role: Role, item: object, distribution: str = "", version: str = "") -> tuple[Registry, str]:
+        """Return a copy with a class that is not installed, and its name there.
+
+        Raises PluginError where it is no class of this role, or its name is taken.
+        """
+        info = describe_class(role, item)
+        assert isinstance(item, type)
+        entry = Registered(role, info, distribution or item.__module__, version or source_version(item), item)
+        names = self.plugins[role]
+        if info.name in names and names[info.name].distribution != entry.distribution:
+            where = "" if not distribution else f"{distribution}: "
+            raise PluginError(f"{where}class {info.name}: a {role} of that name is installed; call it otherwise")
+        return replace(self, plugins={**self.plugins, role: {**names, info.name: entry}}), info.name
+
+    def _by_alias(self, role: Role, name: str) -> Registered | None:
+        """Return the first plugin, by name, that is also known as `name`."""
+        entries = (self.plugins[role][each] for each in self.names(role))
+        return next((entry for entry in entries if name in entry.info.aliases), None)
 
     def add(self, role: Role, info: PluginInfo, distribution: str, version: str) -> None:
         """Register one row. Of two with one name the built-in wins; a stranger's is `distribution:name`."""
@@ -161,7 +195,8 @@ def unknown(role: Role, name: str, names: list[str]) -> str:
     """Error text for a name that no plugin has."""
     near = difflib.get_close_matches(name, names, n=1)
     hint = f"did you mean '{near[0]}'? " if near else ""
-    return f"no {role} is named '{name}': {hint}installed are {', '.join(names)} (see 'cdpr plugins')"
+    known = f"installed are {', '.join(names)} (see 'cdpr plugins'; --plugin FILE adds your own)"
+    return f"no {role} is named '{name}': {hint}{known}"
 
 
 def describe(error: BaseException) -> str:
@@ -175,12 +210,41 @@ def hushed() -> contextlib.redirect_stdout[Any]:
     return contextlib.redirect_stdout(sys.stderr)
 
 
+_files: tuple[PluginFile, ...] = ()
+
+
+def plugin_files() -> tuple[PluginFile, ...]:
+    """Return the files whose plugins this process uses besides the installed ones."""
+    return _files
+
+
+def use_files(files: Sequence[PluginFile | str]) -> None:
+    """Use the plugins in these files, and in no others, besides the installed ones; PluginError where one is broken."""
+    global _files
+    with hushed():
+        read = tuple(read_file(file) if isinstance(file, str) else file for file in files)
+    before, _files = _files, read
+    if before != read:
+        registry.cache_clear()
+    try:
+        registry()
+    except PluginError:
+        _files = before
+        registry.cache_clear()
+        raise
+
+
 @lru_cache(maxsize=1)
 def registry() -> Registry:
-    """Return the plugins of the installed distributions; looked for once per process."""
+    """Return the plugins of the installed distributions and of `plugin_files`; looked for once per process."""
     problems: list[str] = []
     found = collect(_entry_points(problems), disabled=bool(os.environ.get(DISABLE)))
     found.problems[:0] = problems
+    for file in _files:
+        with hushed():
+            items = list(classes_of(file))
+        for item in items:
+            found, _ = found.with_class(role_of(item), item, file.name, file.version)
     return found
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from cdpr.cables.winches import Winches
 from cdpr.model import Robot
+from cdpr.model.arrays import checked
 from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model.robot import Array
 from cdpr.plugins.backend import Backend
@@ -70,7 +71,7 @@ class RigidBodyBackend(Backend):
 
     def reset(self, state: Array) -> None:
         """Put the platform into `state` (13,)."""
-        from_platform(self.frame.offset, np.array(state, dtype=np.float64), self.body)
+        from_platform(self.frame.offset, checked(state, (13,), "state"), self.body)
         self.write()
         self.read()
         self._publish()

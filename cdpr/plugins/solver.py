@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.tension.status import BAD_INPUT
 
 Kernel = Callable[[Array, Array, Array, Array, Array, Array, Array], int]
 
@@ -68,4 +69,6 @@ class CompiledSolver(TensionSolver):
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
+        if len(tension) != len(t_min):  # the kernels hold the other arrays against each other and the work space
+            return BAD_INPUT
         return self.kernel(W, wrench, t_min, t_max, tension, self.parameters, self.work)

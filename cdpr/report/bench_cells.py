@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from cdpr.distribution.adversaries import BAND
+
 Row = Mapping[str, Any]
+Columns = Mapping[str, Callable[[Row], str]]
 
 NOTHING = "-"
 
@@ -45,6 +48,18 @@ def jumps(found: Row) -> str:
     return f"{found['with_jump']}/{found['paths']}{largest}"
 
 
+# Of a solver on problems made to mislead.
+MISLED: dict[str, Callable[[Row], str]] = {
+    "wrong": lambda row: str(row["misclassified"]),
+    "bad OK": lambda row: str(row["invalid_ok"]),
+    "residual": lambda row: power(row["worst_residual"]),
+    "beyond N": lambda row: digits(row["worst_violation_N"], 2),
+    "coverage": lambda row: percent(row["coverage"]),
+    "edge": lambda row: percent(row["edge_coverage"]),
+    "inf. found": lambda row: percent(row["on_infeasible"].get("INFEASIBLE", 0.0) if row["on_infeasible"] else None),
+    "asked": lambda row: str(row["problems"]),
+}
+
 # Title and what stands below it, of a solver on one robot.
 COLUMNS: dict[str, Callable[[Row], str]] = {
     "coverage": lambda row: percent(row["coverage"]),
@@ -74,6 +89,7 @@ MEANING = {
     "p99 us": "the same, 99th percentile",
     "pinv": "the median, in calls of numpy's pinv of a 6x8 matrix in the same run",
     "asked": "number of problems",
+    "edge": f"valid answers to feasible problems too close to the edge to be judged by (slack below {BAND:g})",
 }
 
 OVERVIEW: dict[str, Callable[[Row], str]] = {
@@ -84,6 +100,7 @@ OVERVIEW: dict[str, Callable[[Row], str]] = {
     "median time (pinv)": lambda row: span(row["median_pinv"], lambda value: digits(value, 2)),
     "infeasible detected": lambda row: percent(row["infeasible_detected"]),
     "wrong": lambda row: str(row["misclassified"]) if row["robots"] else NOTHING,
+    "bad OK": lambda row: str(row["invalid_ok"]) if row["robots"] else NOTHING,
 }
 
 
@@ -97,16 +114,17 @@ def _redundancy(row: Row) -> str:
 
 def facts(robot: Row) -> str:
     """One line on a robot and its problems."""
-    undecided = f", {robot['undecided']} undecided" if robot["undecided"] else ""
+    undecided = f", {robot['edge']} on the edge" if robot.get("edge") else ""
+    undecided += f", {robot['undecided']} undecided" if robot["undecided"] else ""
     return (
         f"{robot['m']} cables, {robot['n']} degrees of freedom, redundancy {robot['redundancy']}; "
         f"{robot['feasible']} feasible and {robot['infeasible']} infeasible problems{undecided}"
     )
 
 
-def cells(row: Row) -> list[str]:
+def cells(row: Row, columns: Columns = COLUMNS) -> list[str]:
     """The cells of one solver on one robot; none where it was not measured."""
-    return [text(row) for text in COLUMNS.values()] if row["outcome"] == "measured" else []
+    return [text(row) for text in columns.values()] if row["outcome"] == "measured" else []
 
 
 def overview_cells(row: Row) -> list[str]:

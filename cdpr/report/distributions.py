@@ -35,15 +35,15 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
 
 
 def no_picture(figures: dict[str, Any]) -> str | None:
-    """Why the distributions cannot be drawn; None where they can, with one or two redundant cables."""
+    """Why the distributions cannot be drawn; None where they can, with redundant cables."""
     if figures["null_space"] is None:
         return "no tensions at all balance the wrench"
     r = figures["null_space"]["dimension"]
-    if r in (1, 2):
-        return None
     if r == 0:
         return "the wrench determines the tensions (r = 0): there is nothing to choose"
-    return f"the tensions that balance the wrench fill {r} dimensions; one and two can be drawn"
+    if r > 2 and figures["ranges_N"] is None:
+        return "some limits are infinite, so that tensions may have no largest value"
+    return None
 
 
 def _limits(cables: list[dict[str, Any]]) -> str:

@@ -1,6 +1,7 @@
 """The picture of `cdpr tension`: all tensions that balance a wrench, their limits, and what each solver chose.
 
-Drawn where these tensions have one dimension (tension over x) or two (the plane of x): t = t_0 + N x.
+Drawn where these tensions have one dimension (tension over x) or two (the plane of x): t = t_0 + N x. Where they have
+more, the range of each tension.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.model.robot import Array
-from cdpr.report import null_space_line, null_space_plane
+from cdpr.report import null_space_line, null_space_plane, ranges
 from cdpr.report.canvas import Chart, inline_svg, styled
 from cdpr.report.legend import LINE
 from cdpr.report.marks import INK, SOFT
@@ -51,8 +52,10 @@ def draw_null_space(figures: dict[str, Any]) -> str:
 @styled
 def chart(figures: dict[str, Any]) -> Chart:
     """Draw the admissible set with limits and answers; a close-up too where they differ much in size."""
-    corners = np.array(figures["null_space"]["corners_N"])
     r = figures["null_space"]["dimension"]
+    if r > 2:
+        return _ranges(figures)
+    corners = np.array(figures["null_space"]["corners_N"])
     corners = corners.reshape(-1, r)
     part = null_space_line if r == 1 else null_space_plane
     answers, beyond = _in_view(figures, corners)
@@ -85,6 +88,16 @@ def chart(figures: dict[str, Any]) -> Chart:
     where = f"{vector(figures['wrench']['value'])} N, N m at {vector(figures['pose']['position_m'])} m"
     page.text(LEFT / width, 1.0 - 0.4 / height, where, va="top", color=SOFT)
     return page
+
+
+def _ranges(figures: dict[str, Any]) -> Chart:
+    answers, beyond = _in_view(figures, np.empty((0, figures["null_space"]["dimension"])))
+    spans = np.array(figures["ranges_N"], dtype=float)
+    near = SAME * float(np.nanmax(np.append(spans[:, 1] - spans[:, 0], 1.0)))
+    notes = ["line: the limits; not all combinations within the bars balance the wrench"]
+    notes.append(f"answers within {near:.2g} N share a number")
+    notes += ["far out of view: " + ", ".join(beyond)] if beyond else []
+    return ranges.chart(figures, _groups(answers, near), notes)
 
 
 def _in_view(figures: dict[str, Any], corners: Array) -> tuple[list[dict[str, Any]], list[str]]:

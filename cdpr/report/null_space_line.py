@@ -12,7 +12,6 @@ from cdpr.report.legend import LINE
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
 from cdpr.report.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.placing import spread_out
-from cdpr.tension.polygon import ZERO_ROW
 
 ROOM = 1.0  # in, at the right of the panel: names of the cables
 BADGES = 0.24  # in, between two badges
@@ -143,7 +142,7 @@ def _ends(
             f"{shorten(cable['name'], 14)} {side}"
             for side, values in zip(("min", "max"), limits, strict=True)
             for cable, value, tension, g in zip(figures["cables"], values, t, slope, strict=True)
-            if abs(tension - value) <= near and abs(g) > ZERO_ROW
+            if abs(tension - value) <= near and g != 0.0
         ]
         if panel.low[0] <= x <= panel.high[0]:
             beside = x + (-0.5 if k == 0 else 0.5) * LINE * inch

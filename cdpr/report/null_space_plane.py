@@ -11,7 +11,6 @@ from cdpr.report.canvas import Line2D, MaxNLocator, Path, PathPatch
 from cdpr.report.marks import INK, SOFT, cable_looks, shorten
 from cdpr.report.null_space_panel import ADMISSIBLE, BAD, GOOD, LABEL, Group, Panel, write_badge
 from cdpr.report.placing import Taken, place_along, place_badges
-from cdpr.tension.polygon import ZERO_ROW
 
 ROOM = 0.0
 LETTER = 0.056  # in, mean width of a letter of a limit's label
@@ -90,7 +89,7 @@ def _touches(corners: Array, g: Array, b: float) -> bool:
 def _crossing(panel: Panel, g: Array, b: float) -> Array | None:
     """The part (2, 2) of the line g . x = b within the panel, if any."""
     square = float(g @ g)
-    if square <= ZERO_ROW**2:
+    if square == 0.0:
         return None
     middle = (panel.low + panel.high) / 2
     point = middle + g * (b - g @ middle) / square

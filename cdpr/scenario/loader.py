@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
+from cdpr.scenario import examples
 from cdpr.scenario.build import build_robot, build_scenario
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
@@ -72,12 +73,17 @@ def load_any(
 
 
 def change_scenario(
-    scenario: Scenario, overrides: Overrides, backend: str | None, solver: str | None, controller: str | None
+    scenario: Scenario,
+    overrides: Overrides,
+    backend: str | None,
+    solver: str | None,
+    controller: str | None,
+    plugins: Registry,
 ) -> Scenario:
     """Return a copy with changes, checked like a file."""
     problems = Problems()
     chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
-    return _scenario(scenario._document.copy(), overrides, chosen, scenario._plugins, problems)
+    return _scenario(scenario._document.copy(), overrides, chosen, plugins, problems)
 
 
 def _scenario(
@@ -102,11 +108,17 @@ def _robot(document: Document, overrides: Overrides, problems: Problems) -> Robo
 
 
 def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str | None = None) -> Document:
-    """Read and parse the file that the user named, or `text`; raises if it cannot be used as this kind of file."""
+    """Read and parse the file that the user named, or `text`; raises if it cannot be used as this kind of file.
+
+    A bare name that is no file is that of an example.
+    """
+    if text is None:
+        path = examples.resolve(path, kind)
     try:
         document = parse(read(path) if text is None else text, path, problems)
     except UnreadableError as error:
-        problems.add(Mark(path), (), str(error))
+        missing = "" if os.path.lexists(path) else examples.hint(path, kind)
+        problems.add(Mark(path), (), f"{error}{missing}")
         document = None
     if document is None:
         problems.raise_any()

@@ -50,6 +50,11 @@ class Scenario:
     _plugins: Registry = field(repr=False)
 
     @property
+    def plugins(self) -> Registry:
+        """The plugins that it chooses from."""
+        return self._plugins
+
+    @property
     def name(self) -> str:
         """Name of the scenario; the file's unless it says another."""
         return self.sections.name
@@ -144,11 +149,12 @@ class Scenario:
         backend: str | None = None,
         solver: str | None = None,
         controller: str | None = None,
+        plugins: Registry | None = None,
     ) -> Scenario:
         """Return a changed copy, checked like a file; arguments as for `load_scenario`."""
         from cdpr.scenario.loader import change_scenario  # the loader imports this module
 
-        return change_scenario(self, overrides, backend, solver, controller)
+        return change_scenario(self, overrides, backend, solver, controller, plugins or self._plugins)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):

@@ -17,7 +17,7 @@ from cdpr.model import kernel_cache
 from cdpr.model.reach import bounds_of
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import Registered, registry
+from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
 from cdpr.scenario.event_schema import CableBreak, first_sample
 from cdpr.scenario.motion import make_trajectory
@@ -35,7 +35,7 @@ def build(scenario: Scenario) -> Parts:
 
     Raises PluginError where a plugin is missing, broken or fails to be made.
     """
-    found = registry()
+    found = scenario.plugins
     robot = scenario.robot
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
@@ -136,7 +136,7 @@ def versions_of(scenario: Scenario) -> dict[str, str]:
 
     Raises PluginError where a plugin is unknown or what it needs is not installed.
     """
-    found = registry()
+    found = scenario.plugins
     versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
     names = set(LIBRARIES)
     for entry in (
@@ -146,8 +146,10 @@ def versions_of(scenario: Scenario) -> dict[str, str]:
     ):
         if entry.missing:
             entry.load()  # says what is missing and how to get it, before anything is written
-        names |= {*entry.info.requires, entry.distribution}
-    for name in sorted(names - {"cdpr"}):
+        names |= set(entry.info.requires)
+        if entry.distribution != "cdpr":
+            versions[entry.distribution] = entry.version
+    for name in sorted(names - set(versions)):
         try:
             versions[name] = version(name)
         except PackageNotFoundError:

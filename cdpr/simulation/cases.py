@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cdpr.errors import ExitCode
+from cdpr.plugins.classes import PluginFile
+from cdpr.plugins.registry import plugin_files
 
 BEGUN = "begun"  # said once a case: imported, compiled and built, the run begins
 
@@ -20,6 +22,7 @@ class Case:
     changes: Mapping[str, Any] = field(default_factory=dict)  # values by dotted key, as simulate(overrides=...)
     out: str | None = None  # run folder, new or empty; without one only the outcome is kept
     text: str | None = None  # the scenario, where it is not what the file holds
+    plugins: tuple[PluginFile, ...] = field(default_factory=plugin_files)  # that are used besides the installed ones
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,9 @@ from cdpr.log.run import Event, Header, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.reach import Reach
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Controller
-from cdpr.plugins.registry import describe
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.classes import innermost
+from cdpr.plugins.registry import Role, describe, registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
@@ -36,9 +37,9 @@ STATUS: dict[type[BaseException], str] = {
 def simulate(
     scenario: str | os.PathLike[str] | Scenario,
     *,
-    backend: str | None = None,
-    solver: str | None = None,
-    controller: str | None = None,
+    backend: str | type[Backend] | None = None,
+    solver: str | type[TensionSolver] | None = None,
+    controller: str | type[Controller] | None = None,
     overrides: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | RunFolder | None = None,
     real_time: bool = False,
@@ -48,7 +49,8 @@ def simulate(
 
     Args:
         scenario: a scenario file, or what `load_scenario` returned.
-        backend: which to use instead of the scenario's; likewise `solver` and `controller`.
+        backend: which to use instead of the scenario's, by its name or as a class that need not be installed;
+            likewise `solver` and `controller`. A class may hold `Options`, the model of its options, and `properties`.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
         out: folder, new or empty, for log, resolved scenario and run.json; nothing is written unless it is given.
         real_time: no faster than the wall clock.
@@ -64,10 +66,17 @@ def simulate(
     The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to there.
     """
     changes = overrides or {}
+    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
+    chosen: dict[str, str | None] = {}
+    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
+    for role, choice in given.items():
+        if choice is not None and not isinstance(choice, str):
+            plugins, choice = plugins.with_class(role, choice)
+        chosen[role] = choice
     if isinstance(scenario, Scenario):
-        scenario = scenario.with_changes(changes, backend=backend, solver=solver, controller=controller)
+        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
     else:
-        scenario = load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
+        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
     header = make_header(scenario)
     if isinstance(out, RunFolder):
         folder: RunFolder | None = out
@@ -87,7 +96,7 @@ def simulate(
             "shorten simulation.duration"
         )
     except (Exception, SystemExit) as foreign:
-        error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign)}")
+        error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign, scenario)}")
         error.__cause__ = foreign
     return attempt.end(error)
 
@@ -206,11 +215,15 @@ class _Attempt:
         return run
 
 
-def _origin(error: BaseException) -> str:
-    """Function, file and line where foreign code raised."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
+def _origin(error: BaseException, scenario: Scenario) -> str:
+    """Function, file and line where foreign code raised: in the file of a chosen plugin, where it came through that."""
+    found = scenario.plugins
+    chosen = [
+        found.get("backend", scenario.simulation.backend),
+        found.get("controller", scenario.controller.type),
+        found.get("solver", scenario.solver.type),
+    ]
+    trace = innermost(error, [entry.file for entry in chosen]) or innermost(error)
     if trace is None:
         return "unknown code"
     code = trace.tb_frame.f_code

@@ -13,7 +13,7 @@ from time import perf_counter
 
 from cdpr.errors import CdprError, ExitCode
 from cdpr.log.run import Run
-from cdpr.plugins.registry import describe
+from cdpr.plugins.registry import describe, use_files
 from cdpr.processes import end_with
 from cdpr.scenario import load_scenario
 from cdpr.simulation.cases import BEGUN, Case, Outcome
@@ -47,6 +47,7 @@ def _run(case: Case, connection: Connection) -> Outcome:
     run: Run | None = None
     message, code = "", ExitCode.OK
     try:
+        use_files(case.plugins)
         scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes)
         run = simulate(scenario, out=case.out, progress=progress)
     except CdprError as error:

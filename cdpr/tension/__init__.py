@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from cdpr.tension.status import Status
 
 if TYPE_CHECKING:
-    from cdpr.tension.distribution import Distribution, distribute
-else:  # what compiles, only when it is asked for, so that `Status` stays light
+    from cdpr.distribution import Distribution, distribute
+else:  # their room lies below this one; users find them here, too
     from cdpr.lazy import lazily
 
-    __getattr__ = lazily(__name__, dict.fromkeys(("Distribution", "distribute"), "cdpr.tension.distribution"))
+    __getattr__ = lazily(__name__, dict.fromkeys(("Distribution", "distribute"), "cdpr.distribution"))
 
 __all__ = ["Distribution", "Status", "distribute"]

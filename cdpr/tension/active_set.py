@@ -7,19 +7,17 @@ import math
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.tension.factors import append, back_substitute, remove
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, UNSUPPORTED
+from cdpr.tension.verdict import VERTEX_TOLERANCE
 
 # A limit counts as kept within this share of the largest coordinate: the round-off of the updates.
 FEASIBILITY_TOLERANCE = 1e-13
-
-# A limit that cannot be kept but is broken by less than this share of the largest coordinate counts as kept: the
-# rounding of an ill-conditioned problem whose only solution is a vertex, far below what the checks accept.
-VERTEX_TOLERANCE = 1e-9
 
 # A constraint normal whose part orthogonal to the active ones is below this share of its length depends on them.
 DEPENDENCE_TOLERANCE = 1e-11
 
 
+@kernel
 def work_rows(r: int) -> int:
     """Rows of work space that `nearest` and `extreme` need."""
     return 2 * r + 8
@@ -29,10 +27,10 @@ def work_rows(r: int) -> int:
 def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array, work: Array) -> int:
     """Write the x (r,) of least norm with low <= c + N x <= high, and point = c + N x (m,); return the steps taken.
 
-    N is (m, >= r); the rows of `box` (3, >= m) are c, low and high, of which the limits may be infinite. `active` (m,)
-    receives -1, 0 or 1 where a limit holds x back; the point lies exactly on those limits and nowhere outside. Returns
-    -INFEASIBLE, or -NOT_FOUND after a number of steps that no sound problem needs. `work` has at least `work_rows(r)`
-    rows and m columns.
+    N is (m, >= r), rows that are round-off made zero, as by `reduce`; the rows of `box` (3, >= m) are c, low and high,
+    of which the limits may be infinite. `active` (m,) receives -1, 0 or 1 where a limit holds x back; the point lies
+    exactly on those limits and nowhere outside. Returns -INFEASIBLE, or -NOT_FOUND after a number of steps that no
+    sound problem needs. `work` has at least `work_rows(r)` rows and m columns.
 
     Goldfarb and Idnani, Mathematical Programming 27 (1983), for a Hessian of 1: with J the orthogonal and R the
     triangular factor of the active normals.
@@ -71,7 +69,7 @@ def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array,
                 below, above = low[i] - point[i], point[i] - high[i]
                 excess = max(below, above)
                 if excess > tolerance:
-                    if size[i] <= DEPENDENCE_TOLERANCE:  # this cable cannot be changed at all
+                    if size[i] == 0.0:  # x does not change this cable
                         if excess > VERTEX_TOLERANCE * scale:
                             return -INFEASIBLE
                         continue
@@ -150,7 +148,7 @@ def extreme(g: Array, N: Array, r: int, box: Array, x: Array, point: Array, acti
     Arguments and result as for `nearest`, whose answer is where it starts: x(s) = argmin |x|^2 / 2 + s g . x is
     followed from s = 0 along its straight pieces until it stays, which for a linear program it does at a finite s
     (Mangasarian and Meyer, SIAM J. Control Optim. 17, 1979). So the answer is unique, whatever the order of the cables.
-    Where g . x has no minimum, x is where the last piece, a ray, begins.
+    Returns -UNSUPPORTED where g . x has no minimum; x is then where the last piece, a ray, begins.
     """
     m = point.shape[0]
     c, low, high = box[0], box[1], box[2]
@@ -213,7 +211,7 @@ def extreme(g: Array, N: Array, r: int, box: Array, x: Array, point: Array, acti
         if step == math.inf:
             _correct(N, r, box, x, active, work)
             _settle(N, r, box, x, point, active)
-            return steps
+            return -UNSUPPORTED if moving > DEPENDENCE_TOLERANCE * length else steps
         for j in range(k):
             u[j] += step * dual[j]
         for i in range(r):

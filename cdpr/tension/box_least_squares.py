@@ -10,7 +10,8 @@ from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.factors import append, back_substitute, remove
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND
+from cdpr.tension.row_space import nearest_by_rows, worthwhile
+from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
 
 # A cable whose pull changes the squared residual by less than this share of what it could does not enter: round-off.
 GRADIENT_TOLERANCE = 1e-12
@@ -36,7 +37,8 @@ def box_least_squares(
     """Write the tensions (m,) within low <= t <= high that minimise |D (W t - wrench)|; of several, the least.
 
     D = diag(weights) (n,): with 1 for forces and 1 / characteristic length for moments the residual is in newtons.
-    Any n, m and rank. Returns the steps taken, -NOT_FOUND if it gave up. `work` has `work_rows(n, m)` rows and
+    Any n, m and rank; upper limits may be infinite. Returns the steps taken, -NOT_FOUND if it gave up, or
+    -UNSUPPORTED, the tensions untouched, where a lower limit is infinite. `work` has `work_rows(n, m)` rows and
     max(n, m) columns.
 
     The wrench W t nearest to the wanted one is unique and depends continuously on it, for what the cables can exert is
@@ -44,6 +46,9 @@ def box_least_squares(
     that exists: nothing jumps when a wrench becomes infeasible.
     """
     n, m = wrench.shape[0], tension.shape[0]
+    for i in range(m):
+        if low[i] == -math.inf:
+            return -UNSUPPORTED
     steps, unique = _nearest_wrench(W, wrench, weights, low, high, tension, work)
     if steps < 0 or unique:
         return steps
@@ -55,13 +60,21 @@ def box_least_squares(
         for i in range(m):
             s += W[j, i] * tension[i]
         reached[j] = s
-    r = reduce(W, reached, low, high, box, N, rest)
-    if r >= 0:
-        more = nearest(N, r, box, x, least, active, rest)
-        if more >= 0:
-            steps += more
-            for i in range(m):
-                tension[i] = least[i]
+    status = NOT_FOUND
+    if worthwhile(n, m):
+        for i in range(m):
+            x[i] = 0.0
+        status = nearest_by_rows(W, reached, low, high, x, least, N, box, rest)
+    if status != OK:
+        r = reduce(W, reached, low, high, box, N, rest)
+        if r >= 0:
+            more = nearest(N, r, box, x, least, active, rest)
+            if more >= 0:
+                steps += more
+                status = OK
+    if status == OK:
+        for i in range(m):
+            tension[i] = least[i]
     return steps
 
 

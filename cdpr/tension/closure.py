@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
@@ -20,11 +21,12 @@ def positive_null_vector(W: Array) -> Array | None:
     fully constrained. Where none exists there is, by Stiemke's lemma, a twist with W^T twist >= 0 and not zero: a
     motion that slackens cables and stretches none, which only a load such as the weight keeps from happening.
     """
+    W = checked(W, (None, None), "W")
     n, m = W.shape
     box, basis, x, point, active = np.zeros((3, m)), np.zeros((m, m)), np.zeros(m), np.zeros(m), np.zeros(m)
     low, high = np.ones(m), np.full(m, np.inf)
     work = np.zeros((max(null_space.work_rows(n), active_set.work_rows(m)), max(n, m)))
-    r = reduce(np.ascontiguousarray(W), np.zeros(n), low, high, box, basis, work)
+    r = reduce(W, np.zeros(n), low, high, box, basis, work)
     if r < 0:
         return None
     steps = nearest(basis, r, box, x, point, active, work)

@@ -146,6 +146,7 @@ def describe(problem: Problem, answers: Sequence[Answer], source: str, wrench_so
         ],
         "reachable": problem.general is not None,
         "feasible": problem.feasible,
+        "ranges_N": problem.ranges.tolist() if np.isfinite(problem.limits).all() else None,
         "largest_margin_N": None if problem.safest is None else problem.safest[0],
         "null_space": space,
         "solvers": [_figures(problem, answer) for answer in answers],

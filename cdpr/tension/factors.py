@@ -58,3 +58,24 @@ def remove(J: Array, R: Array, u: Array, member: Array, k: int, drop: int) -> No
                 left, right = J[i, j], J[i, j + 1]
                 J[i, j] = cosine * left + sine * right
                 J[i, j + 1] = cosine * right - sine * left
+
+
+@kernel
+def turn(N: Array, r: int, k: int, i: int, size: float, v: Array) -> None:
+    """Reflect columns k to r of N so that of these only column k changes row i, which has length `size` there.
+
+    The columns stay orthonormal. `v` is work space for r numbers.
+    """
+    v[k] = N[i, k] + math.copysign(size, N[i, k])
+    for j in range(k + 1, r):
+        v[j] = N[i, j]
+    scale = 1.0 / (size * abs(v[k]))  # 2 / |v|^2
+    for row in range(N.shape[0]):
+        s = 0.0
+        for j in range(k, r):
+            s += N[row, j] * v[j]
+        s *= scale
+        for j in range(k, r):
+            N[row, j] -= s * v[j]
+    for j in range(k + 1, r):
+        N[i, j] = 0.0  # but for round-off, which would let the row drift

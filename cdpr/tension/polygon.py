@@ -1,6 +1,6 @@
 """The admissible distributions of a robot with one or two cables too many: an interval, a convex polygon.
 
-With t = c + N x, N (m, r) orthonormal, they are { x : low <= c + N x <= high }: for r = 1 an interval, for r = 2 a
+With t = c + N x, N (m, r) as from `reduce`, they are { x : low <= c + N x <= high }: for r = 1 an interval, for r = 2 a
 polygon (Mikelsons, Bruckmann, Schramm and Hiller, ICRA 2008; Gouttefarde, Lamaury, Reichert and Bruckmann, IEEE Trans.
 Robotics 31, 2015). Both coordinates are in newtons. The kernels allocate nothing. Limits must be finite.
 """
@@ -15,9 +15,6 @@ from cdpr.model.robot import Array
 # A limit counts as kept within this share of the largest tension or limit: some hundred times the round-off of
 # clipping, so that a set without inner points (a segment, a point) is not lost.
 TOLERANCE = 1e-12
-
-# A row of N that is shorter belongs to a cable that x cannot change.
-ZERO_ROW = 1e-11
 
 
 @kernel
@@ -37,7 +34,7 @@ def clip_interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> i
     lower, upper = 1.0, 1.0  # |N| of the cables that set the ends
     for i in range(c.shape[0]):
         g = N[i, 0]
-        if abs(g) <= ZERO_ROW:
+        if g == 0.0:  # x does not change this cable
             if not (low[i] - tolerance <= c[i] <= high[i] + tolerance):
                 return 0
             continue
@@ -85,7 +82,7 @@ def clip_polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, w
     old[2, 0], old[2, 1], old[3, 0], old[3, 1] = reach, reach, -reach, reach
     count = 4
     for i in range(m):
-        if math.hypot(N[i, 0], N[i, 1]) <= ZERO_ROW:
+        if N[i, 0] == 0.0 and N[i, 1] == 0.0:
             if not (low[i] - tolerance <= c[i] <= high[i] + tolerance):
                 return 0
             continue

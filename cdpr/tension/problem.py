@@ -8,10 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
+from cdpr.model.arrays import checked
 from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.model.properties import conditioning, free_wrench_matrix
 from cdpr.model.robot import Array, Robot
-from cdpr.tension import null_space, polygon, safest
+from cdpr.tension import active_set, null_space, polygon, safest
 from cdpr.tension.checks import LIMIT_TOLERANCE
 
 
@@ -22,6 +23,11 @@ class Problem:
     robot: Robot
     pose: Array  # (7,): position, m, and quaternion
     wrench: Array  # (6,): what the cables must exert at the platform's origin, world axes, N and N m
+
+    def __post_init__(self) -> None:
+        """Raise CdprError where pose or wrench are not real numbers of these shapes."""
+        object.__setattr__(self, "pose", checked(self.pose, (7,), "pose"))
+        object.__setattr__(self, "wrench", checked(self.wrench, (6,), "wrench"))
 
     @cached_property
     def W(self) -> Array:  # noqa: N802 - the field's name
@@ -91,6 +97,28 @@ class Problem:
             False, N, r, np.array([c, low, high]), x, np.zeros((safest.work_rows(m), 2 * m + 1))
         )
         return None if math.isnan(margin) else (margin, x)
+
+    @cached_property
+    def ranges(self) -> Array:
+        """Least and largest tension of each cable within the admissible set, (m, 2), N; NaN where that is empty.
+
+        Optima of linear programs; limits must be finite.
+        """
+        low, high = self.limits
+        found = np.full((len(low), 2), np.nan)
+        if self.general is None or not self.feasible:
+            return found
+        c, N = self.general
+        m, r = N.shape
+        box, x, point, active = np.array([c, low, high]), np.zeros(r), np.zeros(m), np.zeros(m)
+        work = np.zeros((active_set.work_rows(max(r, 1)), m))
+        for i in range(m):
+            for side, sign in enumerate((1.0, -1.0)):
+                if r == 0 or not N[i].any():
+                    found[i, side] = min(max(c[i], low[i]), high[i])
+                elif active_set.extreme(sign * N[i], N, r, box, x, point, active, work) >= 0:
+                    found[i, side] = point[i]
+        return found
 
     @property
     def feasible(self) -> bool:

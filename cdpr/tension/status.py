@@ -14,6 +14,9 @@ class Status(IntEnum):
     UNSUPPORTED = 3  # the method does not apply to this robot or pose
     BAD_INPUT = 4  # not finite, wrong shape, or limits that contradict each other
 
+    def __str__(self) -> str:
+        return self.name
+
 
 # The same as plain integers, for compiled code. A kernel that returns a count returns minus a status where it fails.
 OK = int(Status.OK)

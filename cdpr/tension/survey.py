@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from cdpr.model import kernels
+from cdpr.model.arrays import checked
 from cdpr.model.dynamics import required_wrench
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.stage import Solve, TensionStage
@@ -66,7 +67,8 @@ def survey(
     sample without velocity and acceleration. What `happens` during the motion goes by the numbers of the `samples`
     (K,), rising; the cables have to balance an external wrench, too.
     """
-    count, m = len(time), robot.m
+    time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
+    gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m
     W, w, t, report, external = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(6)
     stage = TensionStage(robot, solve, "survey", True, "best_effort", W, w, t, report)
     happening = happens(stage, t, w, report[:1], external) if happens else None

@@ -81,7 +81,9 @@ def check_solver(
         factory: what the plugin's `PluginInfo.factory` names.
         properties: what it declares: `exact` (balances to round-off), `respects_bounds`, `continuity` ("jump", "C0",
             "C1", "Cinf"), `coverage` ("full" if it solves whatever can be solved), `objective` ("min_norm" or
-            "mid_range"), `warm_start` (true if answers may depend on earlier ones, within the accuracy).
+            "mid_range"), `cost` (what else it minimises, convex: a function of tensions, lowest and highest tensions,
+            or where one is, "module:function"), `slow` (it is asked fewer problems), `warm_start` (true if answers may
+            depend on earlier ones, within the accuracy).
         options: an instance of its options model; none by default.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from cdpr.distribution import adversaries
 from cdpr.model import Cable, Platform, Robot, dynamics, kinematics, rotations
 from cdpr.model.robot import DOF_NAMES, Array, frozen_array
 
@@ -221,6 +222,17 @@ def feasible(count: int = 200) -> tuple[tuple[Problem, ...], ...]:
         tensions = low + (high - low) * reach * rng.uniform(0.0, 1.0, (count, robot.m))
         groups.append(tuple(problem(robot, robot_state(robot, rng), tension) for tension in tensions))
     return tuple(groups)
+
+
+def misleading(robot: Robot, count: int) -> list[Problem]:
+    """Problems made to mislead, of `cdpr.distribution.adversaries`, for one of its robots."""
+    return problems_of(adversaries.adversaries(robot, count, seed=300))
+
+
+def problems_of(found: adversaries.Adversaries) -> list[Problem]:
+    """The same as single problems."""
+    rows = zip(found.W, found.wrench, found.low, found.high, strict=True)
+    return [Problem(found.robot, *row) for row in rows]
 
 
 @lru_cache

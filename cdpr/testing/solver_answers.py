@@ -9,16 +9,25 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.distribution import adversaries
+from cdpr.distribution.poison import POISON, Memory
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
-from cdpr.tension import Status
+from cdpr.tension import Status, active_set
 from cdpr.tension.continuity import Path, steepest
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, needs
 from cdpr.testing.samples import Problem
 from cdpr.testing.solver_interface import expect_balanced
-from cdpr.testing.subjects import SolverSubject, ask
+from cdpr.testing.subjects import Cost, SolverSubject, ask
+
+MANY, FEW = 400, 20  # problems made to mislead, for each size of robots, and of solvers declared slow
+
+# Steps, as shares of the way to another admissible answer, that must not lower a cost that a plugin brings.
+STEPS = (1e-2, 1e-4, 1e-6)
+
+ROUND_OFF = 1e-13  # of a cost that is a sum over some cables
 
 INSIDE = 1e-6  # share of the largest limit: closer to a limit, a cable counts as at it
 
@@ -158,14 +167,52 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
     expect(not found.jumps(noise), f"tensions jump by {found.change:.3g} N at one point of a smooth path")
 
 
-def objective_is_reached(subject: SolverSubject) -> None:
-    """The tensions are those nearest to zero (objective: min_norm) or to the middle of the limits (mid_range).
+def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
+    """Where columns are parallel, limits touched, sets thin or W singular, OK is true, and so is INFEASIBLE.
+
+    Asked of solvers that declare exact: true and respect the limits, on the problems of `cdpr.distribution.adversaries`
+    with rubbish in the solver's memory. Those closer to the edge than their band may be refused.
+    """
+    needs(subject.declares("exact") and subject.respects_bounds, "it does not declare itself exact within the limits")
+    full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
+    asked = 0
+    for robot in adversaries.robots():
+        solver = subject.make(robot)
+        memory = Memory(solver)
+        found = adversaries.adversaries(robot, FEW if subject.declares("slow") else MANY, seed=301)
+        slack, problems = found.slack, samples.problems_of(found)
+        for k, problem in enumerate(problems):
+            memory.fill(POISON[k % len(POISON)])
+            status, tension = ask(solver, problem)
+            what = f"of {robot.m} cables for {robot.n}, {found.kind[k]}"
+            if status == Status.OK:
+                expect(found.feasible[k], f"OK, but no tensions balance the wrench: {what}")
+                largest = float(np.abs(problem.t_max).max())
+                lack = float(np.abs(problem.W @ tension - problem.wrench).max())
+                rows = float((np.abs(problem.W) @ np.abs(tension) + np.abs(problem.wrench)).max())
+                expect(lack <= subject.accuracy * rows, f"OK, but W t - wrench is {lack:.2g} of {rows:.2g} N: {what}")
+                over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
+                expect(over <= 1e-6 * min(1.0, largest), f"OK, but {over:.3g} N beyond a limit: {what}")
+            elif found.feasible[k] and slack[k] > adversaries.BAND:
+                expect(status != Status.INFEASIBLE, f"INFEASIBLE, but there are admissible tensions: {what}")
+                refused = status == Status.UNSUPPORTED and most != "any" and _null_space(problem.W).shape[1] > most
+                expect(not full or refused, f"{Status(status)}, but there are admissible tensions: {what}")
+            asked += 1
+    return f"{asked} problems"
+
+
+def objective_is_reached(subject: SolverSubject) -> str:
+    """The tensions are nearest to zero (min_norm), to the middle of the limits (mid_range), or of least declared cost.
+
+    A plugin that minimises something else declares its `cost`, as below.
 
     By the conditions of Karush, Kuhn and Tucker, t is nearest to r if and only if t = r + W^T y, clipped to the limits,
     for some y; the cables inside their limits tell y.
     """
     objective = subject.properties.get("objective")
-    needs(objective in ("min_norm", "mid_range"), "it declares no objective that the kit knows")
+    if subject.cost is not None:
+        return _no_step_is_cheaper(subject, subject.cost)
+    needs(objective in ("min_norm", "mid_range"), "it declares no objective that the kit knows, and brings no cost")
     certified = 0
     for problem, tension in _answered(subject):
         low, high = (problem.t_min, problem.t_max) if subject.respects_bounds else (np.array(-np.inf), np.array(np.inf))
@@ -180,6 +227,52 @@ def objective_is_reached(subject: SolverSubject) -> None:
         expect_close(np.clip(target + problem.W.T @ y, low, high), tension, allowed, f"distance from {objective}, N")
         certified += 1
     expect(certified, "it answered none of the feasible problems")
+    return f"{certified} certified"
+
+
+def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> str:
+    """A convex cost is least where no direction within the admissible set lowers it.
+
+    Tried are the way to the best answer that the cost's gradient sees, a linear program, and random ones.
+    """
+    certified = 0
+    for k, (problem, tension) in enumerate(_answered(subject)):
+        low, high = problem.t_min, problem.t_max
+        reach = 1.0 + float(np.abs(tension).max())  # a limit for steps where the solver minds none
+        if not subject.respects_bounds:
+            low, high = tension - reach, tension + reach
+        N = _null_space(problem.W)
+        if N.shape[1] == 0:
+            continue
+        here = cost(tension, problem.t_min, problem.t_max)
+        rng = np.random.default_rng([80, k])
+        step = 1e-6 * reach
+        slope = [(cost(tension + step * e, problem.t_min, problem.t_max) - here) / step for e in np.eye(len(tension))]
+        for direction in (N.T @ np.array(slope), *rng.normal(size=(4, N.shape[1]))):
+            other = tension + N @ _farthest(direction, N, tension, low, high)
+            there = cost(other, problem.t_min, problem.t_max)
+            for share in STEPS:
+                beside = cost(tension + share * (other - tension), problem.t_min, problem.t_max)
+                allowed = 10 * subject.accuracy * (abs(here) + abs(there)) * share + ROUND_OFF * abs(here)
+                expect(beside >= here - allowed, f"a cost of {beside:.9g} beside an answer of {here:.9g}")
+        certified += 1
+    expect(certified, "it answered none of the feasible problems that leave a choice")
+    return f"{certified} looked at"
+
+
+def _null_space(W: Array) -> Array:
+    _, values, rows = np.linalg.svd(W)
+    rank = int(np.count_nonzero(values > 1e-9 * values[0]))
+    return np.ascontiguousarray(rows[rank:].T)
+
+
+def _farthest(direction: Array, N: Array, tension: Array, low: Array, high: Array) -> Array:
+    """The x (r,) with low <= tension + N x <= high for which direction . x is least."""
+    m, r = N.shape
+    x, box = np.zeros(r), np.array([tension, np.minimum(low, tension), np.maximum(high, tension)])
+    work = np.zeros((active_set.work_rows(r), m))
+    steps = active_set.extreme(direction, N, r, box, x, np.zeros(m), np.zeros(m), work)
+    return x if steps >= 0 else np.zeros(r)
 
 
 CHECKS = [
@@ -193,6 +286,7 @@ CHECKS = [
         limits_are_the_arguments,
         cables_may_come_in_any_order,
         answers_are_continuous,
+        misleading_problems_are_answered_truly,
         objective_is_reached,
     )
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from types import TracebackType
 from typing import Any
 
@@ -16,6 +17,9 @@ from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.check import NotApplicable, expect
 from cdpr.testing.samples import GRAVITY, Problem
+
+# Of tensions, lowest and highest tensions, each (m,), N: what a solver minimises, convex in the tensions.
+Cost = Callable[[Array, Array, Array], float]
 
 
 class _Subject:
@@ -80,6 +84,16 @@ class SolverSubject(_Subject):
     def respects_bounds(self) -> bool:
         """Whether OK promises tensions within the limits: so unless the plugin says otherwise."""
         return bool(self.properties.get("respects_bounds", True))
+
+    @property
+    def cost(self) -> Cost | None:
+        """What the plugin declares that it minimises: a function, or where to find one, "module:function"."""
+        declared = self.properties.get("cost")
+        if isinstance(declared, str):
+            module, _, name = declared.partition(":")
+            declared = getattr(import_module(module), name)
+        expect(declared is None or callable(declared), f"declares the cost {declared!r}, which is no function")
+        return declared
 
     @property
     def accuracy(self) -> float:

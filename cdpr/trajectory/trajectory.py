@@ -10,6 +10,8 @@ from functools import partial
 
 import numpy as np
 
+from cdpr.errors import CdprError
+from cdpr.model.arrays import checked, live
 from cdpr.model.robot import Array
 
 # Columns of a segment: start, duration, coefficients of position and of the rotation vector (3 x 6 each, lowest power
@@ -18,10 +20,15 @@ COLUMNS = 42
 
 
 class Trajectory:
-    """A desired motion: piecewise quintic, at rest before its start and after its end."""
+    """A desired motion: piecewise quintic, at rest before its start and after its end.
+
+    `segments` are (K, 42), as `COLUMNS` says. Raises CdprError where they are not.
+    """
 
     def __init__(self, segments: Array) -> None:
-        self.segments = np.ascontiguousarray(segments, dtype=np.float64).reshape(-1, COLUMNS)
+        self.segments = checked(np.atleast_2d(segments), (None, COLUMNS), "segments").copy()
+        if not len(self.segments):
+            raise CdprError("segments: a motion has at least one")
 
     @property
     def start(self) -> float:
@@ -37,7 +44,7 @@ class Trajectory:
         """Return the function that writes the sample at a time (s) into `desired` (19,)."""
         from cdpr.trajectory.kernels import sample
 
-        return partial(sample, self.segments, desired)
+        return partial(sample, self.segments, live(desired, (19,), "desired"))
 
     def sample(self, time: float) -> Array:
         """Return the desired state and accelerations at `time` (s), (19,), laid out as `cdpr.model` says."""
@@ -63,7 +70,7 @@ class Stopping(Trajectory):
         """Return the function that writes the sample at a time (s) into `desired` (19,)."""
         from cdpr.trajectory.kernels import sample_stopping
 
-        return partial(sample_stopping, self.segments, self.begin, self.duration, desired)
+        return partial(sample_stopping, self.segments, self.begin, self.duration, live(desired, (19,), "desired"))
 
 
 def hold(position: Array, orientation: Array) -> Trajectory:

@@ -9,6 +9,12 @@ from cdpr.tension import Status
 from cdpr_solvers.pseudo_inverse import PseudoInverse
 from cdpr_solvers.qp import MinimumNorm
 
+
+def square(tension, t_min, t_max):
+    """What `qp` minimises, as a cost that a plugin brings."""
+    return float(tension @ tension)
+
+
 QP = {"exact": True, "respects_bounds": True, "continuity": "C0", "coverage": "full", "objective": "min_norm"}
 
 
@@ -64,11 +70,67 @@ class Raising(MinimumNorm):
         return super().solve(W, wrench, t_min, t_max, tension)
 
 
-class Pointer(MinimumNorm):
-    """It takes the memory of W as it lies there."""
+class Owner(MinimumNorm):
+    """It wants arrays of its own, which it may write."""
 
     def solve(self, W, wrench, t_min, t_max, tension):
-        W = np.ravel(W, order="K").astype(float).reshape(W.shape)
+        if W.base is not None or not W.flags.writeable:
+            return Status.BAD_INPUT
+        return super().solve(W, wrench, t_min, t_max, tension)
+
+
+class Leaning(TensionSolver):
+    """It starts from what its last call left, which only matters where that is absurd."""
+
+    def __init__(self, robot, options):
+        super().__init__(robot, options)
+        self.inner = MinimumNorm(robot, options)
+        self.kept = np.zeros(robot.m)
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        status = self.inner.solve(W, wrench, t_min, t_max, tension)
+        if not (np.abs(self.kept) < 1e20).all():
+            status = Status.NOT_FOUND
+        self.kept[:] = np.nan_to_num(tension)
+        return status
+
+
+class StaleWork(MinimumNorm):
+    """It looks at a corner of its work space before it has written there."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        stale = self.work[-1, -1]
+        return super().solve(W, wrench, t_min, t_max, tension) if stale < 1e20 else Status.NOT_FOUND
+
+
+class HalfHearted(MinimumNorm):
+    """A thousandth of the way from the optimum of its cost to the middle, in the null space."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        status = super().solve(W, wrench, t_min, t_max, tension)
+        _move(W, t_min, t_max, tension, 1e-3, status)
+        return status
+
+
+class Credulous(MinimumNorm):
+    """It takes whatever comes near: what misses by less than a hundredth counts as balanced."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        status = super().solve(W, wrench, t_min, t_max, tension)
+        if status == Status.INFEASIBLE and np.isfinite(wrench).all():
+            best = np.clip(np.linalg.pinv(W, rcond=1e-9) @ wrench, t_min, t_max)
+            if np.abs(W @ best - wrench).max() < 1e-2 * np.abs(wrench).max():
+                tension[:] = best
+                return Status.OK
+        return status
+
+
+class Timid(MinimumNorm):
+    """It takes a thin set of admissible tensions for none."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        if 0.0 < (t_max - t_min).max() < 1e-6 * np.abs(t_max).max():
+            return Status.INFEASIBLE
         return super().solve(W, wrench, t_min, t_max, tension)
 
 
@@ -194,7 +256,12 @@ MUTANTS = {
     Random: ({}, ["instances_agree"]),
     StaleWarmStart: ({"warm_start": True}, ["answers_do_not_depend_on_the_past", "reset_forgets"]),
     Raising: ({}, ["bad_input_raises_nothing"]),
-    Pointer: ({}, ["memory_layout_misleads_nobody"]),
+    Owner: ({}, ["views_are_answered_alike"]),
+    StaleWork: ({}, ["memory_never_decides"]),
+    Leaning: ({}, ["memory_never_decides"]),
+    HalfHearted: ({"objective": "own", "cost": "solver_mutants:square"}, ["objective_is_reached"]),
+    Credulous: ({}, ["misleading_problems_are_answered_truly"]),
+    Timid: ({}, ["misleading_problems_are_answered_truly"]),
     NoStatus: ({}, ["answers_balance"]),
     FullRankOnly: ({"respects_bounds": False}, ["unreachable_is_never_ok", "degenerate_problems_are_answered"]),
     Leaking: ({}, ["nothing_leaks"]),

@@ -18,6 +18,9 @@ from cdpr_backends.reference import make
 EXACT = 1e-9  # of an adaptive integrator of order eight at its tightest
 ROUND_OFF = 1e-12  # of engines, which multiply what is held by zeros: m, rad and their rates after 300 steps
 STEP = 1e-6  # of the differences by which Lagrange's equations are formed
+# Of the integration of Lagrange's equations: a hundredth of the bound below. Finer than the noise of the differences it
+# would only take smaller and smaller steps.
+FINE = 1e-9
 
 DOFS = [("x",), ("x", "z"), ("x", "y", "z"), ("ry",), ("x", "z", "ry"), ("z", "rx"), ("x", "y", "z", "rz")]
 
@@ -92,7 +95,7 @@ def lagrange(robot, start, seconds, command, external):
 
     c0 = np.array([0.4 if row >= 3 else 0.0 for row in rows])
     y0 = np.concatenate([c0, start[7:][rows]])
-    y = solve_ivp(slope, (0, seconds), y0, method="DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
+    y = solve_ivp(slope, (0, seconds), y0, method="DOP853", rtol=FINE, atol=FINE).y[:, -1]
     p, R = pose(y[:n])
     full = np.zeros(6)
     full[rows] = y[n:]

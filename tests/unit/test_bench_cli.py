@@ -19,10 +19,11 @@ from cdpr import bench
 from cdpr.bench import benchmark
 from cdpr.cli import bench as command_module
 from cdpr.cli.bench import ROBOTS, command
-from cdpr.errors import CdprError, OutputError, PluginError, ScenarioError
+from cdpr.errors import OutputError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo
 from cdpr.report.bench import write_bench
 from cdpr.report.bench_cells import COLUMNS, digits, percent, power
+from cdpr.scenario.examples import resolve
 
 FOLDER = ROOT / "scenarios" / "robots"
 POINT = str(FOLDER / "planar_point_mass.yaml")
@@ -30,7 +31,8 @@ ODD = 'a<b> & "c"'
 
 
 def solvers(*arguments, code=0):
-    result = CliRunner().invoke(command, ["solvers", *map(str, arguments)], catch_exceptions=False)
+    few = [] if "--adversaries" in arguments else ["--adversaries", "0"]
+    result = CliRunner().invoke(command, ["solvers", *map(str, arguments), *few], catch_exceptions=False)
     assert result.exit_code == code, result.output
     return result
 
@@ -63,6 +65,16 @@ def test_table():
     assert pinv[-1] == "30"
     assert max(map(len, lines)) <= 120
     assert not any("failed" in line or "not asked" in line for line in lines)
+
+
+def test_problems_made_to_mislead_have_tables_of_their_own(tmp_path):
+    """Also on the page, which states the band; and something is told before anything is done."""
+    result = solvers(POINT, "--poses", "5", "--solvers", "qp", "--adversaries", "9", "--out", tmp_path)
+    assert result.stdout.count("adversaries, ") == 9
+    assert "0%" in result.stderr
+    words = Page((tmp_path / "bench.html").read_text()).words
+    assert "The band: a feasible problem counts where all limits could be narrowed by 1e-09" in words
+    assert max(map(len, result.stdout.splitlines()[:-1])) <= 120
 
 
 def test_names_and_columns_fit_into_the_table():
@@ -153,14 +165,11 @@ def test_wrong_arguments(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         solvers(POINT, "--poses", "2", "--solvers", "qp", "--out", tmp_path / "file")
-    monkeypatch.setattr("cdpr.__file__", str(tmp_path / "cdpr" / "__init__.py"))
-    with pytest.raises(CdprError, match="name robot files"):
-        solvers()
 
 
 def test_default_robots_are_there():
     assert all((FOLDER / f"{name}.yaml").is_file() for name in ROBOTS)
-    assert command_module._default_robots() == [str(FOLDER / f"{name}.yaml") for name in ROBOTS]
+    assert [resolve(name, "robot") for name in ROBOTS] == [str(FOLDER / f"{name}.yaml") for name in ROBOTS]
 
 
 def test_missing_libraries_have_a_remedy():

@@ -162,14 +162,14 @@ GOOD = np.array([0.0, 0, 2, 1, 0, 0, 0])
 @pytest.mark.parametrize(
     ("target", "start", "text"),
     [
-        (np.full(7, 2.0), GOOD, r"lengths has the shape \(7,\), it must be \(8,\)"),
-        (np.full((8, 1), 2.0), GOOD, r"lengths has the shape \(8, 1\)"),
-        (np.full(8, np.nan), GOOD, "lengths must be finite"),
+        (np.full(7, 2.0), GOOD, r"lengths: the shape must be \(8,\), got \(7,\)"),
+        (np.full((8, 1), 2.0), GOOD, r"lengths: the shape must be \(8,\), got \(8, 1\)"),
+        (np.full(8, np.nan), GOOD, "lengths: all numbers must be finite"),
         (np.full(8, 0.0), GOOD, "lengths must be positive"),
-        (["a"] * 8, GOOD, "lengths must be 8 numbers"),
-        (np.full(8, 2.0), np.zeros(13), r"start has the shape \(13,\), it must be \(7,\)"),
+        (["a"] * 8, GOOD, "lengths: real numbers are expected"),
+        (np.full(8, 2.0), np.zeros(13), r"start: the shape must be \(7,\), got \(13,\)"),
         (np.full(8, 2.0), np.zeros(7), "quaternion has the length 0"),
-        (np.full(8, 2.0), np.full(7, np.inf), "start must be finite"),
+        (np.full(8, 2.0), np.full(7, np.inf), "start: all numbers must be finite"),
     ],
 )
 def test_wrong_input_is_refused(target, start, text):

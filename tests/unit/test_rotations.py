@@ -88,3 +88,8 @@ def test_euler_angles_are_those_of_scipy(order):
     q = np.random.default_rng(4).normal(size=4)
     q /= np.linalg.norm(q)
     np.testing.assert_allclose(rotations.to_euler(q, order), scipy_rotation(q).as_euler(order), atol=EXACT)
+
+
+@given(vectors)
+def test_of_the_two_quaternions_of_a_matrix_it_is_the_one_with_a_positive_first(v):
+    assert rotations.from_matrix(Rotation.from_rotvec(3.0 * v).as_matrix())[0] >= 0.0

@@ -373,3 +373,19 @@ def test_waypoints_rest_where_they_are_held():
     )
     # The initial pose, at rest, comes before a first point after time 0.
     load(waypoints(f"{{time: 1, {moving}", "{time: 3, position: [0, 0, 1]}", start=0.5))
+
+
+def test_as_many_steps_as_are_allowed():
+    assert load(changed(BASE, STEPS, "duration: 1e6, control_step: 0.01")).simulation.steps == 100_000_000
+    line = problem(changed(BASE, STEPS, "duration: 1000000.01, control_step: 0.01"))
+    assert "at most 1e+08 are allowed" in line
+
+
+def test_waypoints_start_at_the_initial_pose_or_at_the_first_of_them():
+    """A first point after the start is reached from rest; one at the start must itself be at rest, where one waits."""
+    points = WAYPOINTS.replace("\n    velocity: [0, 0, 0]", "\n    velocity: [0, 0, 0.1]", 1)
+    moving = whole(points)
+    load(moving)
+    at_once = changed(moving, "- time: 1.0\n", "- time: 0.0\n")
+    assert "the pose is held until 0.5 s, so the motion must start at rest" in problem(at_once)
+    load(changed(at_once, "start: 0.5", "start: 0.0"))

@@ -312,7 +312,6 @@ def test_where_it_writes_by_default_and_where_it_does_not(tmp_path, monkeypatch)
     ("problem", "reason"),
     [
         (box_problem(6), "r = 0"),
-        (box_problem(12), "fill 6 dimensions"),
         (box_problem(5), "no tensions at all balance the wrench"),
     ],
 )
@@ -320,6 +319,23 @@ def test_why_there_is_no_picture(problem, reason):
     out = plain(describe(problem, [], "here", "x"))
     assert reason in no_picture(out)
     assert any(row.startswith("  no picture: ") for row in lines(out))
+
+
+def test_more_than_two_redundant_cables_are_drawn_by_their_ranges(tmp_path):
+    pytest.importorskip("matplotlib")
+    run(SCENARIOS / "robots" / "twelve.yaml", "--solver", "lp", "--solver", "pseudo_inverse", "--out", tmp_path)
+    told = json.loads((tmp_path / "tension.json").read_text())
+    words = [
+        text.text or "" for text in ElementTree.parse(tmp_path / "tension.svg").iter() if text.tag.endswith("}text")
+    ]
+    assert {f"cable_{i}" for i in range(1, 13)} <= set(words)
+    assert {"lp", "pseudo_inverse (not admissible)"} <= set(words)
+    spans = np.array(told["ranges_N"])
+    lp = next(a for a in told["solvers"] if a["solver"] == "lp")
+    assert (spans[:, 0] - 1e-6 <= lp["tension_N"]).all()
+    assert (lp["tension_N"] <= spans[:, 1] + 1e-6).all()
+    endless = plain(describe(box_problem(12, limits=(10.0, np.inf)), [], "here", "x"))
+    assert "some limits are infinite" in no_picture(endless)
 
 
 def test_numbers_are_spread_in_order():

@@ -1,12 +1,15 @@
-"""cdpr.tension.distribute: one or many, compiled or not, threads, bad rows."""
+"""cdpr.distribute: one or many, compiled or not, threads, bad rows."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import ROOT
 
 import cdpr
+from cdpr.distribution.distributions import CHUNK
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import rotations
 from cdpr.model.dynamics import required_wrench
@@ -14,14 +17,19 @@ from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status, distribute
-from cdpr.tension.distribution import CHUNK
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
+AT = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]
 
 
 @pytest.fixture(scope="module")
 def robot():
     return cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
+
+
+def made(name, robot):
+    entry = registry().get("solver", name)
+    return entry.make(robot, entry.read_options({"name": "clarabel"} if name == "qpsolvers" else {}))
 
 
 def poses(count, seed=0):
@@ -119,13 +127,95 @@ def test_no_solver_is_believed(robot):
     [
         (([0, 0, 1, 0.5, 0, 0, 0],), CdprError, r"poses\[0\]: the quaternion has length 0.5"),
         (([0, 0, 1],), CdprError, r"poses: the shape must be \(7,\) or \(K, 7\)"),
-        (([[0, 0, 1, 1, 0, 0, 0]] * 2, np.zeros((3, 6))), CdprError, "3 rows for 2 poses"),
-        ((["a"] * 7,), CdprError, "poses: numbers are expected"),
+        (([AT] * 2, np.zeros((3, 6))), CdprError, "rows: poses 2, wrenches 3; give one of each, or as many"),
+        (([AT] * 2, np.zeros((0, 6))), CdprError, "rows: poses 2, wrenches 0"),
+        ((["a"] * 7,), CdprError, "poses: real numbers are expected, got an array of <U1"),
+        ((np.array(AT) + 0j,), CdprError, "poses: real numbers are expected, got an array of complex128"),
+        (([AT, [0.0]],), CdprError, "poses: numbers are expected: .*inhomogeneous"),
+        ((AT, [True] * 6), CdprError, "wrenches: real numbers are expected, got an array of bool"),
     ],
 )
 def test_wrong_input_is_told(robot, arguments, error, text):
     with pytest.raises(error, match=text):
         distribute(robot, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("named", "text"),
+    [
+        (
+            {"solver": object()},
+            "solver: a solver's name, or a TensionSolver made for this robot, is expected, got a object",
+        ),
+        ({"solver": TensionSolver}, "got the class TensionSolver"),
+        ({"jobs": 0}, "jobs: a whole number of threads, at least 1, is expected, got 0"),
+        ({"jobs": -1}, "got -1"),
+        ({"jobs": 1.5}, "got 1.5"),
+        ({"jobs": True}, "got True"),
+        ({"gravity": np.zeros((2, 3))}, r"gravity: the shape must be \(3,\), got \(2, 3\)"),
+        ({"tension_max": [100.0]}, r"tension_max: the shape must be \(8,\) or \(K, 8\), got \(1,\)"),
+        ({"tension_min": [-1.0] * 8}, "tension_min: below zero, but cables cannot push"),
+    ],
+)
+def test_wrong_settings_are_told(robot, named, text):
+    with pytest.raises(CdprError, match=text):
+        distribute(robot, AT, **named)
+
+
+def test_a_path_is_no_robot():
+    with pytest.raises(CdprError, match=r"robot: .* got a str; cdpr.load_robot reads one from a file"):
+        distribute("scenarios/robots/caroca.yaml", AT)
+
+
+def test_a_solver_of_another_robot_is_told(robot):
+    other = cdpr.load_robot(ROOT / "scenarios" / "robots" / "planar.yaml")
+    with pytest.raises(CdprError, match="solver: was made for a robot with 4 cables and 3 degrees of freedom"):
+        distribute(robot, AT, solver=made("qp", other))
+    with pytest.raises(CdprError, match="options: are for a solver given by name"):
+        distribute(robot, AT, solver=made("qp", robot), options={})
+
+
+@pytest.mark.parametrize("solver", ["qp", "daqp"])
+@pytest.mark.parametrize("one", [AT, [AT]])
+def test_no_rows_give_empty_results(robot, solver, one):
+    """The compiled loop once went over the one pose and wrote a row that was not there."""
+    for arguments in ((one, np.zeros((0, 6))), (np.zeros((0, 7)),), (np.zeros((0, 7)), np.zeros((0, 6)))):
+        result = distribute(robot, *arguments, solver=solver)
+        assert result.tension.shape == (0, 8)
+        assert result.status.shape == result.margin.shape == result.feasible.shape == (0,)
+    assert distribute(robot, one, solver=solver, tension_max=np.zeros((0, 8))).tension.shape == (0, 8)
+
+
+def test_statuses_are_integers_that_print_as_names(robot):
+    at = np.array([AT] * 6)
+    at[2, 0] = np.nan
+    status = distribute(robot, at).status
+    assert status.dtype == np.int64
+    assert str(status[1:3]) == "[OK BAD_INPUT]"
+    assert repr(status[2]) == "<Status.BAD_INPUT: 4>"
+    assert type(status == Status.OK) is np.ndarray
+    assert np.bincount(status)[4] == 1
+    assert str(distribute(robot, AT).status) == "OK"
+
+
+@pytest.mark.parametrize("solver", ["qp", "daqp"])
+def test_limits_per_row(robot, solver):
+    """Each row is as if the robot had its limits; one that contradicts itself is told and harms no other."""
+    at = poses(3) * [0.1, 0.1, 0.5, 1, 1, 1, 1]
+    high = np.array([[900.0] * 8, [5.0] * 8, [400.0] * 8])  # the second below the lowest, 50 N
+    result = distribute(robot, at, solver=solver, tension_max=high)
+    assert result.status.tolist() == [Status.OK, Status.BAD_INPUT, result.status[2]]
+    for k in (0, 2):
+        cables = tuple(replace(cable, tension_max=high[k, 0]) for cable in robot.cables)
+        alone = distribute(replace(robot, cables=cables), at[k], solver=solver)
+        assert alone.status == result.status[k]
+        np.testing.assert_array_equal(alone.tension, result.tension[k])
+    assert np.isnan(result.tension[1]).all()
+    for k in (0, 2):  # one pose, many limits
+        found = distribute(robot, at[k], solver=solver, tension_max=high)
+        np.testing.assert_array_equal(found.tension[k], result.tension[k])
+    none = distribute(robot, at[0], solver=solver, tension_max=[np.nan] + [900.0] * 7)
+    assert none.status == Status.BAD_INPUT
 
 
 def test_unknown_solver_is_told(robot):
@@ -136,11 +226,24 @@ def test_unknown_solver_is_told(robot):
 def test_a_matrix_of_another_robot_is_refused(robot):
     """With more rows or columns than the robot has, a kernel would write beyond its work space."""
     for name in registry().names("solver"):
-        entry = registry().get("solver", name)
-        solver = entry.make(robot, entry.read_options({"name": "clarabel"} if name == "qpsolvers" else {}))
+        solver = made(name, robot)
         if not isinstance(solver, CompiledSolver):
             continue
         for n, m in ((robot.n + 30, robot.m), (robot.n, robot.m + 30)):
             W = np.random.default_rng(0).normal(size=(n, m))
             status = solver.solve(W, W @ np.ones(m), np.zeros(m), np.full(m, 2.0), np.full(m, np.nan))
             assert status == Status.BAD_INPUT, name
+
+
+def test_arrays_that_do_not_fit_each_other_are_refused(robot):
+    """Shorter limits or answers than W has columns would be read and written beyond their ends."""
+    n, m = robot.n, robot.m
+    fitting = [np.random.default_rng(0).normal(size=(n, m)), np.ones(n), np.zeros(m), np.full(m, 2.0), np.zeros(m)]
+    for name in registry().names("solver"):
+        solver = made(name, robot)
+        if not isinstance(solver, CompiledSolver):
+            continue
+        for k in (2, 3, 4):
+            arguments = [array[:-3] if i == k else array for i, array in enumerate(fitting)]
+            assert solver.solve(*arguments) == Status.BAD_INPUT, (name, k)
+        assert solver.solve(fitting[0], np.ones(n + 4), *fitting[2:]) == Status.BAD_INPUT, name

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection, QhullError
 
-from cdpr.tension.polygon import centre_of_polygon, clip_interval, clip_polygon, most_vertices
+from cdpr.tension import safest
+from cdpr.tension.polygon import _cut, _tidy, centre_of_polygon, clip_interval, clip_polygon, most_vertices
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -185,3 +186,54 @@ def test_non_finite_input_ends(bad):
     assert len(corners([[1, 0], [0, 1]], [bad, 0], [0, 0], [1, 1])) == 0
     corners([[bad, 0], [0, 1]], [0, 0], [0, 0], [1, 1])
     assert len(ends([1], [bad], [0], [1])) == 0
+
+
+def test_limits_that_miss_each_other_by_round_off_are_broken_alike():
+    """Neither cable bears more of it, in newtons, however unequal their rows."""
+    missed, scale = 8e-9, 1000.0  # m of x; the tolerance is 1e-9 N
+    found = ends([1.0, 0.1, 0.0], [0.0, 0.0, scale], [2.0 + missed, -scale, scale], [scale, 0.2, scale])
+    assert len(found) == 1
+    first, second = 2.0 + missed - found[0], 0.1 * found[0] - 0.2
+    assert first == pytest.approx(second, rel=1e-6)
+    assert 0.0 < first < 1e-9
+
+
+def test_a_cut_along_an_edge_adds_no_corner_outside():
+    """Both ends of the edge lie beyond the cut, one of them by less than the tolerance."""
+    tolerance = 1e-9
+    old = np.array([[0.0, 0.9e-9], [1.0, 1.1e-9], [1.0, -5.0], [0.0, -5.0]])
+    new = np.zeros((8, 2))
+    count = _cut(old, 4, 0.0, 1.0, 0.0, tolerance, new)
+    assert count >= 4
+    assert np.all((new[:count] >= old.min(axis=0)) & (new[:count] <= old.max(axis=0)))
+
+
+@pytest.mark.parametrize("first", range(3))
+def test_of_a_polygon_without_breadth_the_far_ends_remain(first):
+    corners = np.roll(np.array([[0.0, 0.0], [50.0, -2e-10], [100.0, 0.0]]), first, axis=0)
+    kept = np.zeros((3, 2))
+    assert _tidy(corners, 3, 1e-9, kept) == 2
+    assert sorted(kept[:2, 0]) == [0.0, 100.0]
+
+
+def test_a_polygon_of_some_breadth_stays_one():
+    corners = np.array([[0.0, 0.0], [50.0, -4e-9], [100.0, 0.0]])  # area / circumference is the tolerance twice over
+    assert _tidy(corners, 3, 5e-10, np.zeros((3, 2))) == 3
+
+
+@pytest.mark.parametrize("ball", [True, False])
+@pytest.mark.parametrize("r", [1, 2, 3])
+def test_the_safest_point_is_a_linear_programs(ball, r):
+    """Radius of the largest ball, or largest slack; negative by as much where the set is empty."""
+    for seed in range(20):
+        N, c, low, high = random_set(seed, r)
+        m = len(c)
+        size = np.linalg.norm(N, axis=1)[:, None] if ball else np.ones((m, 1))
+        A = np.vstack([np.hstack([N, size]), np.hstack([-N, size])])
+        wanted = linprog([*[0] * r, -1], A, np.concatenate([high - c, c - low]), bounds=[(None, None)] * (r + 1)).x[r]
+        x = np.zeros(max(r, m))
+        work = np.zeros((safest.work_rows(m), 2 * m + 1))
+        found = safest.safest_point(ball, np.ascontiguousarray(N), r, np.array([c, low, high]), x, work)
+        assert found == pytest.approx(wanted, abs=1e-6 * high.max())
+        slack = np.minimum(c + N @ x[:r] - low, high - c - N @ x[:r]) / size[:, 0]
+        assert slack.min() == pytest.approx(found, abs=1e-9 * high.max())

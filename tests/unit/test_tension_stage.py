@@ -9,7 +9,8 @@ from conftest import crossed_box, make_robot
 from cdpr.errors import Diverged, Infeasible, PluginError
 from cdpr.model import kinematics
 from cdpr.tension import Status
-from cdpr.tension.checks import accept
+from cdpr.tension import box_least_squares as box
+from cdpr.tension.checks import RESIDUAL_TOLERANCE, accept
 from cdpr.tension.stage import TensionStage
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
@@ -185,6 +186,64 @@ def test_held_cables_pull_what_they_pull_and_the_report_says_so():
     assert bench.report[1] == pytest.approx(missing, rel=1e-9)
     others = np.delete(bench.tension, 2)
     assert bench.report[2] == np.minimum(others - LOW, HIGH - others).min()  # it does not hide theirs
+
+
+@pytest.mark.parametrize("load", [0.0, 0.1, 50.0, 2e4])
+@pytest.mark.parametrize("arm", [0.05, 1.0, 40.0])
+def test_the_allowance_is_a_millionth_of_the_load_moments_by_the_length(load, arm):
+    """Of the wrench's weighed norm, and of 1 N where that is less; a moment's residual is weighed likewise."""
+    W, limits = np.eye(2), np.array([[-1e9, -1e9], [1e9, 1e9]])
+    weights = np.array([1.0, 1.0 / arm])
+    wrench = np.array([0.6 * load, 0.8 * load * arm])
+    for factor, status in ((0.99, Status.OK), (1.01, Status.NOT_FOUND)):
+        for off in (np.array([1.0, 0.0]), np.array([0.0, arm])):
+            answer = wrench + factor * RESIDUAL_TOLERANCE * max(1.0, load) * off
+            assert accept(W, wrench, weights, limits, answer, np.zeros(2), np.zeros(4)) == status
+
+
+def test_a_solver_finds_the_tensions_that_replaced_its_answer():
+    found = []
+
+    def solve(W, wrench, t_min, t_max, tension):
+        found.append(tension.copy())
+        tension[:] = 77.0
+        return Status.NOT_FOUND
+
+    bench = Bench(solve)
+    bench.distribute()
+    bench.stage.distribute()
+    assert np.isnan(found[0]).all()
+    np.testing.assert_array_equal(found[1], bench.tension)
+    assert not np.array_equal(found[1], np.full(8, 77.0))
+
+
+def nearest_tensions(W, wrench, high):
+    """Best effort from no tension up to `high`, and the steps that it took."""
+    W, wrench, high = (np.array(a, dtype=float) for a in (W, wrench, high))
+    n, m = W.shape
+    tension, work = np.zeros(m), np.full((box.work_rows(n, m), max(n, m)), np.nan)
+    return box.box_least_squares(W, wrench, np.ones(n), np.zeros(m), high, tension, work), tension
+
+
+def test_of_several_nearest_tensions_it_is_the_least():
+    """One cable cannot reach its share; of two that share the other, both pull."""
+    steps, tension = nearest_tensions([[1, 1, 0], [0, 0, 1]], [8, 30], [10, 10, 10])
+    assert steps > 0
+    np.testing.assert_allclose(tension, [4, 4, 10], atol=1e-12)
+
+
+def test_a_cable_that_reached_its_upper_limit_stays_there():
+    """It took part, was blocked above, and is not asked again: all at the limit that presses them, in a step each."""
+    steps, tension = nearest_tensions([[1, 2, 0.5], [0, 1, 1]], [100, 100], [10, 10, 10])
+    np.testing.assert_array_equal(tension, [10, 10, 10])
+    assert 0 < steps <= 4
+
+
+def test_a_cable_blocked_at_its_limit_still_pulls():
+    """What it gives there is taken from what the others have to do: 6.2 / 1.04 N, by hand."""
+    steps, tension = nearest_tensions([[1, 0.5], [0.2, 1]], [10, 16], [100, 10])
+    assert steps > 0
+    np.testing.assert_allclose(tension, [6.2 / 1.04, 10.0], rtol=1e-14)
 
 
 @pytest.mark.parametrize("size", [1e3, 1e160, 1e200, 1e307])

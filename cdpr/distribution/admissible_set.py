@@ -1,0 +1,165 @@
+"""All tensions that balance one wrench at one pose: the set from which every solver chooses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdpr.distribution.distributions import check_robot, check_unit
+from cdpr.errors import CdprError
+from cdpr.model import Robot
+from cdpr.model.arrays import checked
+from cdpr.model.dynamics import required_wrench
+from cdpr.model.kinematics import make_state
+from cdpr.model.properties import check_lengths
+from cdpr.model.robot import Array, frozen_array
+from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.null_space import RANK_TOLERANCE
+from cdpr.tension.problem import Problem
+
+# Three limits whose normals span less than this share of what orthogonal ones do meet in no corner but in an edge.
+FLAT = 1e-9
+
+# A corner keeps the other limits, and two corners are one, to this share of the largest limit: round-off of a 3 x 3
+# system that is as good as singular.
+SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Admissible:
+    """The tensions { t = particular + basis x : t_min <= t <= t_max } of m cables that balance a wrench.
+
+    n are the robot's degrees of freedom, r the dimension of the null space: m - n, more where W is singular, fewer
+    where cables are locked. Of a wrench that no tensions at all produce (`reachable` is false) all arrays are empty or
+    NaN.
+    """
+
+    reachable: bool  # whether some tensions, whatever their size and sign, balance the wrench
+    feasible: bool  # whether some within the limits do, to a millionth of a newton
+    W: Array  # (n, m), the rows of the wrench matrix that belong to the degrees of freedom
+    wrench: Array  # (n,), N and N m, the same rows of the wrench
+    particular: Array  # (m,), N, the balanced tensions of least 2-norm; locked cables have theirs
+    basis: Array  # (m, r), orthonormal basis of the null space: what changes the tensions but not their wrench
+    vertices: Array | None  # (k, m), N, corners of the set, for r = 2 in order round it; None where r > 3
+    range: Array  # (m, 2), N, least and largest admissible tension of each cable; NaN where the set is empty
+    margin: float  # N, the largest distance that all tensions can keep from their limits; negative where infeasible
+    safest: Array  # (m,), N, tensions that keep this distance
+    active: NDArray[np.int64]  # (m,): -1, 1 where `safest` is as close as `margin` to the lower, upper limit, else 0
+    sensitivity: Array  # (m, n), dt/dw = W^+ of the cables that are not locked: change of `particular` with the wrench
+
+    @property
+    def redundancy(self) -> int:
+        """The dimension r of the null space."""
+        return int(self.basis.shape[1])
+
+
+def admissible(
+    robot: Robot,
+    pose: ArrayLike,
+    wrench: ArrayLike | None = None,
+    *,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Admissible:
+    """Describe all tensions that balance one wrench at one pose.
+
+    Args:
+        robot: gives geometry, limits and degrees of freedom.
+        pose: (7,): position (m) and quaternion w, x, y, z of the platform.
+        wrench: (6,): what the cables are to exert on the platform at its origin (N, N m, world axes); by default what
+            holds the platform still against `gravity`.
+        gravity: (3,), m/s^2, world.
+
+    Least and largest tensions are optima of linear programs, exact but for round-off (Mangasarian and Meyer, SIAM J.
+    Control Optim. 17, 1979). The corners are those of an interval, a polygon (Gouttefarde, Lamaury, Reichert and
+    Bruckmann, IEEE Trans. Robotics 31, 2015) or, for r = 3, points where three limits meet and all others are kept.
+
+    Raises:
+        CdprError: an argument is of the wrong kind, has another shape or is not finite, the quaternion has not length
+            1, or a cable has no length at this pose.
+    """
+    check_robot(robot)
+    at = checked(pose, (7,), "pose", finite=True).copy()
+    check_unit(at[None], "pose")
+    at[3:] /= np.linalg.norm(at[3:])
+    down = checked(gravity, (3,), "gravity", finite=True)
+    load = required_wrench(robot, make_state(at[:3], at[3:]), down) if wrench is None else wrench
+    problem = Problem(robot, at, checked(load, (6,), "wrench", finite=True))
+    return describe(problem)
+
+
+def describe(problem: Problem) -> Admissible:
+    """Describe the admissible tensions of a problem; errors as of `admissible`."""
+    check_lengths(problem.robot, problem.pose)
+    m, n = problem.robot.m, problem.robot.n
+    W, wanted = frozen_array(problem.W), frozen_array(problem.wanted)
+    low, high = problem.limits
+    if not np.isfinite(problem.limits).all():
+        raise CdprError("limits: an infinite one may leave the tensions without an end: give finite ones")
+    free = low < high
+    sensitivity = np.zeros((m, n))
+    sensitivity[free] = np.linalg.pinv(problem.W[:, free], rcond=RANK_TOLERANCE)
+    nothing = frozen_array(np.full(m, np.nan))
+    if problem.general is None:
+        basis, span = frozen_array(np.empty((m, 0))), frozen_array(np.full((m, 2), np.nan))
+        idle = _frozen(np.zeros(m, dtype=np.int64))
+        return Admissible(
+            False, False, W, wanted, nothing, basis, None, span, -np.inf, nothing, idle, frozen_array(sensitivity)
+        )
+    c, N = problem.general
+    margin, safest = (np.nan, nothing) if problem.safest is None else (problem.safest[0], c + N @ problem.safest[1])
+    near = margin + LIMIT_TOLERANCE
+    active = np.where(free & (safest - low <= near), -1, np.where(free & (high - safest <= near), 1, 0))
+    corners = _corners(problem, c, N)
+    return Admissible(
+        True,
+        problem.feasible,
+        W,
+        wanted,
+        frozen_array(c),
+        frozen_array(N),
+        corners,
+        frozen_array(problem.ranges),
+        margin,
+        frozen_array(safest),
+        _frozen(active),
+        frozen_array(sensitivity),
+    )
+
+
+def _frozen(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+    numbers.flags.writeable = False
+    return numbers
+
+
+def _corners(problem: Problem, c: Array, N: Array) -> Array | None:
+    """The corners of the admissible set, (k, m), N; None where it has more than three dimensions."""
+    (low, high), r = problem.limits, N.shape[1]
+    if r > 3:
+        return None
+    if r == 0:
+        return frozen_array(np.clip(c[None], low, high) if problem.feasible else np.empty((0, len(c))))
+    x = problem.corners if r < 3 else _corners_in_space(c, N, low, high)
+    assert x is not None
+    return frozen_array(np.clip(c + x @ N.T, low, high))
+
+
+def _corners_in_space(c: Array, N: Array, low: Array, high: Array) -> Array:
+    """Corners (k, 3) of { x : low <= c + N x <= high }: where three limits meet and all others are kept."""
+    normals, offsets = np.concatenate([N, N]), np.concatenate([low - c, high - c])
+    size = np.linalg.norm(normals, axis=1)
+    rows = np.flatnonzero(size > 0.0)  # `reduce` leaves no row of rounding
+    triples = rows[np.array(list(combinations(range(len(rows)), 3)), dtype=np.int64).reshape(-1, 3)]
+    A, b = normals[triples], offsets[triples]
+    spanning = np.abs(np.linalg.det(A)) > FLAT * size[triples].prod(axis=1)
+    x = np.linalg.solve(A[spanning], b[spanning][:, :, None])[:, :, 0]
+    near = SAME * max(1.0, float(np.abs([low, high]).max()))
+    t = c + x @ N.T
+    x = x[((t >= low - near) & (t <= high + near)).all(axis=1)]
+    kept: list[Array] = []
+    for corner in x:
+        if all(np.abs(corner - other).max() > near for other in kept):
+            kept.append(corner)
+    return np.array(kept).reshape(-1, 3)

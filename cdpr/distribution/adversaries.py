@@ -1,0 +1,231 @@
+"""Problems made to mislead a tension solver, whose answers are known for certain.
+
+Robots in general poses are kind: their columns are far from parallel, their limits far from the solution. Here are
+parallel, opposite and equal columns, columns and rows of zeros, dependent rows, arms of a hundred metres, cables
+exactly at a limit or locked, sets of admissible tensions as thin as 1e-12 of the tensions, loads from millinewtons to
+meganewtons, and wrenches that just cannot be balanced.
+
+Nothing is decided by a solver. The entries are dyadic rationals of few bits, so that W t, for tensions t chosen first,
+is computed without any rounding (`certify` does it again in fractions): the problem as its floating-point numbers state
+it has the solution t. An infeasible one is told by Farkas' lemma: a y for which y . wrench is more than y . W t can be,
+by a gap that no rounding bridges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.model import Cable, Platform, Robot
+from cdpr.model.robot import Array, frozen_array
+
+# A feasible problem must be called so where all its limits could be narrowed by this share of the largest tension;
+# nearer to the edge the round-off of any method decides. Infeasible ones here are farther from it.
+BAND = 1e-9
+
+ARM = 128.0  # m: long arms, and a power of two
+BITS = 20  # after the point, of entries that come from directions
+LARGEST = 1024  # tensions are whole numbers below this, then scaled by a power of two
+SCALES = -20, 10  # powers of two: the largest tension is from 1e-3 to 1e6 N
+THINNEST, THIN = -40, -20  # powers of two: slack of a sliver, as a share of LARGEST: 1e-12 to 1e-6
+GAPS = -26, 0  # powers of two: by how much a wrench is out of reach, as a share: at least 15 times the band
+
+# Degrees of freedom and cables of the robots that the problems are for.
+SIZES = (
+    (("x",), 2),
+    (("x", "z"), 3),
+    (("x", "z"), 4),
+    (("x", "y", "z"), 3),
+    (("x", "z", "ry"), 4),
+    (("x", "y", "z"), 5),
+    (("x", "y", "z", "rx", "ry", "rz"), 7),
+    (("x", "y", "z", "rx", "ry", "rz"), 8),
+    (("x", "y", "z", "rx", "ry", "rz"), 12),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Adversaries:
+    """K problems W t = wrench, low <= t <= high for a robot with n degrees of freedom and m cables.
+
+    solution (K, m) solves the feasible ones exactly, and certificate (K, n) is the y that proves the others infeasible.
+    """
+
+    robot: Robot
+    W: Array  # (K, n, m)
+    wrench: Array  # (K, n)
+    low: Array  # (K, m)
+    high: Array  # (K, m)
+    feasible: NDArray[np.bool_]  # (K,)
+    solution: Array  # (K, m), N; NaN where there is none
+    certificate: Array  # (K, n); NaN where there is none
+    kind: list[str]  # of W and of the limits
+
+    def __len__(self) -> int:
+        return len(self.W)
+
+    @property
+    def slack(self) -> Array:
+        """By what share of the largest tension all limits may be narrowed at least, (K,); NaN where infeasible.
+
+        Locked cables do not count.
+        """
+        room = np.minimum(self.solution - self.low, self.high - self.solution)
+        room = np.where(self.low == self.high, np.inf, room).min(axis=1)
+        return np.where(self.feasible, room / np.abs(self.high).max(axis=1), np.nan)
+
+
+def robots() -> list[Robot]:
+    """A robot of each of `SIZES`; of its geometry only the characteristic length, 1 m, counts."""
+    made = []
+    for dof, m in SIZES:
+        angle = 2.0 * np.pi * np.arange(m) / m
+        B = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+        cables = tuple(
+            Cable(f"c{i + 1}", frozen_array(10.0 * b), frozen_array(b), 0.0, float(LARGEST)) for i, b in enumerate(B)
+        )
+        platform = Platform(10.0, frozen_array(np.eye(3)), frozen_array([0.0, 0.0, 0.0]))
+        made.append(Robot(f"adversaries, {m} cables for {len(dof)}", platform, cables, dof))
+    return made
+
+
+def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
+    """Make problems for a robot: each with a matrix and limits of kinds drawn at random, one in three infeasible.
+
+    Problem k depends on the robot's size, its rows, the seed and k alone.
+    """
+    n, m = robot.n, robot.m
+    W, wrench = np.empty((count, n, m)), np.empty((count, n))
+    low, high = np.empty((count, m)), np.empty((count, m))
+    solution, certificate = np.full((count, m), np.nan), np.full((count, n), np.nan)
+    feasible, kind = np.ones(count, dtype=bool), []
+    moments = np.array(robot.rows) >= 3
+    for k in range(count):
+        rng = np.random.default_rng([seed, n, m, k])
+        matrix, first = _matrix(moments, m, rng)
+        W[k] = matrix
+        t = rng.integers(1, LARGEST, m).astype(float)
+        low[k], high[k], second = _limits(t, rng)
+        if first.startswith("twin"):  # with limits of their own they would be told apart
+            t[1], low[k, 1], high[k, 1] = t[0], low[k, 0], high[k, 0]
+        wrench[k] = W[k] @ t
+        scale = 2.0 ** rng.integers(*SCALES, endpoint=True)
+        kind.append(f"{first}, {second}")
+        if k % 3 == 2:
+            y = rng.integers(-3, 4, n).astype(float)
+            y[rng.integers(n)] = 1.0
+            if first == "dependent rows" and rng.integers(2):  # out of the range of W, whatever the tensions
+                y = _left_null(W[k], y)
+            wrench[k], feasible[k] = _out_of_reach(W[k], wrench[k], low[k], high[k], y, rng), False
+            certificate[k] = y
+        else:
+            solution[k] = t * scale
+        for vectors in (wrench, low, high):
+            vectors[k] *= scale
+    for array in (W, wrench, low, high):
+        array.flags.writeable = False  # no solver can change what the next one is asked
+    return Adversaries(robot, W, wrench, low, high, feasible, solution, certificate, kind)
+
+
+def _matrix(moments: NDArray[np.bool_], m: int, rng: np.random.Generator) -> tuple[Array, str]:
+    """A matrix (n, m) of dyadic rationals, and what is wrong with it."""
+    n = len(moments)
+    W: Array
+    if rng.integers(2):
+        W = rng.integers(-3, 4, (n, m)).astype(float)
+    else:
+        W = rng.normal(size=(n, m))
+        W /= np.linalg.norm(W, axis=0)
+        W = np.round(W * 2.0**BITS) / 2.0**BITS
+    kinds = ["general", "parallel", "opposite", "twins", "nearly parallel", "zero column"]
+    kinds += ["dependent rows", "zero row"] if n > 1 else []
+    kinds += ["long arms"] if moments.any() else []
+    kind = kinds[rng.integers(len(kinds))]
+    if kind == "parallel":
+        for j in range(1, rng.integers(2, m + 1)):
+            W[:, j] = W[:, 0] * 2.0 ** rng.integers(-2, 3)
+    elif kind == "opposite":
+        W[:, 1] = -W[:, 0] * 2.0 ** rng.integers(-2, 3)
+    elif kind == "twins":
+        W[:, 1] = W[:, 0]
+    elif kind == "nearly parallel":
+        W[:, 1] = W[:, 0] + 2.0**-BITS * rng.integers(-1, 2, n)
+    elif kind == "zero column":
+        W[:, 0] = 0.0
+    elif kind == "dependent rows":
+        W[-1] = W[0] if rng.integers(2) else W[:-1].sum(axis=0)
+    elif kind == "zero row":
+        W[-1] = 0.0
+    elif kind == "long arms":
+        W[moments] *= ARM
+    order = rng.permutation(m) if kind != "twins" else np.arange(m)
+    return W[:, order], kind
+
+
+def _limits(t: Array, rng: np.random.Generator) -> tuple[Array, Array, str]:
+    """Limits (m,) that hold `t` (m,), and what is wrong with them."""
+    m = len(t)
+    low, high = t - np.minimum(rng.integers(1, 100, m), t), t + rng.integers(1, 1000, m)
+    some = rng.random(m) < rng.random()
+    kind = ("wide", "at limits", "locked", "sliver", "narrow", "narrow and at limits")[rng.integers(6)]
+    if kind in ("at limits", "narrow and at limits"):
+        upper = rng.random(m) < 0.5
+        low, high = np.where(some & ~upper, t, low), np.where(some & upper, t, high)
+    elif kind == "locked":
+        low, high = np.where(some, t, low), np.where(some, t, high)
+    thin = LARGEST * 2.0 ** rng.integers(THINNEST, THIN, endpoint=True)
+    if kind == "sliver":  # on every side of every cable
+        low, high = t - thin, t + thin
+    elif kind.startswith("narrow"):
+        low = np.where(some & (low < t), t - thin, low)
+        high = np.where(some & (high > t), t + thin, high)
+    return low, high, kind
+
+
+def _left_null(W: Array, otherwise: Array) -> Array:
+    """A y with y W = 0 of a matrix whose last row is its first one, or the sum of the others; else `otherwise`."""
+    n = len(W)
+    for y in (np.eye(n)[-1] - np.eye(n)[0], 2.0 * np.eye(n)[-1] - np.ones(n)):
+        if not (y @ W).any():
+            return np.asarray(y)
+    return otherwise
+
+
+def _out_of_reach(W: Array, wrench: Array, low: Array, high: Array, y: Array, rng: np.random.Generator) -> Array:
+    """A wrench beyond all that the cables can pull along y."""
+    c = W.T @ y
+    most = float(np.maximum(c * low, c * high).sum())
+    share = 2.0 ** rng.integers(*GAPS, endpoint=True)
+    gap = share * max(float(np.abs(c).sum() * high.max()), float(np.linalg.norm(y) * np.linalg.norm(wrench)), 1.0)
+    return np.asarray(wrench + y * ((most + gap - y @ wrench) / (y @ y)))
+
+
+def certify(problems: Adversaries, k: int) -> float:
+    """Prove, in rational arithmetic, what problem k is said to be; AssertionError where it is not so.
+
+    Returns the share of the largest tension by which all limits may be narrowed (feasible), or must be widened.
+    """
+    W, wrench, low, high = (
+        _fractions(array[k]) for array in (problems.W, problems.wrench, problems.low, problems.high)
+    )
+    n, m = W.shape
+    largest = max(map(abs, high))
+    if problems.feasible[k]:
+        t = _fractions(problems.solution[k])
+        assert all(sum(W[j] * t) == wrench[j] for j in range(n))
+        assert all(low[i] <= t[i] <= high[i] for i in range(m))
+        room = (min(t[i] - low[i], high[i] - t[i]) for i in range(m) if low[i] < high[i])
+        return float(min(room, default=largest) / largest)
+    y = _fractions(problems.certificate[k])
+    c = [sum(y * W[:, i]) for i in range(m)]
+    gap = sum(y * wrench) - sum(max(c[i] * low[i], c[i] * high[i]) for i in range(m))
+    assert gap > 0
+    push, load = sum(map(abs, c)) * largest, sum(abs(y * wrench))
+    return float(min(gap / push if push else 1, gap / load if load else 1))
+
+
+def _fractions(values: Array) -> NDArray[np.object_]:
+    return np.asarray(np.vectorize(Fraction, otypes=[object])(values))

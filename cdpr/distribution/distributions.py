@@ -1,0 +1,245 @@
+"""Distributing one wrench or a million: arrays in, arrays out, on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.distribution.status_array import StatusArray
+from cdpr.errors import CdprError
+from cdpr.model import Robot, dynamics, kernels
+from cdpr.model.arrays import checked, real
+from cdpr.model.robot import Array
+from cdpr.plugins import CompiledSolver, TensionSolver
+from cdpr.plugins.registry import registry
+from cdpr.tension import Status
+from cdpr.tension import box_least_squares as box
+from cdpr.tension.policy import action
+from cdpr.tension.stage import TensionStage
+
+# Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
+CHUNK = 4096
+
+UNIT_TOLERANCE = 1e-3  # of a quaternion's length: rounded input is nearer to 1, mistakes are farther
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """K distributions for a robot with m cables; of a single one, the leading axis is missing."""
+
+    tension: Array  # (K, m), N, within the limits; NaN where the input was bad
+    status: Any  # (K,), `cdpr.tension.Status` of the solver's answer after the checks: integers that print as names
+    residual: Array  # (K,), N, |W t - wrench|, moments divided by the characteristic length
+    margin: Array  # (K,), N, smallest distance of a tension from its limits
+    at_limit: Array  # (K,), number of cables at a limit
+
+    @property
+    def feasible(self) -> Array:
+        """Whether the tensions balance the wrench within the limits, (K,)."""
+        return np.asarray(self.status == Status.OK)
+
+
+def distribute(
+    robot: Robot,
+    poses: ArrayLike,
+    wrenches: ArrayLike | None = None,
+    *,
+    solver: str | TensionSolver = "qp",
+    options: Mapping[str, Any] | None = None,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+    tension_min: ArrayLike | None = None,
+    tension_max: ArrayLike | None = None,
+    jobs: int | None = None,
+) -> Distribution:
+    """Distribute wrenches at poses, each row by itself, as the tension stage of a run does.
+
+    Args:
+        robot: gives geometry, limits and degrees of freedom.
+        poses: (7,) or (K, 7): position (m) and quaternion w, x, y, z of the platform.
+        wrenches: (6,) or (K, 6): what the cables are to exert on the platform at its origin (N, N m, world axes); by
+            default what holds the platform still against `gravity`.
+        solver: the name of an installed solver, or one made for this robot.
+        options: options of a solver given by name.
+        gravity: (3,), m/s^2, world.
+        tension_min: (m,) or (K, m), N, lowest tensions instead of the robot's.
+        tension_max: likewise, highest tensions.
+        jobs: threads for a compiled solver, at least 1, by default one per core; the result is the same. Others use
+            one.
+
+    What has one row holds for all; where one has none, so has the result. A row with an entry that is not finite, or
+    with a lower limit above the upper one, gets the status BAD_INPUT (limits may be infinite). Where no distribution is
+    admissible the tensions are those within the limits that come nearest to the wrench, and the status says so. To a
+    solver whose answers depend on the step before, each row is a first step.
+
+    Raises:
+        CdprError: an argument is of the wrong kind, shapes do not fit, a quaternion has not length 1, or a lower limit
+            is negative, though the robot's cables can only pull.
+        PluginError: the solver is unknown, not installed, refuses its options or the robot, or raises.
+    """
+    check_robot(robot)
+    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
+        raise CdprError(f"jobs: a whole number of threads, at least 1, is expected, got {jobs!r}")
+    chosen, respects_bounds = _solver(robot, solver, options)
+    pose = _rows(poses, 7, "poses")
+    wrench = None if wrenches is None else _rows(wrenches, 6, "wrenches")
+    low = _rows(robot.tension_min if tension_min is None else tension_min, robot.m, "tension_min")
+    high = _rows(robot.tension_max if tension_max is None else tension_max, robot.m, "tension_max")
+    if robot.unilateral and (low < 0.0).any():
+        raise CdprError("tension_min: below zero, but cables cannot push; only a robot of `unilateral: false` may")
+    count = _count({"poses": pose, "wrenches": wrench, "tension_min": low, "tension_max": high})
+    check_unit(pose, "poses")
+    arguments = (poses, wrenches, tension_min, tension_max)
+    single = all(np.ndim(values) < 2 for values in arguments if values is not None)
+    limits = np.ascontiguousarray(np.stack(np.broadcast_arrays(low, high), axis=1))
+    task = _Task(
+        robot,
+        chosen,
+        respects_bounds,
+        checked(gravity, (3,), "gravity"),
+        _repeated(pose, count),
+        None if wrench is None else _repeated(wrench, count),
+        limits if len(limits) == 1 else _repeated(limits, count),
+        np.empty((count, robot.m)),
+        np.empty((count, 4)),
+    )
+    if isinstance(chosen, CompiledSolver):
+        _compiled(task, len(os.sched_getaffinity(0)) if jobs is None else int(jobs))
+    else:
+        _row_by_row(task)
+    status, residual, margin, at_limit = task.report.T
+    columns: tuple[Any, ...] = (task.tension, StatusArray(status), residual, margin, at_limit)
+    return Distribution(*(column[0] if single else column for column in columns))
+
+
+def check_robot(robot: object) -> None:
+    """Raise CdprError where what stands for a robot is none."""
+    if not isinstance(robot, Robot):
+        remedy = "; cdpr.load_robot reads one from a file" if isinstance(robot, (str, os.PathLike)) else ""
+        raise CdprError(f"robot: a cdpr.model.Robot is expected, got a {type(robot).__name__}{remedy}")
+
+
+def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:
+    """The solver, and whether it declares that it respects the limits."""
+    if isinstance(solver, str):
+        entry = registry().get("solver", solver)
+        respects_bounds = bool(entry.info.properties.get("respects_bounds", True))
+        return entry.make(robot, entry.read_options(options or {})), respects_bounds
+    if not isinstance(solver, TensionSolver):
+        given = f"the class {solver.__name__}" if isinstance(solver, type) else f"a {type(solver).__name__}"
+        raise CdprError(f"solver: a solver's name, or a TensionSolver made for this robot, is expected, got {given}")
+    if options is not None:
+        raise CdprError("options: are for a solver given by name; this one has been made with its own")
+    if (solver.robot.n, solver.robot.m) != (robot.n, robot.m):
+        raise CdprError(
+            f"solver: was made for a robot with {solver.robot.m} cables and {solver.robot.n} degrees of freedom, this "
+            f"one has {robot.m} and {robot.n}"
+        )
+    return solver, True
+
+
+def _rows(values: ArrayLike, width: int, name: str) -> Array:
+    array = real(values, name)  # a million rows are not copied without need
+    if array.ndim not in (1, 2) or array.shape[-1] != width:
+        raise CdprError(f"{name}: the shape must be ({width},) or (K, {width}), got {array.shape}")
+    return array.reshape(-1, width)
+
+
+def _count(given: Mapping[str, Array | None]) -> int:
+    """The number of rows of the result."""
+    rows = {name: len(array) for name, array in given.items() if array is not None}
+    several = {name: count for name, count in rows.items() if count != 1}
+    if len(set(several.values())) > 1:
+        told = ", ".join(f"{name} {count}" for name, count in several.items())
+        raise CdprError(f"rows: {told}; give one of each, or as many")
+    return next(iter(several.values()), 1)
+
+
+def check_unit(pose: Array, name: str) -> None:
+    """Raise CdprError where a quaternion of poses (K, 7) has not length 1."""
+    length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
+    if (off := np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)).size:
+        which = f"{name}[{off[0]}]" if name.endswith("s") else name
+        raise CdprError(f"{which}: the quaternion has length {length[off[0]]:.6g}, it must be 1")
+
+
+def _repeated(array: Array, count: int) -> Array:
+    """One row repeated, or all rows as they are."""
+    return np.repeat(array, count, axis=0) if len(array) == 1 and count != 1 else array
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """What is to be distributed, K rows, and the arrays for what comes of it."""
+
+    robot: Robot
+    solver: TensionSolver
+    respects_bounds: bool
+    gravity: Array  # (3,)
+    pose: Array  # (K, 7)
+    wrench: Array | None  # (K, 6); None: what holds the platform still
+    limits: Array  # (K, 2, m), or (1, 2, m) for all rows
+    tension: Array  # (K, m), written
+    report: Array  # (K, 4), written
+
+
+def _compiled(task: _Task, jobs: int) -> None:
+    """Fill tension and report by a solver's kernel, in threads: it takes no lock, and rows are independent."""
+    from cdpr.distribution.batch import distribute_rows
+
+    robot, solver = task.robot, task.solver
+    assert isinstance(solver, CompiledSolver)
+    fixed = (
+        solver.kernel,
+        solver.parameters,
+        solver.work.shape,
+        (box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
+        action("best_effort", task.respects_bounds),
+        robot.anchors.copy(),
+        np.array(robot.rows),
+        robot.inertial.copy(),
+        task.gravity,
+        np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
+    )
+    wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
+
+    def part(start: int) -> None:
+        rows = slice(start, start + CHUNK)
+        limits = task.limits if len(task.limits) == 1 else task.limits[rows]
+        distribute_rows(*fixed, limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+
+    starts = range(0, len(task.pose), CHUNK)
+    if jobs == 1 or len(starts) < 2:
+        for start in starts:
+            part(start)
+        return
+    with ThreadPoolExecutor(jobs) as threads:
+        for _ in threads.map(part, starts):
+            pass
+
+
+def _row_by_row(task: _Task) -> None:
+    """Fill tension and report by a solver that is Python."""
+    robot, m = task.robot, task.robot.m
+    W, w, t, row, spare = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(m)
+    state = np.zeros(13)
+    solve, name = task.solver.solve, type(task.solver).__name__
+    stage = TensionStage(robot, solve, name, task.respects_bounds, "best_effort", W, w, t, row)
+    task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
+    for k, at in enumerate(task.pose):
+        state[:7] = at
+        state[3:7] /= np.linalg.norm(at[3:])
+        kernels.cable_geometry(robot.anchors, state, W, spare, spare)
+        given = task.wrench
+        w[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
+        stage.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]
+        stage.forget()
+        if np.isfinite(W).all() and np.isfinite(w).all() and (low <= high).all():
+            stage.distribute()
+            task.tension[k], task.report[k] = t, row

@@ -1,0 +1,151 @@
+"""Plugins that are not installed: a class given to `simulate`, or the classes of a file named after --plugin.
+
+A class that derives from an interface becomes a plugin of its own name. It may say what `PluginInfo` would: its
+docstring begins with the summary, `properties` is a mapping of what it declares, `Options` the model of its options.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import sys
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType, TracebackType
+from typing import Any
+
+from cdpr.errors import PluginError
+from cdpr.plugins.info import PluginInfo, PluginOptions, Role
+
+
+@dataclass(frozen=True)
+class PluginFile:
+    """A file with plugins, as it was when it was read: workers get its text, whatever becomes of the file."""
+
+    path: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        """What the record of a run calls it: the same in every folder."""
+        return Path(self.path).name
+
+    @property
+    def version(self) -> str:
+        """A fingerprint of what it holds."""
+        return fingerprint(self.text)
+
+
+def fingerprint(text: str) -> str:
+    """Return what stands for the version of code that has none."""
+    return f"sha256:{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def read_file(path: str) -> PluginFile:
+    """Read a file with plugins; PluginError where it cannot be read or is broken."""
+    try:
+        file = PluginFile(path, Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8"
+        raise PluginError(f"--plugin {path}: {reason}; a Python file with classes is expected") from error
+    classes_of(file)
+    return file
+
+
+@lru_cache
+def classes_of(file: PluginFile) -> tuple[type, ...]:
+    """Execute a file and return the classes in it that derive from an interface.
+
+    Raises PluginError, with the line, where it does not run or holds none.
+    """
+    name = f"cdpr_file_{file.version.partition(':')[2]}_{Path(file.path).stem}"
+    module = ModuleType(name)
+    module.__file__ = str(Path(file.path).absolute())
+    sys.modules[name] = module  # dataclasses, pickle and kernels look for it there
+    try:
+        exec(compile(file.text, module.__file__, "exec"), module.__dict__)
+    except SyntaxError as error:
+        raise PluginError(f"{file.path}:{error.lineno or 1}: SyntaxError: {error.msg}") from error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        place = innermost(error, [module.__file__])
+        line = 1 if place is None else place.tb_lineno
+        raise PluginError(f"{file.path}:{line}: {type(error).__name__}: {' '.join(str(error).split())}") from error
+    found = tuple(
+        item
+        for item in vars(module).values()
+        if isinstance(item, type) and item.__module__ == name and not inspect.isabstract(item) and _roles(item)
+    )
+    if not found:
+        abstract = [item for item in vars(module).values() if isinstance(item, type) and inspect.isabstract(item)]
+        own = [f"; {_lacks(item)}" for item in abstract if item.__module__ == name and _roles(item)]
+        raise PluginError(
+            f"{file.path}: holds no class that derives from cdpr.plugins.Controller, TensionSolver or "
+            f"Backend{''.join(own)}"
+        )
+    return found
+
+
+def innermost(error: BaseException, files: Collection[str | None] | None = None) -> TracebackType | None:
+    """Return the innermost place, in `files` unless they are None, at which an error was raised or passed."""
+    found, trace = None, error.__traceback__
+    while trace is not None:
+        if files is None or trace.tb_frame.f_code.co_filename in files:
+            found = trace
+        trace = trace.tb_next
+    return found
+
+
+def role_of(item: type) -> Role:
+    """Return the role of a class from a file."""
+    return _roles(item)[0]
+
+
+def describe_class(role: Role, item: Any) -> PluginInfo:
+    """Return the row of a class; PluginError where it cannot be a plugin of this role."""
+    if not isinstance(item, type) or role not in _roles(item):
+        hint = "; give the class, and its options as overrides" if _roles(type(item)) else ""
+        raise PluginError(
+            f"{role}: a name or a class derived from cdpr.plugins.{_interfaces()[role].__name__} is expected, "
+            f"got {item!r}{hint}"
+        )
+    if inspect.isabstract(item):
+        raise PluginError(f"{role}: {_lacks(item)}")
+    try:
+        return PluginInfo(
+            name=item.__name__,
+            factory=f"{item.__module__}:{item.__qualname__}",
+            summary=(inspect.getdoc(item) or item.__name__).partition("\n")[0],
+            properties=getattr(item, "properties", {}),
+            options=getattr(item, "Options", PluginOptions),
+        )
+    except (TypeError, ValueError) as error:
+        raise PluginError(f"{role} {item.__name__}: {error}") from error
+
+
+def source_version(item: type) -> str:
+    """Return a fingerprint of the source of a class, "unknown" where there is none, as at an interpreter's prompt."""
+    try:
+        return fingerprint(inspect.getsource(item))
+    except (OSError, TypeError):
+        return "unknown"
+
+
+def _interfaces() -> dict[Role, type]:
+    from cdpr.plugins.backend import Backend
+    from cdpr.plugins.controller import Controller
+    from cdpr.plugins.solver import TensionSolver
+
+    return {"backend": Backend, "controller": Controller, "solver": TensionSolver}
+
+
+def _roles(item: type) -> list[Role]:
+    return [role for role, interface in _interfaces().items() if issubclass(item, interface)]
+
+
+def _lacks(item: type) -> str:
+    missing: Iterator[str] = iter(sorted(getattr(item, "__abstractmethods__", ())))
+    return f"class {item.__name__} lacks {', '.join(missing)}"

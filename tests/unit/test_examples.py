@@ -1,0 +1,105 @@
+"""The examples that come with cdpr, found by their names."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+from conftest import ROOT
+
+import cdpr
+from cdpr.cli import cli
+from cdpr.errors import CdprError, OutputError, ScenarioError
+from cdpr.scenario import examples
+
+SCENARIOS = ROOT / "scenarios"
+ALL = examples.examples()
+
+
+def said(*arguments):
+    done = CliRunner().invoke(cli, [*map(str, arguments)])
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done.output
+
+
+def test_all_files_are_examples():
+    assert {one.path for one in ALL} == set(SCENARIOS.rglob("*.yaml"))
+
+
+def test_each_says_what_it_shows():
+    for example in ALL:
+        assert 15 < len(example.shows) < 260, example
+        assert example.shows.endswith((".", "?")), example
+
+
+def test_a_name_finds_a_file_of_its_kind():
+    assert cdpr.load_scenario("caroca").source == str(SCENARIOS / "caroca.yaml")
+    assert cdpr.load_robot("caroca").m == 8
+    assert examples.resolve("gains", "study") == str(SCENARIOS / "studies" / "gains.yaml")
+    assert examples.resolve("seven", None) == str(SCENARIOS / "robots" / "seven.yaml")
+
+
+def test_an_existing_file_wins(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "caroca").mkdir()
+    assert cdpr.load_scenario("caroca").source == str(SCENARIOS / "caroca.yaml"), "a folder is no scenario"
+    (tmp_path / "caroca").rmdir()
+    (tmp_path / "caroca").write_text("name: mine")
+    with pytest.raises(ScenarioError, match=r"^caroca:"):
+        cdpr.load_scenario("caroca")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("carocca", r"no file 'carocca', and no example has that name: did you mean 'caroca'\? 'cdpr examples' lists"),
+        ("elsewhere/helix.yaml", r"no folder 'elsewhere'; cdpr comes with an example 'helix': give that name alone"),
+        ("seven", "there is no file 'seven'"),  # a robot
+    ],
+)
+def test_a_name_that_finds_nothing(name, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ScenarioError, match=message):
+        cdpr.load_scenario(name)
+
+
+def test_commands_take_names(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "helix: ok" in said("validate", "helix")
+    assert "seven: ok (robot, 7 cables)" in said("validate", "seven")
+    rows = json.loads(said("study", "gains", "--dry-run", "--json"))["cases"]
+    assert rows
+
+
+def test_the_list():
+    text = said("examples")
+    for one in ALL:
+        assert f"  {one.name} " in text
+        assert one.shows in text
+
+
+@pytest.mark.parametrize("name", sorted({one.name for one in ALL}))
+def test_a_copy_is_whole(name, tmp_path):
+    copies = examples.copy(name, tmp_path / "mine")
+    (first, *_) = copies
+    assert first.stem == name
+    done = said("study", first, "--dry-run") if first.parent.name == "studies" else said("validate", first)
+    assert "ok" in done or "all valid" in done
+
+
+def test_a_copy_overwrites_nothing(tmp_path):
+    said("examples", "copy", "caroca", "--to", tmp_path)
+    changed = tmp_path / "robots" / "caroca.yaml"
+    changed.write_text("mine")
+    (tmp_path / "caroca.yaml").unlink()
+    with pytest.raises(OutputError, match=r"robots/caroca\.yaml: exists already"):
+        examples.copy("caroca", tmp_path)
+    assert not (tmp_path / "caroca.yaml").exists()
+    assert changed.read_text() == "mine"
+
+
+def test_a_copy_of_nothing(tmp_path):
+    with pytest.raises(CdprError, match=r"no example 'helixx': did you mean 'helix'\?"):
+        examples.copy("helixx", tmp_path)

@@ -1,0 +1,172 @@
+"""Solvers that are declared exact on problems made to mislead them, judged by rational arithmetic."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tension_cases import Case, cases
+
+from cdpr.plugins.registry import registry
+from cdpr.tension import Status
+from cdpr.tension.checks import accept
+
+OPTIMUM = 1e-9  # of the largest limit
+FULL = ["qp", "lp", "maximin", "analytic_centre", "centroid", "best_effort"]
+PARTIAL = ["closed_form", "improved_closed_form", "puncture", "kernel", "dykstra", "p_norm"]
+VARIANTS = [
+    *((name, {}) for name in FULL + PARTIAL),
+    ("qp", {"about": "middle"}),
+    ("qp", {"weights": True}),
+    ("lp", {"weights": True}),
+    ("maximin", {"norm": "ball"}),
+    ("analytic_centre", {"weights": True}),
+    ("improved_closed_form", {"rule": "scaled"}),
+]
+
+
+def case(W, wrench, low, high):
+    return Case(*(np.array(values, dtype=float) for values in (W, wrench, low, high)))
+
+
+def made(name, problem, options):
+    n, m = problem.W.shape
+    robot = SimpleNamespace(
+        name="cases",
+        n=n,
+        m=m,
+        rows=problem.rows,
+        characteristic_length=problem.length,
+        tension_min=problem.low,
+        tension_max=problem.high,
+    )
+    if options.get("weights"):
+        options = {**options, "weights": [0.25, 4.0, 1.0, 0.5] * 3}
+        options["weights"] = options["weights"][:m]
+    entry = registry().get("solver", name)
+    return entry.make(robot, entry.read_options(options))
+
+
+def ask(solver, problem, rubbish=np.nan):
+    solver.work[:] = rubbish
+    tension = np.full(len(problem.low), np.nan)
+    return solver.solve(problem.W, problem.wrench, problem.low, problem.high, tension), tension
+
+
+def accepted(problem, tension):
+    """What the tension stage says of an answer."""
+    weights = np.repeat([1.0, 1.0 / problem.length], 3)[problem.rows]
+    limits = np.array([problem.low, problem.high])
+    return accept(problem.W, problem.wrench, weights, limits, tension, tension.copy(), np.zeros(4)) == Status.OK
+
+
+def mistakes(name, options, problem, truth):
+    """What is wrong with a solver's answers to a problem of which the truth is known."""
+    solver = made(name, problem, options)
+    status, tension = ask(solver, problem)
+    for rubbish in (1e30, 0.0):
+        again, same = ask(solver, problem, rubbish)
+        if again != status or (status == Status.OK and (same != tension).any()):
+            yield "reads what it did not write"
+    if status == Status.OK:
+        if not accepted(problem, tension):
+            yield "bad OK"
+        if truth == "infeasible":
+            yield "OK on infeasible"
+        if name in ("qp", "best_effort") and not options and truth in ("feasible", "barely"):
+            scale = max(np.abs(problem.low).max(), np.abs(problem.high).max())
+            if np.linalg.norm(tension) > np.linalg.norm(problem.least()) + OPTIMUM * scale:
+                yield "not the least norm"
+    elif status == Status.INFEASIBLE:
+        if truth in ("feasible", "barely"):
+            yield f"INFEASIBLE on {truth}"
+    elif name in FULL and not (name == "centroid" and status == Status.UNSUPPORTED):
+        yield f"{status} though it declares full coverage"
+
+
+def hold(problems):
+    wrong = []
+    for k, problem in enumerate(problems):
+        truth = problem.truth()
+        for name, options in VARIANTS:
+            wrong += [(k, name, options, text) for text in mistakes(name, options, problem, truth)]
+    assert not wrong, f"{len(wrong)} mistakes, such as {wrong[:5]}"
+
+
+def test_no_mistake_in_some_hundred():
+    hold(cases(1, 120))
+
+
+@pytest.mark.slow
+def test_no_mistake_in_many_thousand():
+    hold(cases(2, 10_000))
+
+
+PARALLEL = case([[0, 1, 1, 3], [1, -3, 2, 1], [-2, -1, -1, -3]], [0] * 3, [10, 1, 30, 700], [90, 5, 110, 8000])
+
+
+@pytest.mark.parametrize("name", FULL)
+def test_parallel_cables_beside_one_that_is_determined(name):
+    """Rows of N that are round-off are no directions, and a cost that is round-off asks for none."""
+    problem = Case(PARALLEL.W, PARALLEL.W @ [90.0, 5.0, 40.0, 1000.0], PARALLEL.low, PARALLEL.high)
+    status, tension = ask(made(name, problem, {}), problem)
+    assert status == Status.OK
+    assert accepted(problem, tension)
+
+
+@pytest.mark.parametrize(("name", "options"), [("maximin", {"norm": "ball"}), ("analytic_centre", {})])
+def test_stale_memory_is_no_answer(name, options):
+    """The only cable would have to pull 53 N of at most 40 N."""
+    problem = case([[-2.0, 0.0]], [-106.0], [5.0, 5.0], [40.0, 40.0])
+    for rubbish in (1e12, np.nan, 0.0):
+        assert ask(made(name, problem, options), problem, rubbish)[0] == Status.INFEASIBLE
+
+
+def test_centre_beside_a_cable_that_the_wrench_holds_at_its_limit():
+    problem = case([[0.0, -2.0]], [-80.0], [5.0, 5.0], [45.0, 40.0])
+    status, tension = ask(made("analytic_centre", problem, {}), problem)
+    assert status == Status.OK
+    np.testing.assert_allclose(tension, [25.0, 40.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("width", [1e-6, 1e-8])
+@pytest.mark.parametrize("length", [1.0, 400.0])
+def test_centre_of_a_sliver(width, length):
+    """Two cables pull against each other within a width, a third and a fourth within a length: the middle of each."""
+    W = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
+    problem = case(W, [0.0, 0.0], [100.0, 100.0, 100.0, 100.0], [100 + width, 200.0, 100 + length, 700.0])
+    status, tension = ask(made("analytic_centre", problem, {}), problem)
+    assert status == Status.OK
+    for k, span in ((0, problem.high[0] - 100.0), (2, length)):
+        low, high = np.float64(100.0), problem.high[k + 1]
+        x = tension[k] - low
+        # Stationary: 1 / x - 1 / (span - x) of the one cable, 1 / x - 1 / (high - low - x) of the other.
+        terms = np.array([2.0 / x, -1.0 / (span - x), -1.0 / (high - low - x)])
+        assert abs(terms.sum()) <= 1e-3 * np.abs(terms).max()
+
+
+@pytest.mark.parametrize("name", FULL + PARTIAL)
+def test_infinite_limits_give_finite_tensions_or_none(name):
+    """Also where the wrench cannot be balanced, and for lower limits."""
+    W = np.array([[1.0, -1.0, 0.5], [0.0, 1.0, 1.0]])
+    for low, high in ((1.0, np.inf), (-np.inf, 100.0), (-np.inf, np.inf)):
+        for wrench in ([0.0, 50.0], [0.0, -50.0]):
+            problem = case(W, wrench, [low] * 3, [high] * 3)
+            status, tension = ask(made(name, problem, {}), problem)
+            if status == Status.OK:
+                assert np.isfinite(tension).all()
+                np.testing.assert_allclose(W @ tension, wrench, atol=1e-9)
+    problem = case(W, [0.0, 50.0], [1.0] * 3, [np.inf] * 3)
+    status, tension = ask(made(name, problem, {}), problem)
+    assert (status == Status.OK) == (name in ("qp", "lp", "best_effort", "maximin", "analytic_centre"))
+
+
+def test_a_tension_without_a_largest_margin_or_a_least_sum_is_none():
+    """Two cables against each other without upper limits; or without lower ones."""
+    problem = case([[1.0, -1.0]], [0.0], [1.0, 1.0], [np.inf, np.inf])
+    for name, options in (("maximin", {}), ("maximin", {"norm": "ball"}), ("analytic_centre", {})):
+        assert ask(made(name, problem, options), problem)[0] == Status.UNSUPPORTED
+    assert ask(made("qp", problem, {"about": "middle"}), problem)[0] == Status.UNSUPPORTED
+    problem = case([[1.0, -1.0]], [0.0], [-np.inf, -np.inf], [100.0, 100.0])
+    assert ask(made("lp", problem, {}), problem)[0] == Status.UNSUPPORTED
