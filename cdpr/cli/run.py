@@ -80,6 +80,9 @@ def command(
                 click.echo(f"stopped: {error}", err=True)
                 raise click.exceptions.Exit(signals.exit_code) from None
             stop, run = error, error.run
+        if signals.pending and stop is None:  # after the last look: the run is whole, what follows is left out
+            stop, report = Interrupted("interrupted after the last sample"), False
+        signals.wait = False
         if report:
             failure = _write_report(run)
             stop = stop or failure
@@ -92,7 +95,7 @@ def command(
         if os.environ.get(DEBUG):
             raise stop
         click.echo(f"stopped: {stop}", err=True)
-        raise click.exceptions.Exit(signals.exit_code if signals.pending else stop.exit_code)
+        raise click.exceptions.Exit(signals.exit_code if isinstance(stop, Interrupted) else stop.exit_code)
 
 
 def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool) -> Run:

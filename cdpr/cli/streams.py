@@ -35,13 +35,16 @@ class Printable:
 
     def write(self, text: str) -> int:
         """Write and return the number of letters that were given."""
+        written = text
         if not text.isprintable():
             raw = self._stream.errors == "surrogateescape"
             parts = FOREIGN_BYTES.split(text) if raw else [text]
             written = "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts))
-        else:
-            written = text
-        self._stream.write(written)
+        try:
+            self._stream.write(written)
+        except UnicodeEncodeError:  # letters that this encoding lacks
+            encoding = self._stream.encoding
+            self._stream.write(written.encode(encoding, "backslashreplace").decode(encoding))
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:

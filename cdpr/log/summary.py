@@ -63,7 +63,7 @@ class Tally:
         self._header = header
         self._status = np.empty(samples, np.int8)
         self._squares = np.empty((2, samples))  # of the norms of position and orientation error
-        self.reach = Reach(header.bounds, len(header.cables))
+        self.reach = Reach(header.bounds, len(header.cables), header.broken)
         self.count = 0
         self._start: Array | None = None  # the first row
         self._before: Array | None = None  # the tensions of the last sample
@@ -97,7 +97,7 @@ class Tally:
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
             self._look("step", np.abs(np.diff(held, axis=0))[sound[len(sound) - len(held) + 1 :]])
             self._look("cable tension", part.cable_tension[sound])
-            self.reach.add(np.ascontiguousarray(part.length), np.ascontiguousarray(part.rate))
+            self.reach.add(*map(np.ascontiguousarray, (part.time, part.length, part.rate)))
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])

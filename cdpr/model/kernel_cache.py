@@ -10,13 +10,14 @@ import atexit
 import contextlib
 import hashlib
 import os
+import re
 import shutil
 import stat
 import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterator
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,7 +27,8 @@ from cdpr.errors import OutputError
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 PASSING = "cdpr-passing-"  # begins the name of a folder that goes with its process
 KEPT = 5  # folders of other states of the sources: enough to go back and forth between checkouts
-ANY = "*.py"
+DECORATED = re.compile(rb"^[ \t]*@(?:threaded_)?kernel\b", re.MULTILINE)
+IMPORTS = re.compile(r"^[ \t]*(?:from ([\w.]+) )?import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 UNUSED = 7 * 86400.0  # s; a folder used since then stays in any case
 
 
@@ -37,7 +39,25 @@ def digest() -> str:
     for package in PACKAGES:
         spec = find_spec(package)
         roots += map(Path, spec.submodule_search_locations or () if spec else ())
-    return _fingerprint((f"{root.name}/{path.relative_to(root)}", path) for root in roots for path in root.rglob(ANY))
+    files = {f"{root.name}/{path.relative_to(root)}": content for root in roots for path, content in _sources(root)}
+    return _fingerprint(_needed(files))
+
+
+def _needed(files: dict[str, bytes]) -> dict[str, bytes]:
+    """Leave the files that hold kernels, and all that they import: constants from there are compiled in."""
+    modules = {name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): name for name in files}
+    todo = [name for name, content in files.items() if DECORATED.search(content)]
+    needed: dict[str, bytes] = {}
+    while todo:
+        name = todo.pop()
+        if name in needed:
+            continue
+        needed[name] = files[name]
+        for package, what in IMPORTS.findall(files[name].decode(errors="replace")):
+            words = re.findall(r"[\w.]+", what)
+            found = [package, *(f"{package}.{word}" for word in words)] if package else words
+            todo += [modules[module] for module in found if module in modules]
+    return needed
 
 
 def digest_around(module: str) -> str | None:
@@ -55,17 +75,23 @@ def _digest_of(top: str) -> str | None:
     found = sys.modules.get(top)
     if folders := getattr(found, "__path__", None):
         roots = list(map(Path, folders))
-        return _fingerprint((str(path.relative_to(root)), path) for root in roots for path in root.rglob(ANY))
+        return _fingerprint({str(path.relative_to(root)): text for root in roots for path, text in _sources(root)})
     file = getattr(found, "__file__", None)
-    return _fingerprint((path.name, path) for path in Path(file).parent.glob(ANY)) if file else None
+    return _fingerprint({path.name: text for path, text in _sources(Path(file).parent, "*.py")}) if file else None
 
 
-def _fingerprint(files: Iterable[tuple[str, Path]]) -> str:
+def _sources(root: Path, pattern: str = "**/*.py") -> Iterator[tuple[Path, bytes]]:
+    """Yield the readable files; editors leave locks (.#name.py, links to nowhere) among them."""
+    for path in root.glob(pattern):
+        if not path.name.startswith(".") and path.is_file():
+            with contextlib.suppress(OSError):
+                yield path, path.read_bytes()
+
+
+def _fingerprint(files: dict[str, bytes]) -> str:
     result = hashlib.sha256()
-    for name, path in sorted(files):
-        content = path.read_bytes()
-        if b"kernel" in content:
-            result.update(f"{name}\0{len(content)}\0".encode() + content)
+    for name, content in sorted(files.items()):
+        result.update(f"{name}\0{len(content)}\0".encode() + content)
     return result.hexdigest()[:16]
 
 

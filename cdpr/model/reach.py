@@ -56,25 +56,34 @@ def bounds_of(robot: Robot) -> Bounds:
 class Reach:
     """Counts where the cables (m) leave their limits, in pieces of any size.
 
+    A cable that is `broken`, from a time (s) on, has none to leave any more.
+
     Attributes:
         limits: (3, m) shortest and longest length, m, and highest speed, m/s; infinite where there is none.
     """
 
-    def __init__(self, bounds: Bounds, m: int) -> None:
+    def __init__(self, bounds: Bounds, m: int, broken: Sequence[tuple[int, float]] = ()) -> None:
         free = (-math.inf, math.inf, math.inf)
         given = bounds or ((None,) * m,) * 3
         self.limits = np.array([[f if b is None else b for b in row] for row, f in zip(given, free, strict=True)])
+        self._until = np.full(m, math.inf)
+        for cable, since in broken:
+            self._until[cable] = since
         self.counted = 0
         self.any = bool(np.isfinite(self.limits).any())
         self._worst = np.zeros((3, m))  # by how much, as a share of the limit (of 1 m where that is 0)
         self._value = np.zeros((3, m))
         self._samples = np.zeros((2, 3))  # how many, and the number of the first
 
-    def add(self, length: Array, rate: Array) -> bool:
-        """Count the samples that follow: lengths, m, and rates, m/s, both (n, m); True where one leaves a limit."""
+    def add(self, time: Array, length: Array, rate: Array) -> bool:
+        """Count the samples that follow; True where one leaves a limit.
+
+        Times (n,), s; lengths, m, and rates, m/s, both (n, m).
+        """
         left = False
         if self.any:
-            left = look(self.limits, length, rate, self.counted, self._worst, self._value, self._samples)
+            found = self._worst, self._value, self._samples
+            left = look(self.limits, self._until, time, length, rate, self.counted, *found)
         self.counted += len(length)
         return left
 
@@ -89,13 +98,25 @@ class Reach:
 
 
 @kernel
-def look(limits: Array, length: Array, rate: Array, counted: int, worst: Array, value: Array, samples: Array) -> bool:
-    """Look at lengths and rates (n, m) after `counted` samples; arrays as `Reach` has them."""
+def look(
+    limits: Array,
+    until: Array,
+    time: Array,
+    length: Array,
+    rate: Array,
+    counted: int,
+    worst: Array,
+    value: Array,
+    samples: Array,
+) -> bool:
+    """Look at times (n,), lengths and rates (n, m) after `counted` samples; arrays as `Reach` has them."""
     left = False
     for k in range(length.shape[0]):
         for i in range(3):
             here = False
             for j in range(length.shape[1]):
+                if time[k] >= until[j]:
+                    continue
                 limit = limits[i, j]
                 x = abs(rate[k, j]) if i == 2 else length[k, j]
                 beyond = limit - x if i == 0 else x - limit

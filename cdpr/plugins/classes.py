@@ -65,7 +65,7 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
     module.__file__ = str(Path(file.path).absolute())
     sys.modules[name] = module  # dataclasses, pickle and kernels look for it there
     try:
-        exec(compile(file.text, module.__file__, "exec"), module.__dict__)
+        exec(compile(file.text, module.__file__, "exec", dont_inherit=True), module.__dict__)
     except SyntaxError as error:
         raise PluginError(f"{file.path}:{error.lineno or 1}: SyntaxError: {error.msg}") from error
     except KeyboardInterrupt:

@@ -148,9 +148,11 @@ class Registry:
         assert isinstance(item, type)
         entry = Registered(role, info, distribution or item.__module__, version or source_version(item), item)
         names = self.plugins[role]
-        if info.name in names and names[info.name].distribution != entry.distribution:
+        other = names.get(info.name)
+        known = None if other is None else (other.distribution, other.version)
+        if known not in (None, (entry.distribution, entry.version)):
             where = "" if not distribution else f"{distribution}: "
-            raise PluginError(f"{where}class {info.name}: a {role} of that name is installed; call it otherwise")
+            raise PluginError(f"{where}class {info.name}: there is a {role} of that name already; call it otherwise")
         return replace(self, plugins={**self.plugins, role: {**names, info.name: entry}}), info.name
 
     def _by_alias(self, role: Role, name: str) -> Registered | None:

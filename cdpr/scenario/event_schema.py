@@ -7,6 +7,7 @@ happens within a control step.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -149,3 +150,9 @@ class EmergencyStop(Event):
 
 ScenarioEvent = Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop
 AnyEvent = Annotated[ScenarioEvent, Field(discriminator="type")]
+
+
+def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:
+    """Return which of the `cables` break, counted from 0, and the times (s) of the samples from which they are."""
+    breaks = [event for event in events if isinstance(event, CableBreak)]
+    return tuple((cables.index(str(event.cable)), first_sample(event.time, step) * step) for event in breaks)

@@ -19,7 +19,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
-from cdpr.scenario.event_schema import CableBreak, first_sample
+from cdpr.scenario.event_schema import broken
 from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
@@ -120,15 +120,8 @@ def make_header(scenario: Scenario) -> Header:
         cable_model=scenario.cable_model,
         log_every=scenario.log_every,
         bounds=bounds_of(robot),
-        broken=_broken(scenario),
+        broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
     )
-
-
-def _broken(scenario: Scenario) -> tuple[tuple[int, float], ...]:
-    """Which cables break, and the times of the samples from which they are."""
-    names, step = [cable.name for cable in scenario.robot.cables], scenario.simulation.control_step
-    breaks = [event for event in scenario.events if isinstance(event, CableBreak)]
-    return tuple((names.index(str(event.cable)), first_sample(event.time, step) * step) for event in breaks)
 
 
 def versions_of(scenario: Scenario) -> dict[str, str]:

@@ -19,7 +19,7 @@ from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.scenario.event_schema import ScenarioEvent
+from cdpr.scenario.event_schema import ScenarioEvent, broken
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
@@ -258,14 +258,15 @@ class Loop:
         """End the run at the first sample at which a cable leaves its limits; length and rate are (1, m), live."""
         distribute, robot = self.distribute, self.parts.robot
         bounds, names = bounds_of(robot), [cable.name for cable in robot.cables]
-        reach = Reach(bounds, robot.m)
+        limited = bounds, robot.m, broken(self.parts.events, names, self.parts.control_step)
+        reach, time = Reach(*limited), self.row[:1]
 
         def distribute_within() -> None:
             distribute()
-            if reach.add(length, rate):
-                here = Reach(bounds, robot.m)
-                here.add(length, rate)
-                raise Infeasible("; ".join(one.text(names) for one in here.told()) + " (limits: stop)")
+            if reach.add(time, length, rate):
+                here = Reach(*limited)
+                here.add(time, length, rate)
+                raise Infeasible("; ".join(one.text(names) for one in here.told()) + "; the scenario says limits: stop")
 
         self.distribute = distribute_within
 

@@ -146,8 +146,10 @@ class _Attempt:
         assert self.recorder is not None
         if self.recorder.tally is not None:
             return self.recorder.tally.reach
-        reach, columns = Reach(self.header.bounds, len(self.header.cables)), self.header.layout.columns
-        reach.add(*(np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate")))
+        header, columns = self.header, self.header.layout.columns
+        reach = Reach(header.bounds, len(header.cables), header.broken)
+        length, rate = (np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate"))
+        reach.add(np.ascontiguousarray(rows[:, columns["time"]][:, 0]), length, rate)
         return reach
 
     def end(self, error: BaseException | None) -> Run:

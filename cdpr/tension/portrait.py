@@ -137,7 +137,7 @@ def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
 
 def _exceeded(robot: Robot, motion: Survey) -> list[str]:
     reach = Reach(bounds_of(robot), robot.m)
-    reach.add(motion.length, motion.rate)
+    reach.add(motion.time, motion.length, motion.rate)
     return [one.text([cable.name for cable in robot.cables]) for one in reach.told()]
 
 

@@ -233,9 +233,29 @@ def test_moved_sources_have_another_digest(tmp_path, monkeypatch):
     for contents in (("kernel one", "kernel two"), ("kernel two", "kernel one")):
         for place, content in zip(("a", "b"), contents, strict=True):
             (tmp_path / "moving" / place).mkdir(parents=True, exist_ok=True)
-            (tmp_path / "moving" / place / "same.py").write_text(f"# {content}")
+            (tmp_path / "moving" / place / "same.py").write_text(f"@kernel\ndef f(x):\n    return '{content}'\n")
         monkeypatch.setattr(kernel_cache, "PACKAGES", ("moving",))
         kernel_cache.digest.cache_clear()
         found.add(kernel_cache.digest())
     kernel_cache.digest.cache_clear()
     assert len(found) == 2
+
+
+def test_constants_of_a_kernel_count_and_locks_of_editors_do_not(tmp_path, monkeypatch):
+    """What a kernel's file imports is compiled in; an editor's lock is a link to nowhere."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(kernel_cache, "PACKAGES", ("fixed",))
+    (tmp_path / "fixed" / "deep").mkdir(parents=True)
+    (tmp_path / "fixed" / "__init__.py").write_text("")
+    (tmp_path / "fixed" / "compiled.py").write_text(
+        "from fixed.deep import (\n    numbers,\n)\n\n@kernel\ndef f(x):\n    return x * numbers.GAIN\n"
+    )
+    (tmp_path / "fixed" / ".#compiled.py").symlink_to("nobody@nowhere.1")
+    found = []
+    for gain, other in ((1, 1), (2, 1), (2, 2)):
+        (tmp_path / "fixed" / "deep" / "numbers.py").write_text(f"GAIN = {gain}\n")
+        (tmp_path / "fixed" / "words.py").write_text(f"OTHER = {other}  # no kernel uses it\n")
+        kernel_cache.digest.cache_clear()
+        found.append(kernel_cache.digest())
+    kernel_cache.digest.cache_clear()
+    assert found[0] != found[1] == found[2]

@@ -29,7 +29,7 @@ def test_what_is_counted_is_what_a_plain_look_finds():
         )
         reach = Reach(bounds, 3)
         for part in np.array_split(np.arange(40), rng.integers(1, 6)):
-            reach.add(length[part], rate[part])
+            reach.add(0.1 * part, length[part], rate[part])
         found = {one.name: one for one in reach.told()}
         low, high, fast = (np.array([np.nan if b is None else b for b in row]) for row in bounds)
         for name, beyond, value in (
@@ -49,10 +49,10 @@ def test_what_is_counted_is_what_a_plain_look_finds():
 
 def test_a_limit_that_is_just_reached_is_kept():
     reach = Reach(((0.3,), (1.0,), (0.1 + 0.2,)), 1)
-    assert not reach.add(np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]]))
-    assert reach.add(np.array([[0.5]]), np.array([[-0.31]]))
+    assert not reach.add(np.zeros(2), np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]]))
+    assert reach.add(np.zeros(1), np.array([[0.5]]), np.array([[-0.31]]))
     assert [one.name for one in reach.told()] == ["faster"]
-    assert not Reach((), 1).add(np.array([[math.inf]]), np.array([[0.0]]))
+    assert not Reach((), 1).add(np.zeros(1), np.array([[math.inf]]), np.array([[0.0]]))
 
 
 @pytest.mark.parametrize("more", [{}, {"log.step": 0.01}])
@@ -114,6 +114,17 @@ def test_a_broken_cable_does_not_hide_the_others(more):
     steps = np.abs(np.diff(intact, axis=0)).max(), np.abs(np.diff(whole.tension[:200, 1])).max()
     assert figures["tension_N"]["largest_step"] == max(steps)
     assert figures["margin_min_N"] == pytest.approx(figures["tension_N"]["min"] - 50.0)
+
+
+@pytest.mark.parametrize("limits", ["warn", "stop"])
+def test_a_broken_cable_has_no_limits_to_leave(limits):
+    whole = simulate(SCENARIO, overrides=BREAK)
+    most = float(whole.length[:200, 1].max()) + 1e-6
+    assert whole.length[200:, 1].max() > most
+    limited = {"robot.cables[1].length.max": most, "limits": limits}
+    assert simulate(SCENARIO, overrides=BREAK | limited).summary()["beyond_limits_steps"]["longer"] == 0
+    late = {**BREAK, "events": [{**BREAK["events"][0], "time": 0.3}]} | limited | {"limits": "warn"}
+    assert simulate(SCENARIO, overrides=late).summary()["beyond_limits_steps"]["longer"] > 50
 
 
 def test_no_answer_and_no_admissible_tensions_are_two_sentences():

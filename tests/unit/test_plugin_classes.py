@@ -129,7 +129,7 @@ def without_control():
     [
         (Pinv, r"controller: a name or a class derived from cdpr\.plugins\.Controller is expected, got .*Pinv"),
         (object(), "controller: a name or a class"),
-        (named_as_ours(), "class static: a controller of that name is installed; call it otherwise"),
+        (named_as_ours(), "class static: there is a controller of that name already; call it otherwise"),
         (without_control(), "controller: class Half lacks control"),
         (type("Odd", (Hover,), {"Options": dict}), "Odd.*must derive from cdpr.plugins.PluginOptions"),
         (type("Bad", (Hover,), {"__init__": lambda self, *_: 1 / 0}), "'Bad' cannot be made: ZeroDivisionError"),
@@ -183,7 +183,10 @@ def test_a_worker_uses_the_file_as_it_was(used):
         ("raise SystemExit(3)", r"mine\.py:1: SystemExit: 3"),
         ("x = 1", r"mine\.py: holds no class that derives from cdpr\.plugins\.Controller, TensionSolver or Backend$"),
         (FILE.replace("def control", "def kontrol"), "class Hover lacks control"),
-        (FILE.replace("class Hover", "class static"), "mine.py: class static: a controller of that name is installed"),
+        (
+            FILE.replace("class Hover", "class static"),
+            "mine.py: class static: there is a controller of that name already",
+        ),
     ],
 )
 def test_a_broken_file_is_told_with_its_line(file, text, message):
