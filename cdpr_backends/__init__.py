@@ -14,7 +14,7 @@ CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; te
 # Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.
 EULER = "semi_implicit_euler"
 
-CABLES = "cdpr's own cable kernel (ideal), or rigid legs of 1 g on universal and ball joints (ups)"
+CABLES = "cdpr's own cable kernel (ideal), or rigid legs on universal and ball joints (ups)"
 
 
 class ReferenceOptions(PluginOptions):
@@ -34,12 +34,33 @@ def _legs(cables: str) -> dict[str, Any]:
     return {"cables": "ups", "order": 0, "scheme": "constrained"} if cables == "ups" else {}
 
 
-class MujocoOptions(PluginOptions):
+class LegOptions(PluginOptions):
+    """What the engines' rigid legs have in common."""
+
+    leg_mass: float = Field(1e-3, gt=0.0, description="of each leg of `cables: ups`", json_schema_extra={"unit": "kg"})
+    slide_damping: float = Field(
+        0.0, ge=0.0, description="viscous, along each leg of `cables: ups`", json_schema_extra={"unit": "N s/m"}
+    )
+    hinge_damping: float = Field(
+        0.0, ge=0.0, description="viscous, of each hinge of `cables: ups`", json_schema_extra={"unit": "N m s"}
+    )
+
+    @model_validator(mode="after")
+    def _of_legs(self) -> LegOptions:
+        # A scenario with every default written out holds these, too.
+        fields = LegOptions.model_fields
+        given = [name for name in fields if getattr(self, name) != fields[name].default]
+        if given and getattr(self, "cables", "ups") != "ups":
+            raise ValueError(f"{', '.join(given)}: only rigid legs have that; add cables: ups")
+        return self
+
+
+class MujocoOptions(LegOptions):
     """Options of the backend `mujoco`."""
 
     cables: Literal["ideal", "native", "ups"] = Field(
         "ideal",
-        description="cdpr's own cable kernel (ideal), MuJoCo's spatial tendons (native), or rigid legs of 1 g (ups)",
+        description="cdpr's own cable kernel (ideal), MuJoCo's spatial tendons (native), or rigid legs (ups)",
     )
     integrator: Literal["euler", "rk4"] = Field(
         "euler", description="semi-implicit Euler, or fourth-order Runge-Kutta (with native cables only)"
@@ -60,7 +81,7 @@ class MujocoOptions(PluginOptions):
         return _legs(self.cables)
 
 
-class BulletOptions(PluginOptions):
+class BulletOptions(LegOptions):
     """Options of the backend `bullet`."""
 
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)
@@ -70,7 +91,7 @@ class BulletOptions(PluginOptions):
         return _legs(self.cables)
 
 
-class DartOptions(PluginOptions):
+class DartOptions(LegOptions):
     """Options of the backend `dart`."""
 
     cables: Literal["ideal", "ups"] = Field("ideal", description=CABLES)

@@ -8,9 +8,10 @@ import numpy as np
 
 from cdpr_backends.bullet import UPRIGHT, Client, Free, SavedState, chain, pybullet
 from cdpr_backends.snapshots import put_back, save
-from cdpr_backends.ups import MASS, Leg, UpsBackend
+from cdpr_backends.ups import Leg, UpsBackend
 
 UNIVERSAL_SLIDE = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC)
+JOINTS = (0, 1, 2)
 SLIDE = 2  # its number among them
 STRONG = 1e9  # N, what a loop may bear
 ITERATIONS = 50  # of the solver that closes the loops: to 4e-7 m
@@ -43,8 +44,10 @@ class BulletUps(UpsBackend):
     def advance(self) -> None:
         """Advance by one physics step."""
         client = self._client.number
-        for leg, tension in zip(self._legs, self.command.tolist(), strict=True):
-            pybullet.setJointMotorControl2(leg, SLIDE, pybullet.TORQUE_CONTROL, force=-tension, physicsClientId=client)
+        rates = [[state[1] for state in pybullet.getJointStates(leg, JOINTS, client)] for leg in self._legs]
+        for leg, forces in zip(self._legs, self.forces(np.array(rates)).tolist(), strict=True):
+            for joint, force in zip(JOINTS, forces, strict=True):
+                pybullet.setJointMotorControl2(leg, joint, pybullet.TORQUE_CONTROL, force=force, physicsClientId=client)
         self._platform.advance()
 
     def snapshot(self) -> object:
@@ -67,7 +70,7 @@ class BulletUps(UpsBackend):
 def add_leg(client: int, platform: int, leg: Leg) -> int:
     """Add a leg, connect it to the platform and return its number."""
     moments, center = np.full(3, leg.inertia), leg.center.tolist()
-    number = chain(client, leg.anchor.tolist(), UNIVERSAL_SLIDE, leg.axes, MASS, moments, center, UPRIGHT)
+    number = chain(client, leg.anchor.tolist(), UNIVERSAL_SLIDE, leg.axes, leg.mass, moments, center, UPRIGHT)
     for joint, rate in enumerate(leg.rates.tolist()):
         pybullet.resetJointState(number, joint, 0.0, rate, client)
     loop = pybullet.createConstraint(

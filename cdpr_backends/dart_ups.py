@@ -16,7 +16,7 @@ from cdpr_backends.dart import (
     set_motion,
 )
 from cdpr_backends.snapshots import put_back, save
-from cdpr_backends.ups import MASS, UpsBackend
+from cdpr_backends.ups import UpsBackend
 
 ERROR_REDUCTION = 0.2  # share of a loop's gap that a step closes
 
@@ -24,13 +24,12 @@ ERROR_REDUCTION = 0.2  # share of a loop's gap that a step closes
 class DartUps(UpsBackend):
     """A free body on legs closed by ball joint constraints.
 
-    The slides have no damping of DART's: it would take its share of the pull before the loops are solved.
+    The joints have no damping of DART's: it would take its share of the pull before the loops are solved.
     """
 
     def build(self) -> None:
         """Leave the world to `write`."""
         self._forces = np.zeros(6)
-        self._slide = np.zeros(3)
 
     def write(self) -> None:
         """Make the world with the body in `body`."""
@@ -43,7 +42,7 @@ class DartUps(UpsBackend):
         for i, leg in enumerate(self.legs()):
             skeleton = dartpy.dynamics.Skeleton(f"leg_{i}")
             link = chain(
-                skeleton, ["Revolute", "Revolute", "Prismatic"], leg.axes, MASS, leg.center, leg.inertia * np.eye(3)
+                skeleton, ["Revolute", "Revolute", "Prismatic"], leg.axes, leg.mass, leg.center, leg.inertia * np.eye(3)
             )
             world.addSkeleton(skeleton)
             put_root(skeleton, leg.anchor)
@@ -67,9 +66,10 @@ class DartUps(UpsBackend):
             self.body[:] = np.nan
             return
         self._skeletons[0].setForces(self._forces)
-        for skeleton, pull in zip(self._skeletons[1:], self.command, strict=True):
-            self._slide[2] = -pull
-            skeleton.setForces(self._slide)
+        legs = self._skeletons[1:]
+        forces = self.forces(np.array([skeleton.getVelocities() for skeleton in legs]))
+        for skeleton, force in zip(legs, forces, strict=True):
+            skeleton.setForces(force)
         self._world.step()
         self._joint.moved()
 

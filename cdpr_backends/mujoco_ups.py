@@ -9,7 +9,7 @@ import numpy as np
 
 from cdpr_backends.mujoco import PLATFORM, World, describe
 from cdpr_backends.snapshots import put_back, save
-from cdpr_backends.ups import MASS, Leg, UpsBackend
+from cdpr_backends.ups import Leg, UpsBackend
 
 # The loops hold as stiffly as MuJoCo allows, 2 steps; with its own 20 ms the platform is gone after 1.4 s.
 TIME_CONSTANT = 2.0  # steps
@@ -37,7 +37,10 @@ class MujocoUps(UpsBackend):
 
     def _use(self, world: World) -> None:
         self._world = world
-        self._slides = world.data.qfrc_applied[8::3]  # after the platform's six, each leg's third
+        count = self.robot.m
+        # After the platform's six.
+        self._joint_forces = world.data.qfrc_applied[6:].reshape(count, 3)
+        self._joint_rates = world.data.qvel[6:].reshape(count, 3)
         self._wrench = world.data.xfrc_applied[PLATFORM]
         self._read = world.reader(self.body)
 
@@ -47,7 +50,7 @@ class MujocoUps(UpsBackend):
 
     def advance(self) -> None:
         """Advance by one physics step."""
-        np.negative(self.command, out=self._slides)
+        self._joint_forces[:] = self.forces(self._joint_rates)
         self._wrench[:] = self.applied
         mujoco.mj_step(self._world.model, self._world.data)
 
@@ -69,7 +72,7 @@ class MujocoUps(UpsBackend):
 
 def add_leg(spec: mujoco.MjSpec, i: int, leg: Leg, step: float) -> None:
     """Add leg i and connect it to the platform."""
-    link = spec.worldbody.add_body(name=f"leg_{i}", pos=leg.anchor, mass=MASS, explicitinertial=True)
+    link = spec.worldbody.add_body(name=f"leg_{i}", pos=leg.anchor, mass=leg.mass, explicitinertial=True)
     link.ipos, link.inertia = leg.center, [leg.inertia] * 3
     for kind, axis in zip(("HINGE", "HINGE", "SLIDE"), leg.axes, strict=True):
         link.add_joint(type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"), axis=axis)

@@ -18,8 +18,9 @@ class ComputedTorque(Controller):
     """Inverse dynamics of the desired acceleration plus proportional and damping terms.
 
     wrench = M a + C(omega) - G with a = a_d + kd (v_d - v) + kp (x_d - x), linear and angular; the error then obeys
-    e'' + kd e' + kp e = 0. (Thesis 6.3 to 6.5; its damping term reads a_d - v where it must be v_d - v, and it leaves
-    out the velocity-dependent terms and a centre of mass off the origin.)
+    e'' + kd e' + kp e = 0. (Thesis 6.3 to 6.5. Its 6.5 alone swaps the damping term, a_d - v for v_d - v, and puts a
+    minus before it all, against its own 6.1 and 6.2; all leave out the velocity-dependent terms and a centre of mass
+    off the origin.)
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:

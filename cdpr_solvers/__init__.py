@@ -5,11 +5,16 @@ from __future__ import annotations
 from cdpr.plugins import PluginInfo, hookimpl
 from cdpr_solvers.options import (
     AnalyticCentreOptions,
+    ClarabelOptions,
+    DaqpOptions,
     DykstraOptions,
     ExactOptions,
+    HighsOptions,
     ImprovedClosedFormOptions,
     LpOptions,
     MaximinOptions,
+    OsqpOptions,
+    PiqpOptions,
     PNormOptions,
     QpOptions,
     QpsolversOptions,
@@ -49,6 +54,7 @@ def null_space_solvers() -> list[PluginInfo]:
                 "source": "Bruckmann et al. 2006; Goldfarb and Idnani 1983",
             },
             options=QpOptions,
+            aliases={"2-norm": "Gouttefarde et al. 2015"},
         ),
         PluginInfo(
             name="lp",
@@ -62,6 +68,20 @@ def null_space_solvers() -> list[PluginInfo]:
                 "source": "thesis 6.24; parametric active set, Mangasarian and Meyer 1979",
             },
             options=LpOptions,
+            aliases={"1-norm": "Gouttefarde et al. 2015"},
+        ),
+        PluginInfo(
+            name="infinity_norm",
+            factory="cdpr_solvers.infinity_norm:MinimumLargest",
+            summary="largest tension as small as can be, exact; jumps",
+            properties={
+                **EXACT,
+                "objective": "infinity_norm",
+                "continuity": "jump",
+                "formula": "min max |t_i|; of several optima that of least 2-norm",
+                "source": "Gouttefarde et al. 2015; parametric active set, Mangasarian and Meyer 1979",
+            },
+            aliases={"infinity-norm": "Gouttefarde et al. 2015"},
         ),
         PluginInfo(
             name="maximin",
@@ -85,7 +105,9 @@ def null_space_solvers() -> list[PluginInfo]:
                 "objective": "analytic_centre",
                 "continuity": "Cinf",
                 "formula": "min -sum w_i [log(t_i - t_min,i) + log(t_max,i - t_i)]",
-                "source": "Boyd and Vandenberghe 2004, 8.5.3",
+                "source": "Boyd and Vandenberghe 2004, 8.5.3; for cables arXiv:2505.07348 (weights and stiffness), and "
+                "Experimental validation of the analytic-centre based tension distribution algorithm for cable driven "
+                "parallel robots, 2025",
             },
             options=AnalyticCentreOptions,
         ),
@@ -100,6 +122,11 @@ def null_space_solvers() -> list[PluginInfo]:
                 "continuity": "C0",
                 "formula": "mean of { t : W t = w, t_min <= t <= t_max }",
                 "source": "Mikelsons et al. 2008, Gouttefarde et al. 2015",
+            },
+            aliases={
+                "barycentre": "Mikelsons et al. 2008",
+                "barycenter": "Mikelsons et al. 2008",
+                "turn-around": "Gouttefarde et al. 2015, who walk around the polygon",
             },
         ),
         PluginInfo(
@@ -163,6 +190,7 @@ def library_solvers() -> list[PluginInfo]:
                 "continuity": "C0",
                 "warm_start": True,  # of its step size and scaling only
             },
+            options=OsqpOptions,
         ),
         PluginInfo(
             name="daqp",
@@ -177,6 +205,7 @@ def library_solvers() -> list[PluginInfo]:
                 **EXACT,
                 "continuity": "C0",
             },
+            options=DaqpOptions,
         ),
         PluginInfo(
             name="piqp",
@@ -192,6 +221,7 @@ def library_solvers() -> list[PluginInfo]:
                 "exact": False,
                 "continuity": "C0",
             },
+            options=PiqpOptions,
         ),
         PluginInfo(
             name="clarabel",
@@ -207,6 +237,7 @@ def library_solvers() -> list[PluginInfo]:
                 "exact": False,
                 "continuity": "C0",
             },
+            options=ClarabelOptions,
         ),
         PluginInfo(
             name="highs",
@@ -221,6 +252,7 @@ def library_solvers() -> list[PluginInfo]:
                 **EXACT,
                 "continuity": "jump",
             },
+            options=HighsOptions,
         ),
         PluginInfo(
             name="qpsolvers",
@@ -279,6 +311,17 @@ def classical_solvers() -> list[PluginInfo]:
                 "source": "Müller, Reichert and Bruckmann 2015",
                 **partial,
                 "continuity": "C0",
+            },
+        ),
+        PluginInfo(
+            name="improved_puncture",
+            factory="cdpr_solvers.improved_puncture:ImprovedPuncture",
+            summary="from the pseudo-inverse towards the improved closed form until within the limits: low tensions",
+            properties={
+                "formula": "t_0 + s (t_c - t_0), t_c the improved closed form, the least s in [0, 1] within the limits",
+                "source": "Müller, Reichert and Bruckmann 2015 with Pott 2013, as CASPR's id_cf_ipm",
+                **partial,
+                "continuity": "jump",
             },
         ),
         PluginInfo(

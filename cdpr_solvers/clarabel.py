@@ -13,8 +13,8 @@ from cdpr.model import Robot
 from cdpr.tension import Status
 from cdpr_solvers.library import LibrarySolver
 
-# Gaps and residuals of the largest limit; as the library comes it stops some 1e-2 N from the optimum.
-TOLERANCES = {"tol_gap_abs": 1e-13, "tol_gap_rel": 1e-13, "tol_feas": 1e-12}
+# Residuals are to be smaller than this many tolerances, gaps than one.
+FEASIBILITY = 10.0
 
 MEANING = {
     clarabel.SolverStatus.Solved: Status.OK,
@@ -35,8 +35,11 @@ class Clarabel(LibrarySolver):
         self._settings = clarabel.DefaultSettings()
         self._settings.verbose = False
         self._settings.max_threads = 1
-        for name, value in TOLERANCES.items():
-            setattr(self._settings, name, value)
+        self._settings.tol_gap_abs = self._settings.tol_gap_rel = options.tolerance
+        self._settings.tol_feas = FEASIBILITY * options.tolerance
+        self._settings.max_iter = options.iterations
+        if options.time is not None:
+            self._settings.time_limit = options.time
         self._hessian, self._gradient = identity(m, format="csc"), np.zeros(m)
         self._cones = [clarabel.ZeroConeT(n), clarabel.NonnegativeConeT(2 * m)]
         # Column i: n entries of W, then -1 for its lower and 1 for its upper limit.

@@ -10,7 +10,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import UNSUPPORTED
+from cdpr.tension.status import OK
 from cdpr_solvers.projection import admitted, nearest_to_middle
 
 
@@ -19,9 +19,9 @@ class ClosedForm(CompiledSolver):
 
     Computed as W^+ wrench + N N^T t_mid, N an orthonormal basis of the null space: the same, and a wrench outside the
     range of W is told by the wrench. No iteration and no jump, but the limits are not asked: where t lies outside them
-    another distribution may still lie inside, so the answer is NOT_FOUND; infinite ones, without a middle, are
-    UNSUPPORTED. (The thesis prints W_m^t for W t_mid, and t
-    for t_mid.)
+    another distribution may still lie inside, so the answer is NOT_FOUND; it is INFEASIBLE where t is so far out that
+    none can, and UNSUPPORTED where infinite limits have no middle (`nearest_to_middle`). (The thesis prints W_m^t for
+    W t_mid, and t for t_mid.)
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
@@ -39,6 +39,7 @@ def closed_form(
     r = reduce(W, wrench, t_min, t_max, box, N, work[m + 4 :])
     if r < 0:
         return -r
-    if not nearest_to_middle(N, r, box, middle, tension):
-        return UNSUPPORTED
+    status = nearest_to_middle(N, r, box, middle, tension)
+    if status != OK:
+        return status
     return admitted(W, wrench, r, box, tension)

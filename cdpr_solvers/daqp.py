@@ -13,9 +13,7 @@ from cdpr.tension import Status
 from cdpr_solvers.library import LibrarySolver
 
 SETTINGS = {
-    "primal_tol": 1e-11,  # of the largest limit; by default 1e-6, which is 1e-3 N of 1 kN
     "eps_prox": 0.0,  # the problem is strictly convex as it is
-    "iter_limit": 1000,
 }
 
 MEANING = {1: Status.OK, -1: Status.INFEASIBLE}  # the others: cycling, iterations, dependent equations, ...
@@ -32,12 +30,13 @@ class Daqp(LibrarySolver):
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
         n, m = robot.n, robot.m
+        self._settings = {**SETTINGS, "primal_tol": options.tolerance, "iter_limit": options.iterations}
         self._hessian, self._gradient = np.eye(m), np.zeros(m)
         self._sense = np.zeros(m + n, dtype=np.intc)
         self._sense[m:] = EQUATION
 
     def _ask(self) -> tuple[int, ArrayLike]:
         answer, _, flag, _ = daqp.solve(
-            self._hessian, self._gradient, self.W, self.high, self.low, self._sense, **SETTINGS
+            self._hessian, self._gradient, self.W, self.high, self.low, self._sense, **self._settings
         )
         return MEANING.get(flag, Status.NOT_FOUND), answer

@@ -10,7 +10,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr.tension.status import NOT_FOUND, OK
 from cdpr.tension.verdict import settle
 from cdpr_solvers.projection import admitted, nearest_solution, nearest_to_middle
 
@@ -48,8 +48,9 @@ def dykstra(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array,
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    if not nearest_to_middle(N, r, box, point, tension):
-        return UNSUPPORTED
+    status = nearest_to_middle(N, r, box, point, tension)
+    if status != OK:
+        return status
     largest, within = 0.0, True
     for i in range(m):
         correction[i] = 0.0

@@ -17,9 +17,6 @@ SETTINGS = {
     "solver": "simplex",
     "parallel": "off",
     "presolve": "off",  # there is nothing to find in so small a program
-    "primal_feasibility_tolerance": 1e-10,  # of the largest limit
-    "dual_feasibility_tolerance": 1e-10,
-    "simplex_iteration_limit": 1000,
 }
 
 MEANING = {highspy.HighsModelStatus.kOptimal: Status.OK, highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE}
@@ -38,7 +35,14 @@ class Highs(LibrarySolver):
         n, m = robot.n, robot.m
         self._solver = highspy.Highs()
         self._solver.silent()
-        for name, value in SETTINGS.items():
+        settings = {
+            **SETTINGS,
+            "primal_feasibility_tolerance": options.tolerance,
+            "dual_feasibility_tolerance": options.tolerance,
+            "simplex_iteration_limit": options.iterations,
+            **({} if options.time is None else {"time_limit": options.time}),
+        }
+        for name, value in settings.items():
             self._solver.setOptionValue(name, value)
         self._model = highspy.HighsLp()
         self._model.num_col_, self._model.num_row_ = m, n

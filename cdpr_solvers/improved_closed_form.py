@@ -13,7 +13,7 @@ from cdpr.tension import null_space
 from cdpr.tension.active_set import DEPENDENCE_TOLERANCE
 from cdpr.tension.factors import turn
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import INFEASIBLE, NOT_FOUND, UNSUPPORTED
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 from cdpr_solvers.projection import admitted, nearest_to_middle
 
@@ -54,8 +54,9 @@ def improved_closed_form(
     if r < 0:
         return -r
     scaled = parameters[0] != 0.0
-    if not nearest_to_middle(N, r, box, spare, tension):
-        return UNSUPPORTED
+    status = nearest_to_middle(N, r, box, spare, tension)
+    if status != OK:
+        return status
     scale = 0.0
     for i in range(m):
         scale = max(scale, abs(tension[i]))

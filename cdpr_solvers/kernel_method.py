@@ -23,7 +23,8 @@ class KernelMethod(CompiledSolver):
     lambda is the least that brings all cables to their lower limits, so that where an upper limit is then broken
     nothing is feasible: the method is exact, with the lowest tensions there are. (Limits below zero may leave
     lambda = 0 and a cable above its upper limit, which a negative lambda might cure: NOT_FOUND.) The thesis prints
-    |t_p| < 0 as the condition, zero for t_min, and a factor 2 without need.
+    |t_p| < 0 as the condition and zero for t_min; it needs its factor 2 for t > 0: with 1 the worst cable has no
+    tension at all.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:

@@ -26,8 +26,10 @@ class QpOptions(PluginOptions):
     reference: Tensions | None = Field(
         None, description="tensions for `about: given`, one per cable", json_schema_extra={"unit": "N"}
     )
-    weights: Weights | None = Field(
-        None, description="weight of each cable's squared distance, one per cable; all 1 by default"
+    weights: Weights | Literal["stiffness"] | None = Field(
+        None,
+        description="weight of each cable's squared distance, one per cable, or `stiffness`: the compliance of each "
+        "cable at the robot's home, so that the energy stored in the cables is least; all 1 by default",
     )
     change: Annotated[float, Field(gt=0.0)] | None = Field(
         None,
@@ -70,6 +72,70 @@ class ExactOptions(PluginOptions):
     def declares(self) -> dict[str, object]:
         """The least sum lies at a vertex, which jumps."""
         return {"objective": "one_norm", "continuity": "jump"} if self.objective == "one_norm" else {}
+
+
+class LibraryOptions(PluginOptions):
+    """What the solvers of libraries have in common; the children have their defaults."""
+
+    tolerance: float = Field(
+        1e-10,
+        gt=0.0,
+        le=1e-3,
+        description="of limits and wrench, as a share of the largest limit; a millionth is too much for the stage",
+    )
+    iterations: int = Field(1000, ge=1, description="steps of the library after which it gives up")
+
+
+class TimedOptions(LibraryOptions):
+    """Of a library that looks at the clock, too."""
+
+    time: float | None = Field(
+        None,
+        gt=0.0,
+        description="wall time after which it gives up; answers then depend on the machine; by default there is none",
+        json_schema_extra={"unit": "s"},
+    )
+
+
+class OsqpOptions(TimedOptions):
+    """Options of the solver `osqp`."""
+
+    iterations: int = Field(10_000, ge=1, description="steps of the library after which it gives up")
+
+
+class DaqpOptions(LibraryOptions):
+    """Options of the solver `daqp`."""
+
+    tolerance: float = Field(1e-11, gt=0.0, le=1e-3, description="of the limits, as a share of the largest one")
+
+
+class PiqpOptions(LibraryOptions):
+    """Options of the solver `piqp`."""
+
+    tolerance: float = Field(
+        1e-12, gt=0.0, le=1e-3, description="of residuals and duality gap, as a share of the largest limit"
+    )
+    iterations: int = Field(250, ge=1, description="steps of the library after which it gives up")
+
+
+class ClarabelOptions(TimedOptions):
+    """Options of the solver `clarabel`."""
+
+    tolerance: float = Field(
+        1e-13,
+        gt=0.0,
+        le=1e-3,
+        description="of the gap, and ten times that of residuals, as a share of the largest limit",
+    )
+    iterations: int = Field(200, ge=1, description="steps of the library after which it gives up")
+
+
+class HighsOptions(TimedOptions):
+    """Options of the solver `highs`."""
+
+    tolerance: float = Field(
+        1e-10, ge=1e-10, le=1e-3, description="of the limits and of optimality, as a share of the largest limit"
+    )
 
 
 class QpsolversOptions(PluginOptions):

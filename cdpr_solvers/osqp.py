@@ -13,13 +13,10 @@ from cdpr.model import Robot
 from cdpr.tension import Status
 from cdpr_solvers.library import LibrarySolver
 
-# Counted in iterations, never in seconds: the same problems give the same tensions on any machine.
+# Counted in iterations, not in seconds unless that is asked for: equal tensions on any machine.
 SETTINGS = {
     "verbose": False,
-    "eps_abs": 1e-10,  # of the largest limit
-    "eps_rel": 1e-10,
     "polishing": True,  # without it the method stops at its tolerance, some 1e-3 N from the optimum
-    "max_iter": 10_000,
     "check_termination": 25,
     "adaptive_rho": 1,  # every so many iterations
     "adaptive_rho_interval": 50,
@@ -42,6 +39,13 @@ class Osqp(LibrarySolver):
         super().__init__(robot, options)
         # The values of [1 ; W] as the library wants them, column by column: the one, then n entries of W.
         self._values = np.ones((robot.m, 1 + robot.n))
+        self._settings = {
+            **SETTINGS,
+            "eps_abs": options.tolerance,
+            "eps_rel": options.tolerance,
+            "max_iter": options.iterations,
+            **({} if options.time is None else {"time_limit": options.time}),
+        }
         self.reset()
 
     def _ask(self) -> tuple[int, ArrayLike]:
@@ -58,4 +62,4 @@ class Osqp(LibrarySolver):
         pattern = csc_matrix((np.ones(m * width), rows.ravel(), width * np.arange(m + 1)), shape=(m + width - 1, m))
         zero = np.zeros(m + width - 1)
         self._problem = osqp.OSQP(algebra="builtin")  # of several installed ones the same everywhere
-        self._problem.setup(identity(m, format="csc"), np.zeros(m), pattern, zero, zero, **SETTINGS)
+        self._problem.setup(identity(m, format="csc"), np.zeros(m), pattern, zero, zero, **self._settings)

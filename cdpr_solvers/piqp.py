@@ -13,9 +13,7 @@ from cdpr.tension import Status
 from cdpr_solvers.library import LibrarySolver
 
 SETTINGS = {
-    "eps_abs": 1e-12,  # of the largest limit; by default it stops some 1e-2 N from the optimum
     "eps_rel": 0.0,
-    "eps_duality_gap_abs": 1e-12,
     "eps_duality_gap_rel": 0.0,
     "num_threads": 1,
 }
@@ -31,12 +29,18 @@ class Piqp(LibrarySolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
+        self._settings = {
+            **SETTINGS,
+            "eps_abs": options.tolerance,
+            "eps_duality_gap_abs": options.tolerance,
+            "max_iter": options.iterations,
+        }
         self._hessian, self._gradient = np.eye(robot.m), np.zeros(robot.m)
 
     def _ask(self) -> tuple[int, ArrayLike]:
         m = self.robot.m
         solver = piqp.DenseSolver()
-        for name, value in SETTINGS.items():
+        for name, value in self._settings.items():
             setattr(solver.settings, name, value)
         low, high = self.low, self.high
         solver.setup(self._hessian, self._gradient, self.W, low[m:], x_l=low[:m], x_u=high[:m])

@@ -6,8 +6,11 @@ import math
 
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.status import NOT_FOUND, OK
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import settle
+
+# How far round-off may move a solution, as a share of it, where W is as ill-conditioned as `reduce` lets pass.
+ROUND_OFF = 1e-6
 
 
 @kernel
@@ -28,17 +31,26 @@ def nearest_solution(N: Array, r: int, c: Array, target: Array, tension: Array) 
 
 
 @kernel
-def nearest_to_middle(N: Array, r: int, box: Array, middle: Array, tension: Array) -> bool:
+def nearest_to_middle(N: Array, r: int, box: Array, middle: Array, tension: Array) -> int:
     """Write the middle of the limits (m,) and the closed form, the solution nearest to it; `box` as from `reduce`.
 
-    Returns False where a limit is infinite: there is no middle.
+    Returns UNSUPPORTED where a limit is infinite: there is no middle. INFEASIBLE where the closed form is farther from
+    it than the corners of the limits, otherwise OK: all admissible tensions lie in the ball through the corners, of
+    radius |t_max - t_min| / 2, which with equal limits for all is sqrt(m) (t_max - t_min) / 2. (Thesis 6.29 prints
+    t_m / 2, half the middle, for (t_max - t_min) / 2, both here and for the ball that lies within the limits; most
+    feasible wrenches would be refused.)
     """
+    outer, distance, size = 0.0, 0.0, 0.0
     for i in range(tension.shape[0]):
         middle[i] = 0.5 * (box[1, i] + box[2, i])
         if not math.isfinite(middle[i]):
-            return False
+            return UNSUPPORTED
     nearest_solution(N, r, box[0], middle, tension)
-    return True
+    for i in range(tension.shape[0]):
+        outer += (0.5 * (box[2, i] - box[1, i])) ** 2
+        distance += (tension[i] - middle[i]) ** 2
+        size += tension[i] ** 2
+    return INFEASIBLE if math.sqrt(distance) > math.sqrt(outer) + ROUND_OFF * math.sqrt(size) else OK
 
 
 @kernel

@@ -10,7 +10,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import null_space
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import UNSUPPORTED
+from cdpr.tension.status import OK
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 from cdpr_solvers.projection import admitted, nearest_to_middle
 
@@ -39,8 +39,16 @@ def puncture(
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
-    if not nearest_to_middle(N, r, box, spare, end):
-        return UNSUPPORTED
+    status = nearest_to_middle(N, r, box, spare, end)
+    if status != OK:
+        return status
+    return least_step(W, wrench, r, box, end, tension)
+
+
+@kernel
+def least_step(W: Array, wrench: Array, r: int, box: Array, end: Array, tension: Array) -> int:
+    """Write the first point on the way from the least norm to `end` (m,) within the limits; return as `admitted`."""
+    m = tension.shape[0]
     start = box[0]
     s, scale = 0.0, 0.0
     for i in range(m):

@@ -8,12 +8,14 @@ from typing import Any
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
+from cdpr.model.kinematics import lengths, make_state
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK, UNSUPPORTED
+from cdpr.tension.row_space import nearest_by_rows, worthwhile
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
@@ -29,6 +31,9 @@ class MinimumNorm(CompiledSolver):
     the optimum is the point of least norm in a polytope in m - n dimensions. A reference moves the origin to N^T ref;
     weights scale the cables: with D = diag(sqrt(w)), D t solves the problem of W D^-1.
 
+    `weights: stiffness` takes l_i / (E A)_i, the compliance of each cable at the robot's home: what is least is then
+    twice the elastic energy, sum t_i^2 / k_i, so that stiff cables carry more.
+
     `change` narrows the limits to t_previous +- change. Where no distribution lies within that window the answer is
     NOT_FOUND. In a first step nothing is previous: then `about: previous` is about zero and any change is allowed.
     """
@@ -42,16 +47,33 @@ class MinimumNorm(CompiledSolver):
             raise PluginError("reference: is for `about: given`, and needed there; give both or neither")
         change = math.inf if options.change is None else options.change
         reference = per_cable(robot, "reference", options.reference)
-        roots = [math.sqrt(weight) for weight in per_cable(robot, "weights", options.weights)]
+        weights = compliance(robot) if options.weights == "stiffness" else per_cable(robot, "weights", options.weights)
+        roots = [math.sqrt(weight) for weight in weights]
         weighted = float(options.weights is not None)
         super().__init__(
             robot,
             options,
             minimum_norm,
             parameters=[ABOUT[about], change, weighted, *reference, *roots],
-            # With W rank-deficient the null space may have up to m dimensions.
-            rows=null_space.form_rows(m) + 4 + n + max(null_space.work_rows(n), active_set.work_rows(m)),
+            rows=_rows(n, m),
         )
+
+
+def compliance(robot: Robot) -> list[float]:
+    """Return l_i / (E A)_i of each cable at the robot's home, relative to the largest; PluginError where unknown."""
+    soft = [cable.axial_stiffness for cable in robot.cables]
+    if robot.home is None or None in soft:
+        missing = "home" if robot.home is None else "cable: {axial_stiffness: ...} of each cable"
+        raise PluginError(f"weights: stiffness needs the robot's {missing}; robot '{robot.name}' has none")
+    length = lengths(robot, make_state(robot.home[:3], robot.home[3:]))
+    values = [float(size / k) for size, k in zip(length, soft, strict=True) if k is not None]
+    return [value / max(values) for value in values]
+
+
+@kernel
+def _rows(n: int, m: int) -> int:
+    """Rows of work space; the null space of a rank-deficient W may have up to m dimensions."""
+    return null_space.form_rows(m) + 5 + n + max(null_space.work_rows(n), active_set.work_rows(m))
 
 
 @kernel
@@ -63,61 +85,64 @@ def minimum_norm(
     Also UNSUPPORTED: infinite limits have no middle.
     """
     n, m = W.shape
+    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or parameters.shape[0] != REFERENCE + 2 * m:
+        return BAD_INPUT  # made for another robot
     if t_min.shape[0] < m or t_max.shape[0] < m:
         return BAD_INPUT
-    N, box, x, active = work[:m], work[m : m + 3], work[m + 3], work[m + 4]
-    rest = work[m + 5 :]
+    N, box, x, active, target = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5, :m]
+    A, low, high, rest = work[m + 6 : m + 6 + n], work[m + n + 6, :m], work[m + n + 7, :m], work[m + n + 8 :]
     about, change, weighted = int(parameters[0]), parameters[1], parameters[2] != 0.0
     reference = parameters[REFERENCE : REFERENCE + m]
     root = parameters[REFERENCE + m :]
-    if weighted:
-        scaled, low, high = rest[:n], rest[n], rest[n + 1]
-        rest = rest[n + 2 :]
-        for i in range(m):
-            low[i], high[i] = root[i] * t_min[i], root[i] * t_max[i]
-            for j in range(n):
-                scaled[j, i] = W[j, i] / root[i]
-        r = reduce(scaled, wrench, low, high, box, N, rest)
-    else:
-        r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
     # A first step has nothing previous.
     window = math.isfinite(change)
     if about == PREVIOUS or window:
         for i in range(m):
             if not math.isfinite(tension[i]):
                 about, window = (ZERO if about == PREVIOUS else about), False
-    if window:
+    plain = not (weighted or window or about != ZERO or worthwhile(n, m))
+    if not plain:
         for i in range(m):
             s = root[i] if weighted else 1.0
-            box[1, i] = max(box[1, i], s * (tension[i] - change))
-            box[2, i] = min(box[2, i], s * (tension[i] + change))
-            if not box[1, i] <= box[2, i]:  # the limits themselves have moved away
-                return NOT_FOUND
-    if about != ZERO:
-        for k in range(r):
-            s = 0.0
-            for i in range(m):
-                if about == MIDDLE:
-                    target = 0.5 * (t_min[i] + t_max[i])
-                    if not math.isfinite(target):
-                        return UNSUPPORTED
-                else:
-                    target = tension[i] if about == PREVIOUS else reference[i]
-                s += N[i, k] * (root[i] * target if weighted else target)
-            x[k] = s
-        for i in range(m):
+            low[i], high[i], target[i] = s * t_min[i], s * t_max[i], 0.0
+            if about == MIDDLE:
+                target[i] = s * (0.5 * (t_min[i] + t_max[i]))
+                if not math.isfinite(target[i]):
+                    return UNSUPPORTED
+            elif about != ZERO:
+                target[i] = s * (tension[i] if about == PREVIOUS else reference[i])
+            if window:
+                if not t_min[i] <= t_max[i]:
+                    return BAD_INPUT
+                low[i] = max(low[i], s * (tension[i] - change))
+                high[i] = min(high[i], s * (tension[i] + change))
+                if not low[i] <= high[i]:  # the limits themselves have moved away
+                    return NOT_FOUND
+            for j in range(n):
+                A[j, i] = W[j, i] / s if weighted else W[j, i]
+    status, r, judged = NOT_FOUND, 0, False
+    if worthwhile(n, m):
+        status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
+    if status == NOT_FOUND:
+        r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
+        if r < 0:
+            return NOT_FOUND if window and r == -INFEASIBLE else -r
+        if about != ZERO:
             for k in range(r):
-                box[0, i] += N[i, k] * x[k]
-    steps = nearest(N, r, box, x, tension, active, rest)
-    if steps < 0:
-        return NOT_FOUND if window else -steps
-    if weighted:  # back to newtons
+                x[k] = 0.0
+                for i in range(m):
+                    x[k] += N[i, k] * target[i]
+            for i in range(m):
+                for k in range(r):
+                    box[0, i] += N[i, k] * x[k]
+        status = -min(nearest(N, r, box, x, tension, active, rest), 0)
+        judged = status == OK
+    if status == OK and weighted:  # back to newtons
         for i in range(m):
             tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
             box[0, i] /= root[i]
             for k in range(r):
                 N[i, k] /= root[i]
-    status = verdict(W, wrench, N, r, box, x, tension)
-    return NOT_FOUND if window and status != OK else status
+    if judged:
+        status = verdict(W, wrench, N, r, box, x, tension)
+    return NOT_FOUND if window and status == INFEASIBLE else status

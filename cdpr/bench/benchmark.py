@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import platform
 import warnings
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -22,6 +22,7 @@ from cdpr.distribution.adversaries import robots as hard_robots
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
+from cdpr.plugins import PluginOptions
 from cdpr.plugins.registry import Registered, Registry, registry
 from cdpr.tension import Status
 from cdpr.tension.continuity import Path
@@ -49,6 +50,7 @@ def run(
     *,
     adversaries: int = 0,
     plugins: Registry | None = None,
+    options: Mapping[str, Mapping[str, object]] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> dict[str, Any]:
     """Return all figures as plain data: lists, dictionaries, texts, numbers and None.
@@ -61,6 +63,7 @@ def run(
         adversaries: problems made to mislead, besides, for each of several sizes of robots; see
             `cdpr.distribution.adversaries`. Their results stand apart.
         plugins: where to look for solvers; the installed ones by default.
+        options: of solvers, by name, where not the default ones.
         progress: called with the steps done and their total, first with 0.
 
     A solver that is not installed, cannot be loaded, raises or does not support a robot has a row that says so. An
@@ -72,6 +75,9 @@ def run(
     entries = {name: found.get("solver", name) for name in (found.names("solver") if solvers is None else solvers)}
     if not robots or not entries or poses < 1 or adversaries < 0:
         raise CdprError("a benchmark needs at least one robot, one solver and one pose")
+    if strangers := sorted(set(options or {}) - set(entries)):
+        raise PluginError(f"options for '{strangers[0]}', which is not among the solvers asked: {', '.join(entries)}")
+    chosen = {name: entry.read_options((options or {}).get(name, {})) for name, entry in entries.items()}
     foes = hard_robots() if adversaries else []
     steps, done = len(robots) * (len(entries) + ORACLE) + len(foes) * (len(entries) + 1), 0
     progress(done, steps)  # before solvers are imported, which takes its time
@@ -99,7 +105,9 @@ def run(
                 progress(done, steps)
                 done += 1
                 if name in usable:
-                    described["results"].append({"solver": name, **_row(entries[name], problems, oracle, paths, point)})
+                    described["results"].append(
+                        {"solver": name, **_row(entries[name], chosen[name], problems, oracle, paths, point)}
+                    )
         for robot in foes:
             progress(done, steps)
             found_hard = make_adversaries(robot, adversaries, seed)
@@ -111,7 +119,9 @@ def run(
                 progress(done, steps)
                 done += 1
                 if name in usable:
-                    described["results"].append({"solver": name, **_row(entries[name], problems, oracle, (), _point)})
+                    described["results"].append(
+                        {"solver": name, **_row(entries[name], chosen[name], problems, oracle, (), _point)}
+                    )
         progress(done, steps)
     except KeyboardInterrupt:
         result["interrupted"] = True
@@ -160,7 +170,9 @@ def _point(path: Path, s: float) -> tuple[Array, Array]:
     return read_only(W), read_only(wrench)
 
 
-def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point) -> dict[str, Any]:
+def _row(
+    entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+) -> dict[str, Any]:
     """One solver on one robot: `outcome` is measured, unsupported (the robot) or failed, `detail` says how."""
     if entry.info.properties.get("slow"):
         count = max(min(FEWEST, len(problems)), len(problems) // SLOW)
@@ -169,16 +181,16 @@ def _row(entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return _measured(entry, problems, oracle, paths, point)
+            return _measured(entry, options, problems, oracle, paths, point)
         except SolverFailed as failure:
             return {"outcome": "failed", "detail": str(failure)}
 
 
 def _measured(
-    entry: Registered, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
+    entry: Registered, options: PluginOptions, problems: Problems, oracle: Oracle, paths: Sequence[Path], point: Point
 ) -> dict[str, Any]:
     robot = problems.robot
-    solver = make(entry.load(), robot, entry.info.options())
+    solver = make(entry.load(), robot, options)
     answers = ask(solver, problems, poisoned=problems.limits is not None)
     if (answers.status == Status.UNSUPPORTED).all():
         return {"outcome": "unsupported", "detail": ""}

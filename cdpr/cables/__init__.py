@@ -9,8 +9,9 @@ it (N m), viscous and Coulomb's, the latter smoothed about rest. With I the iner
 - `ideal`: T = u. No winch takes part.
 - `rigid`: the cable does not stretch, so the drum goes with the cable, l' = -r w, and
   T = u - f(-l'/r) / r + (I / r^2) l''. Since l' = -W^T twist, the inertias of the drums add to the platform's:
-  (M + W m W^T) twist' = W (u - f/r - m W'^T twist) + everything else, m = diag(I / r^2). Thesis 2.20-2.24, with
-  the term of W' that it leaves out. A cable that would have to push hangs slack, and its drum takes up what it leaves.
+  (M + W m W^T) twist' = W (u - f/r - m W'^T twist) + everything else, m = diag(I / r^2). Thesis 2.20-2.24,
+  but for the sign of 2.21: where a drum turns positively as it winds in, as in 2.20, q' = -R^-1 J x'; as printed, the
+  drums' inertia would be subtracted. A cable that would have to push hangs slack, and its drum takes up what it leaves.
 - `elastic`: two states a cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. The tension
   is E A (l - l0) / l0 + d (l' - l0') where the cable is stretched, l > l0, and at least 0; a slack cable has none. It
   starts with the tension that is commanded first, winding as fast as the length changes.

@@ -7,7 +7,7 @@ import json
 
 import click
 
-from cdpr.cli.names import names, plugin_files
+from cdpr.cli.names import change_keys, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import ExitCode
 
@@ -20,8 +20,8 @@ def command() -> None:
 @command.command("save")
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path())
 @click.option("--out", required=True, type=click.Path(), help="Folder for the baselines, one file each.")
-@click.option("--backends", metavar="A,B", help="Which engines, instead of each scenario's own.")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of all; repeatable.")
+@plugin_option("--backends", "backend", metavar="A,B", help="Which engines, instead of each scenario's own.")
+@change_keys("Change a key of all; repeatable.")
 @plugin_files
 @click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes at a time.")
 def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tuple[str, ...], jobs: int) -> None:

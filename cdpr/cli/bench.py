@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names, plugin_files
+from cdpr.cli.names import names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, tell_of_compilation
-from cdpr.errors import ExitCode
+from cdpr.errors import CdprError, ExitCode
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
@@ -32,12 +32,22 @@ def command() -> None:
     help="Problems made to mislead, for each of nine sizes of robots.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of all that is random.")
-@click.option("--solvers", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
+@click.option(
+    "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
+)
 @plugin_files
 @click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def solvers(
-    robots: tuple[str, ...], poses: int, adversaries: int, seed: int, solvers: str, out: str | None, as_json: bool
+    robots: tuple[str, ...],
+    poses: int,
+    adversaries: int,
+    seed: int,
+    solvers: str,
+    changes: tuple[str, ...],
+    out: str | None,
+    as_json: bool,
 ) -> None:
     """Ask all tension solvers the same random problems and compare coverage, accuracy, jumps and time.
 
@@ -48,6 +58,7 @@ def solvers(
 
     from cdpr.scenario import load_robot
 
+    options = _options(changes)
     loaded = [load_robot(path) for path in robots or ROBOTS]
     chosen = None if solvers == "all" else names(solvers)
     # Only sound files are worth the time that these take to import.
@@ -56,7 +67,9 @@ def solvers(
 
     tell_of_compilation()
     with Progress(at_once=True) as progress:
-        figures = plain(bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress))
+        figures = plain(
+            bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
+        )
     if out is not None:
         from cdpr.report.bench import write_bench
 
@@ -70,6 +83,23 @@ def solvers(
     if figures["interrupted"]:
         click.echo("interrupted: not all was measured", err=True)
         raise click.exceptions.Exit(ExitCode.INTERRUPTED)
+
+
+def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    """Read what `--set` gives, by solver."""
+    from cdpr.scenario.yaml_nodes import parse_value
+
+    options: dict[str, dict[str, Any]] = {}
+    for change in changes:
+        key, equals, value = change.partition("=")
+        solver, _, option = key.rpartition(".")
+        if not (solver and option and equals):
+            raise CdprError(f"--set {change}: SOLVER.KEY=VALUE is expected, such as osqp.iterations=200")
+        try:
+            options.setdefault(solver, {})[option] = parse_value(value)
+        except ValueError as error:
+            raise CdprError(f"--set {change}: {error}") from None
+    return options
 
 
 def _print(figures: dict[str, Any]) -> None:

@@ -6,16 +6,16 @@ import json
 
 import click
 
-from cdpr.cli.names import names, plugin_files
+from cdpr.cli.names import change_keys, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode, PluginError
 
 
 @click.command("compare")
 @click.argument("what", metavar="SCENARIO | RUN RUN...", nargs=-1, required=True, type=click.Path())
-@click.option("--backends", default="all", show_default=True, metavar="A,B|all", help="Which engines.")
-@click.option("--solvers", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@plugin_option("--backends", "backend", default="all", show_default=True, metavar="A,B|all", help="Which engines.")
+@plugin_option("--solvers", "solver", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
+@change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
 @click.option("--jobs", type=click.IntRange(1), help="Processes at a time (default: one a core).")

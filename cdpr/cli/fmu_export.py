@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from cdpr.cli.names import change_keys
+
 DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 
 
@@ -20,7 +22,7 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 )
 @click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
 @click.option("--step", type=float, help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@change_keys("Change any key of the file.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.cli.names import plugin_files
+from cdpr.cli.names import change_keys, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
@@ -20,7 +20,7 @@ MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 @click.command("info")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@change_keys("Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

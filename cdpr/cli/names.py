@@ -2,15 +2,61 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
+
+from cdpr.cli.completion import keys, plugins
+
+if TYPE_CHECKING:
+    from cdpr.plugins.info import Role
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+PLUGIN_FILES = "cdpr.plugin_files"  # where a context keeps what was given with --plugin
+
+
+def again(context: click.Context, out: object) -> str:
+    """Return what to type for the same command once more, its results in the folder `out`."""
+    words = [*context.command_path.split(), *_words(context)]
+    return shlex.join([*words, "--out", str(out)])
+
+
+def _words(context: click.Context) -> Iterator[str]:
+    """Yield arguments and options as given, but for --out."""
+    for file in context.meta.get(PLUGIN_FILES, ()):
+        yield from ("--plugin", file)
+    for parameter in context.command.params:
+        name, value = str(parameter.name), context.params.get(str(parameter.name))
+        given = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if not given or name in ("out", "plugin") or value is None:
+            continue
+        for each in value if isinstance(value, tuple) else (value,):
+            if isinstance(parameter, click.Argument):
+                yield str(each)
+            elif isinstance(each, bool):
+                yield (parameter.opts if each else parameter.secondary_opts)[0]
+            else:
+                yield from (parameter.opts[0], str(each))
 
 
 def names(text: str) -> list[str]:
     """Names separated by commas."""
     return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+
+
+def change_keys(text: str) -> Decorator:
+    """Return the option --set with this help; a shell completes its keys."""
+    return click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, shell_complete=keys, help=text)
+
+
+def plugin_option(flag: str, role: Role, *name: str, **more: Any) -> Decorator:
+    """Return an option that takes names of plugins, which a shell completes."""
+    return click.option(flag, *name, shell_complete=plugins(role), **more)
 
 
 def plugin_files(command: Any) -> Any:
@@ -20,6 +66,7 @@ def plugin_files(command: Any) -> Any:
         if files and not context.resilient_parsing:
             from cdpr.plugins import registry
 
+            context.meta[PLUGIN_FILES] = files
             context.call_on_close(partial(registry.use_files, registry.plugin_files()))
             registry.use_files(files)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
-from cdpr.cli.names import plugin_files
+from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
 from cdpr.plugins.registry import hushed
 
@@ -26,10 +26,10 @@ FIRST = "caroca"  # the example for who has no scenario yet
 
 @click.command("run")
 @click.argument("scenario", required=False, type=click.Path())
-@click.option("--backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
-@click.option("--solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
-@click.option("--controller", metavar="NAME", help="Controller, instead of the scenario's.")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change a key of the scenario; repeatable.")
+@plugin_option("--backend", "backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
+@plugin_option("--solver", "solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
+@plugin_option("--controller", "controller", metavar="NAME", help="Controller, instead of the scenario's.")
+@change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
 @click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")

@@ -65,6 +65,9 @@ def command(name: str | None, as_long: bool, as_json: bool) -> None:
         for line in table([["solver", *COLUMNS], *rows], left=len(COLUMNS) + 1):
             click.echo(line)
         for solver in solvers:
+            if solver["aliases"]:
+                click.echo(f"  {solver['name']}: also {', '.join(solver['aliases'])}")
+        for solver in solvers:
             if solver["missing"]:
                 click.echo(f"  {solver['name']}: not installed: {solver['remedy']}")
         click.echo(LEGEND)
@@ -76,6 +79,7 @@ def _describe(name: str, entry: Registered) -> dict[str, Any]:
     return {
         "name": name,
         "summary": entry.info.summary,
+        "aliases": {str(alias): str(source) for alias, source in entry.info.aliases.items()},
         "properties": {key: value if _plain(value) else str(value) for key, value in entry.info.properties.items()},
         "options": [
             {
@@ -111,6 +115,8 @@ def _long(solver: dict[str, Any]) -> Iterator[str]:
         yield from _fact(title, _text(properties.pop(key, None)))
     for key, value in properties.items():
         yield from _fact(key, _text(value))
+    for alias, source in solver["aliases"].items():
+        yield from _fact("also", f"{alias} ({source})")
     for option in solver["options"]:
         default = "required" if option["required"] else f"default {_text(option['default'])}"
         meaning = f": {option['meaning']}" if option["meaning"] else ""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.cli.names import plugin_files
+from cdpr.cli.names import again, change_keys, plugin_files
 from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ ROWS = 40  # of the table that are printed
 @click.command("study")
 @click.argument("study", type=click.Path())
 @plugin_files
+@change_keys("Change a key in all cases; repeatable.")
 @click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
 @click.option(
     "--timeout",
@@ -36,8 +37,11 @@ ROWS = 40  # of the table that are printed
 @click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
 @click.option("--report/--no-report", default=True, help="Write study.html (needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+@click.pass_context
 def command(
+    context: click.Context,
     study: str,
+    changes: tuple[str, ...],
     jobs: int | None,
     timeout: float,
     out: str | None,
@@ -59,7 +63,7 @@ def command(
 
     with terminating():
         with Progress("cases checked") as checked:
-            loaded = load_study(study, progress=checked)
+            loaded = load_study(study, overrides=changes, progress=checked)
         if dry_run:
             _list(loaded, as_json)
             return
@@ -83,7 +87,7 @@ def command(
             except (KeyboardInterrupt, CdprError) as stop:
                 if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
                     told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-                    progress.say(f"{told}; this goes on: cdpr study {study} --out {folder}")
+                    progress.say(f"{told}; this goes on: {again(context, folder)}")
                 raise
         if report:
             _report(results)

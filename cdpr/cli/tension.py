@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.cli.names import plugin_files
+from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import PluginError
 
 if TYPE_CHECKING:
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
 @click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
-@click.option("--solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]")
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key of the file.")
+@plugin_option(
+    "--solver", "solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]"
+)
+@change_keys("Change any key of the file.")
 @click.option("--out", type=click.Path(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

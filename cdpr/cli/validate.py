@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import plugin_files
+from cdpr.cli.names import change_keys, plugin_files
 from cdpr.errors import CdprError, ExitCode
 
 
 @click.command("validate")
 @click.argument("files", nargs=-1, required=True, type=click.Path())
-@click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, help="Change any key before checking.")
+@change_keys("Change any key before checking.")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> None:

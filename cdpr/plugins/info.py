@@ -59,7 +59,8 @@ class PluginInfo:
     `factory` is "module:Class", imported only when the plugin is chosen. `requires` names the importable modules that
     it needs and `extra` the pip extra that brings them, such as "cdpr[mujoco]". `properties` are declared facts (a
     backend's order, a solver's continuity, ...), true of the default options (see `PluginOptions.declares`), shown by
-    `cdpr plugins` and checked by the conformance kit.
+    `cdpr plugins` and checked by the conformance kit. `aliases` are other names of the field for the same, each with
+    its source; a scenario may use them where no plugin has that name.
     """
 
     name: str
@@ -70,6 +71,7 @@ class PluginInfo:
     properties: Mapping[str, object] = field(default_factory=dict)
     options: type[PluginOptions] = PluginOptions
     interface: int = INTERFACE_VERSION
+    aliases: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what would only fail later, when all plugins are listed."""
@@ -82,6 +84,8 @@ class PluginInfo:
             raise TypeError(f"PluginInfo.requires must be a tuple of module names, got {self.requires!r}")
         if not isinstance(self.properties, Mapping):
             raise TypeError(f"PluginInfo.properties must be a mapping, got {self.properties!r}")
+        if not isinstance(self.aliases, Mapping):
+            raise TypeError(f"PluginInfo.aliases must be a mapping of names to sources, got {self.aliases!r}")
         if not (isinstance(self.options, type) and issubclass(self.options, PluginOptions)):
             raise TypeError(
                 f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which refuses "

@@ -123,12 +123,12 @@ class Registry:
         return sorted(self.plugins[role])
 
     def get(self, role: Role, name: str) -> Registered:
-        """Return the plugin; PluginError with the nearest name and all names if there is none.
+        """Return the plugin of this name, or else alias; PluginError with the nearest and all names if none has it.
 
         What a package that cannot be loaded would have brought is not known: its reason is told, too, and first where
         the name is like one of its own.
         """
-        found = self.plugins[role].get(name)
+        found = self.plugins[role].get(name) or self._by_alias(role, name)
         if found is not None:
             return found
         for names, problem in self.broken.items():
@@ -152,6 +152,11 @@ class Registry:
             where = "" if not distribution else f"{distribution}: "
             raise PluginError(f"{where}class {info.name}: a {role} of that name is installed; call it otherwise")
         return replace(self, plugins={**self.plugins, role: {**names, info.name: entry}}), info.name
+
+    def _by_alias(self, role: Role, name: str) -> Registered | None:
+        """Return the first plugin, by name, that is also known as `name`."""
+        entries = (self.plugins[role][each] for each in self.names(role))
+        return next((entry for entry in entries if name in entry.info.aliases), None)
 
     def add(self, role: Role, info: PluginInfo, distribution: str, version: str) -> None:
         """Register one row. Of two with one name the built-in wins; a stranger's is `distribution:name`."""

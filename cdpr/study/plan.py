@@ -15,7 +15,7 @@ from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.build import report_nulls, validate
 from cdpr.scenario.document import Document
 from cdpr.scenario.loader import open_document, stem
-from cdpr.scenario.overrides import Change
+from cdpr.scenario.overrides import Change, Overrides, read_overrides
 from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
 from cdpr.simulation.build import versions_of
 from cdpr.study.figures import FIGURES
@@ -78,8 +78,13 @@ class Grid:
         return math.prod(len(points) for points in self.columns)
 
 
-def load_study(path: str | os.PathLike[str], *, progress: Progress = lambda done, total: None) -> Study:
+def load_study(
+    path: str | os.PathLike[str], *, overrides: Overrides = (), progress: Progress = lambda done, total: None
+) -> Study:
     """Load a study and check every case of it.
+
+    `overrides` change keys of the scenario in all cases, as those of `load_scenario` do, and come after the study's own
+    `changes`; what an axis varies they cannot change.
 
     Raises ScenarioError with all that is wrong in the file or in any case, or PluginError if nothing but plugins is
     missing. `progress` is called with the number of cases checked and their total.
@@ -90,7 +95,7 @@ def load_study(path: str | os.PathLike[str], *, progress: Progress = lambda done
     report_nulls(document.data, (), document, problems)
     problems.raise_any()
     assert section is not None
-    grids = list(_grids(section, document, problems))
+    grids = list(_grids(section, document, read_overrides(overrides, problems), problems))
     total = sum(grid.size for grid in grids)
     if total > MAX_COUNT:
         problems.add(document.mark(("axes",)), (), f"{total} cases; at most {MAX_COUNT} are allowed")
@@ -99,8 +104,8 @@ def load_study(path: str | os.PathLike[str], *, progress: Progress = lambda done
     return Study(section.name or stem(document.source), document.source, section.keep, tuple(grids), cases)
 
 
-def _grids(section: StudyFile, document: Document, problems: Problems) -> Iterator[Grid]:
-    """Yield the parts of a study; what is wrong goes to `problems`."""
+def _grids(section: StudyFile, document: Document, given: list[Change], problems: Problems) -> Iterator[Grid]:
+    """Yield the parts of a study, each with the changes `given` besides; what is wrong goes to `problems`."""
     reader = Reader(document, problems, section.seed)
     loaded: dict[str, Scenario] = {}
     names: set[str] = set()
@@ -111,10 +116,13 @@ def _grids(section: StudyFile, document: Document, problems: Problems) -> Iterat
         names.add(block.name)
         axes: dict[Path, Axis] = {("axes", k): axis for k, axis in enumerate(section.axes)}
         axes |= {(*path, "axes", k): axis for k, axis in enumerate(block.axes)}
-        _check_axes(axes, document, problems)
+        targets = _check_axes(axes, document, problems)
+        for change in given:
+            if dotted(change.path) in targets:
+                problems.add(change.mark, change.path, "an axis of the study varies this key; edit the axis instead")
         columns = tuple(reader.axis(axis, place) for place, axis in axes.items())
         changes = reader.changes(section.changes, ("changes",))
-        changes += reader.changes(block.changes, (*path, "changes"))
+        changes += reader.changes(block.changes, (*path, "changes")) + tuple(given)
         place = (*path, "scenario") if block.scenario else ("scenario",)
         file = block.scenario or section.scenario
         if file is None:
@@ -128,8 +136,8 @@ def _grids(section: StudyFile, document: Document, problems: Problems) -> Iterat
             yield Grid(title, base, base.resolved_yaml(), changes, tuple(axes.values()), columns)
 
 
-def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problems) -> None:
-    """Each axis has a name of its own, and no key is set by two of them."""
+def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problems) -> set[str]:
+    """Each axis has a name of its own, and no key is set by two of them; return the keys."""
     names: set[str] = set()
     targets: set[str] = set()
     for place, axis in [(place, leaf) for place, given in axes.items() for leaf in given.leaves()]:
@@ -143,6 +151,7 @@ def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problem
             problems.add(document.mark(place), place, f"two axes set {key}")
         names.add(name)
         targets |= keys
+    return targets
 
 
 def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tuple[StudyCase, ...]:
@@ -176,8 +185,7 @@ def _case(
     grid: Grid, point: Point, seed: int, known: Counter[str], versions: dict[tuple[str, ...], dict[str, str]]
 ) -> StudyCase:
     """Make one case; CdprError says what is wrong with it. `known` counts the cases that change the same."""
-    # A type goes first: it takes the options of another plugin out, and the case's own must stay.
-    changes = sorted((*grid.changes, *point.changes), key=lambda change: change.path[1:] != ("type",))
+    changes = [*grid.changes, *point.changes]
     same = _digest([{dotted(change.path): change.value for change in changes}, grid.base])
     key = _digest([same, known[same]])[:12]
     known[same] += 1

@@ -17,6 +17,7 @@ FEASIBILITY_TOLERANCE = 1e-13
 DEPENDENCE_TOLERANCE = 1e-11
 
 
+@kernel
 def work_rows(r: int) -> int:
     """Rows of work space that `nearest` and `extreme` need."""
     return 2 * r + 8

@@ -10,7 +10,8 @@ from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.factors import append, back_substitute, remove
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr.tension.row_space import nearest_by_rows, worthwhile
+from cdpr.tension.status import NOT_FOUND, OK, UNSUPPORTED
 
 # A cable whose pull changes the squared residual by less than this share of what it could does not enter: round-off.
 GRADIENT_TOLERANCE = 1e-12
@@ -59,13 +60,21 @@ def box_least_squares(
         for i in range(m):
             s += W[j, i] * tension[i]
         reached[j] = s
-    r = reduce(W, reached, low, high, box, N, rest)
-    if r >= 0:
-        more = nearest(N, r, box, x, least, active, rest)
-        if more >= 0:
-            steps += more
-            for i in range(m):
-                tension[i] = least[i]
+    status = NOT_FOUND
+    if worthwhile(n, m):
+        for i in range(m):
+            x[i] = 0.0
+        status = nearest_by_rows(W, reached, low, high, x, least, N, box, rest)
+    if status != OK:
+        r = reduce(W, reached, low, high, box, N, rest)
+        if r >= 0:
+            more = nearest(N, r, box, x, least, active, rest)
+            if more >= 0:
+                steps += more
+                status = OK
+    if status == OK:
+        for i in range(m):
+            tension[i] = least[i]
     return steps
 
 

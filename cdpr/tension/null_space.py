@@ -20,11 +20,13 @@ CONSISTENCY_TOLERANCE = 1e-9
 ROUNDING = 1e-11
 
 
+@kernel
 def form_rows(m: int) -> int:
     """Rows of a work space that the form takes: m for N, then 3 for the box."""
     return m + 3
 
 
+@kernel
 def work_rows(n: int) -> int:
     """Rows of work space that `reduce` needs."""
     return n + 5
@@ -44,17 +46,81 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     max(n, m) columns: rows of a table, for numba slices a table at no cost, whereas reshaping a line takes some 40 ns.
     W may have further columns.
     """
-    n, m = wrench.shape[0], N.shape[0]
+    m = N.shape[0]
+    rank, free = factorise(m, W, wrench, t_min, t_max, box, work)
+    if rank < 0:
+        return rank
+    _expand(wrench.shape[0], free, rank, rank, free, box, N, work)
+    r = free - rank
+    for i in range(m):
+        longest = 0.0
+        for column in range(r):
+            longest = max(longest, abs(N[i, column]))
+        if longest <= ROUNDING:
+            for column in range(r):
+                N[i, column] = 0.0
+    return r
+
+
+@kernel
+def reduce_to_rows(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, B: Array, work: Array) -> int:
+    """Write W t = wrench, W (n, m), as B[:, :k]^T t = B[:, :k]^T c with orthonormal columns; return k, the rank.
+
+    B (m, >= k) spans the rows of W, as N of `reduce` their null space; the rest is as there.
+    """
+    m = B.shape[0]
+    rank, free = factorise(m, W, wrench, t_min, t_max, box, work)
+    if rank < 0:
+        return rank
+    _expand(wrench.shape[0], free, rank, 0, rank, box, B, work)
+    return rank
+
+
+@kernel
+def _expand(n: int, free: int, rank: int, first: int, end: int, box: Array, basis: Array, work: Array) -> None:
+    """Write c and Q e_first to Q e_(end - 1), as columns, from what `factorise` has left in `work`."""
+    rhs, cable, scale, y = work[n], work[n + 1], work[n + 2], work[n + 4]
+    if free < basis.shape[0]:
+        for i in range(basis.shape[0]):
+            for column in range(end - first):
+                basis[i, column] = 0.0
+    for unit in range(first, end + 1):
+        for i in range(free):
+            y[i] = rhs[i] if unit == end and i < rank else 0.0
+        if unit < end:
+            y[unit] = 1.0
+        for k in range(rank - 1, -1, -1):
+            v = work[k]
+            s = 0.0
+            for i in range(k, free):
+                s += v[i] * y[i]
+            s *= scale[k]
+            for i in range(k, free):
+                y[i] -= s * v[i]
+        for i in range(free):
+            if unit < end:
+                basis[int(cable[i]), unit - first] = y[i]
+            else:
+                box[0, int(cable[i])] = y[i]
+
+
+@kernel
+def factorise(m: int, W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, work: Array) -> tuple[int, int]:
+    """Write the limits and locked tensions into `box`, factors into `work`; return the rank and how many are free.
+
+    For `reduce` and `reduce_to_rows`, which say what the arguments are; instead of a rank, minus a status.
+    """
+    n = wrench.shape[0]
     if not (W.shape[0] >= n and W.shape[1] >= m and work.shape[0] >= n + 5 and work.shape[1] >= max(n, m)):
-        return -BAD_INPUT  # made for another robot
+        return -BAD_INPUT, 0  # made for another robot
     if t_min.shape[0] < m or t_max.shape[0] < m:
-        return -BAD_INPUT
+        return -BAD_INPUT, 0
     rhs, cable = work[n], work[n + 1]  # the wrench that is left, and the number of each free cable
     free, sound, load = 0, 0.0, 0.0
     for i in range(m):
         low, high = t_min[i], t_max[i]
         if not low <= high:  # NaN, too
-            return -BAD_INPUT
+            return -BAD_INPUT, 0
         box[0, i] = low  # what a locked cable keeps
         box[1, i] = low
         box[2, i] = high
@@ -78,18 +144,18 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
             for k in range(free):
                 work[j, k] = W[j, int(cable[k])]
     if sound != 0.0:
-        return -BAD_INPUT
-    return _factorise(n, m, free, CONSISTENCY_TOLERANCE * load, box, N, work)
+        return -BAD_INPUT, free
+    return _triangulate(n, free, CONSISTENCY_TOLERANCE * load, work), free
 
 
 @kernel
-def _factorise(n: int, m: int, free: int, allowed: float, box: Array, N: Array, work: Array) -> int:
+def _triangulate(n: int, free: int, allowed: float, work: Array) -> int:
     """Householder factorisation of V^T with column pivoting (Golub and Van Loan, algorithm 5.4.1), V = work[:n, :free].
 
     V holds the rows of W; below the diagonal of its transpose come to stand the Householder vectors.
     """
     V = work[:n]
-    rhs, cable, scale, diagonal, square = work[n], work[n + 1], work[n + 2], work[n + 3], work[n + 4]
+    rhs, scale, diagonal, square = work[n], work[n + 2], work[n + 3], work[n + 4]
     for j in range(n):
         s = 0.0
         for i in range(free):
@@ -142,36 +208,4 @@ def _factorise(n: int, m: int, free: int, allowed: float, box: Array, N: Array, 
             rhs[j] = s / diagonal[j]
         elif not abs(s) <= allowed:
             return -INFEASIBLE
-    # Q applied to unit vectors is the null space, and to y it is c.
-    r = free - rank
-    y = square
-    if free < m:
-        for i in range(m):
-            for column in range(r):
-                N[i, column] = 0.0
-    for column in range(r + 1):
-        for i in range(free):
-            y[i] = rhs[i] if column == r and i < rank else 0.0
-        if column < r:
-            y[rank + column] = 1.0
-        for k in range(rank - 1, -1, -1):
-            v = V[k]
-            s = 0.0
-            for i in range(k, free):
-                s += v[i] * y[i]
-            s *= scale[k]
-            for i in range(k, free):
-                y[i] -= s * v[i]
-        for i in range(free):
-            if column < r:
-                N[int(cable[i]), column] = y[i]
-            else:
-                box[0, int(cable[i])] = y[i]
-    for i in range(m):
-        longest = 0.0
-        for column in range(r):
-            longest = max(longest, abs(N[i, column]))
-        if longest <= ROUNDING:
-            for column in range(r):
-                N[i, column] = 0.0
-    return r
+    return rank

@@ -236,8 +236,8 @@ def test_dykstra_is_the_exact_nearest_to_the_middle_or_not_found(seed, m, load):
     if status == Status.OK:
         assert exact == Status.OK
         np.testing.assert_allclose(t, expected, atol=1e-6)
-    else:
-        assert status == Status.NOT_FOUND
+    else:  # that nothing is feasible it knows where the middle is too far away
+        assert status == Status.NOT_FOUND or (status == exact == Status.INFEASIBLE)
 
 
 def test_dykstra_gives_up_when_told_and_finds_more_with_patience():
