@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,13 @@ settings.load_profile("cdpr")
 # Tests send signals to what they start, which must not have inherited from a CI in the background that it ignores them.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def pytest_collection_finish() -> None:
+    """Some tests collect garbage, by the dozen: what pytest and all modules hold till the end takes no part in it."""
+    gc.collect()
+    gc.freeze()
+
 
 ROOT = Path(__file__).parent.parent
 TRAPS = ROOT / "tests" / "plugins" / "traps" / "installed"

@@ -7,13 +7,15 @@ from typing import Any
 
 import yaml
 
+from cdpr.scenario.yaml_nodes import PARSER
+
 # What may differ where engines are compared; the solver is told apart by itself.
 ENGINE_KEYS = ("simulation.backend", "backend_options")
 
 
 def changes(before: str, after: str) -> list[tuple[str, str, str]]:
     """Return dotted key, old and new value of all that differs between two resolved scenarios, "-" for what is not."""
-    old, new = dict(_leaves(yaml.safe_load(before))), dict(_leaves(yaml.safe_load(after)))
+    old, new = (dict(_leaves(yaml.load(text, PARSER))) for text in (before, after))
     keys = list(dict.fromkeys([*old, *new]))
     return [(key, old.get(key, "-"), new.get(key, "-")) for key in keys if old.get(key) != new.get(key)]
 

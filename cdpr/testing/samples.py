@@ -224,15 +224,15 @@ def feasible(count: int = 200) -> tuple[tuple[Problem, ...], ...]:
     return tuple(groups)
 
 
-def misleading(robot: Robot, count: int) -> list[Problem]:
-    """Problems made to mislead, of `cdpr.distribution.adversaries`, for one of its robots."""
-    return problems_of(adversaries.adversaries(robot, count, seed=300))
-
-
-def problems_of(found: adversaries.Adversaries) -> list[Problem]:
-    """The same as single problems."""
-    rows = zip(found.W, found.wrench, found.low, found.high, strict=True)
-    return [Problem(found.robot, *row) for row in rows]
+@lru_cache
+def misleading(count: int, seed: int) -> tuple[tuple[adversaries.Adversaries, tuple[Problem, ...]], ...]:
+    """Problems made to mislead, of each of the robots of `cdpr.distribution.adversaries`: as they are, and singly."""
+    groups = []
+    for robot in adversaries.robots():
+        found = adversaries.adversaries(robot, count, seed)
+        rows = zip(found.W, found.wrench, found.low, found.high, strict=True)
+        groups.append((found, tuple(Problem(robot, *row) for row in rows)))
+    return tuple(groups)
 
 
 @lru_cache

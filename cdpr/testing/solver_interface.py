@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from cdpr.distribution import adversaries
 from cdpr.distribution.poison import POISON, Memory
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import CompiledSolver
@@ -16,7 +15,7 @@ from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.process import Held
-from cdpr.testing.samples import Problem, misleading
+from cdpr.testing.samples import Problem
 from cdpr.testing.subjects import SolverSubject, ask
 
 ARRAYS = ("W", "wrench", "t_min", "t_max")
@@ -111,7 +110,7 @@ def _view(array: Array) -> Array:
 
 def memory_never_decides(subject: SolverSubject) -> None:
     """What earlier calls left in the solver's memory does not matter: NaN, 1e30 or 0 there give the same bits."""
-    hard = [misleading(robot, 40) for robot in adversaries.robots()[2:6]]
+    hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):
         groups = [group[:8] for group in groups]
@@ -195,13 +194,13 @@ def expect_balanced(subject: SolverSubject, problem: Problem, tension: Array) ->
 
 
 # Answers between two looks at the memory, and looks; a solver that is declared `slow` gives fewer.
-ANSWERS, FEW_ANSWERS, LOOKS = 1250, 25, 4
+ANSWERS, FEW_ANSWERS, LOOKS = 400, 25, 4
 # What one answer may leave behind on average: less than the smallest object, and than the shortest array of numbers.
 BLOCKS, BYTES = 0.5, 200.0
 
 
 def nothing_leaks(subject: SolverSubject) -> str:
-    """Thousands of answers, or hundreds of a slow solver, leave nothing behind that grows with their number."""
+    """Two thousand answers, or a hundred of a slow solver, leave nothing behind that grows with their number."""
     needs(os.path.isdir("/proc/self"), "only Linux tells what a process holds")
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)

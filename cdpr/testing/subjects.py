@@ -22,6 +22,9 @@ from cdpr.testing.samples import GRAVITY, Problem
 Cost = Callable[[Array, Array, Array], float]
 
 
+FIRST = 50  # of the problems for each robot, for a solver declared slow
+
+
 class _Subject:
     """Closes what was made when its check ends."""
 
@@ -79,6 +82,10 @@ class SolverSubject(_Subject):
     def declares(self, name: str) -> bool:
         """Whether a property is declared and true."""
         return bool(self.properties.get(name))
+
+    def asked(self, groups: tuple[tuple[Problem, ...], ...]) -> tuple[tuple[Problem, ...], ...]:
+        """All problems of each group, or the first ones if the solver is declared `slow`."""
+        return tuple(group[:FIRST] for group in groups) if self.declares("slow") else groups
 
     @property
     def respects_bounds(self) -> bool:

@@ -376,6 +376,6 @@ def test_reading_is_quick_to_refuse_an_absurd_length(tmp_path: Path, whole: byte
     start = len(LogFormat(HEADER).description)
     data = bytearray(whole)
     data[start + 8] = 0x7F  # the length of the first chunk: 9e18 bytes
-    started = time.perf_counter()
+    started = time.process_time()
     assert check(tmp_path / "log.mcap", bytes(data)) is not None
-    assert time.perf_counter() - started < 1.0
+    assert time.process_time() - started < 1.0  # s of CPU, whatever else the machine does

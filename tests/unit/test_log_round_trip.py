@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -97,7 +97,7 @@ def test_large_log_loads_fast(tmp_path: Path) -> None:
     rows = np.tile(make_rows(header, 1000), (20, 1))
     rows[:, 0] = np.arange(20_000) * header.control_step
     path = write_log(tmp_path / "log.mcap", header, rows)
-    started = perf_counter()
+    started = process_time()
     run = load_run(path)
-    assert perf_counter() - started < 2.0  # about 0.03 s; the bound is for a machine that is busy
+    assert process_time() - started < 2.0  # s of CPU; about 0.03, the rest is for a machine that is busy
     assert same_bits(run.rows, rows)

@@ -64,6 +64,12 @@ def row(text: str, title: str) -> list[str]:
     return re.findall(r"<td[^>]*>(.*?)</td>", found[1])
 
 
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For what stands beside the figures, which take a second and more to draw."""
+    monkeypatch.setattr("cdpr.report.html.drawings", list)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_the_page_is_sound_and_needs_nothing_else(case: str) -> None:
     text = render(CASES[case]())
@@ -88,6 +94,7 @@ def test_every_figure_is_there_with_a_caption_and_in_the_navigation() -> None:
         assert f"#{name.lower()}" in page.links
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_figures_of_the_summary_are_in_human_units() -> None:
     run = make_run()
     figures = run.summary()
@@ -108,6 +115,7 @@ def test_figures_of_the_summary_are_in_human_units() -> None:
     assert "numpy 2.4.6" in row(text, "Versions")[0]
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_each_cable_has_its_limits_and_extremes() -> None:
     run = make_run()
     text = render(run)
@@ -117,6 +125,7 @@ def test_each_cable_has_its_limits_and_extremes() -> None:
     assert row(text, f"{key}cable_3") == [number(x) for x in ends]
 
 
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     ("run", "mood", "words"),
     [
@@ -145,6 +154,7 @@ def test_the_banner_says_how_the_run_ended(run: Run, mood: str, words: str) -> N
     assert words in Page(banner[0]).words
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_events_are_listed_with_time_kind_and_text() -> None:
     text = render(infeasible_run())
     assert row(text, "1") == ["0.9 to 1.1", "infeasible", "no tensions within the limits balance the wrench"]
@@ -152,6 +162,7 @@ def test_events_are_listed_with_time_kind_and_text() -> None:
     assert row(text, "Steps without valid tensions") == ["200 infeasible, 1 not found"]
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_thousands_of_events_do_not_bury_the_page() -> None:
     events = tuple(Event(0.001 * i, "infeasible", "again") for i in range(3000))
     text = render(replace(make_run(), events=events))
@@ -181,6 +192,7 @@ def test_all_that_comes_from_outside_is_escaped() -> None:
     assert page.words.count(bad) >= 14
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_template_sign_in_a_name_is_only_a_sign() -> None:
     run = make_run(rows=9)
     text = render(replace(run, header=replace(run.header, scenario="$title {length} %s")))
@@ -193,6 +205,7 @@ def test_a_run_without_a_sample_has_a_report() -> None:
     assert "<svg" not in text
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_diverged_run_says_what_is_not_finite() -> None:
     assert row(render(diverged_run()), "Position error (mm)")[2] == "not finite"
 

@@ -66,9 +66,9 @@ def test_a_large_table_is_fast_and_right():
     half = 0.5 * times
     q = np.stack([np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)], axis=1)  # 1 rad/s about z
     interpolate(times[:3], x[:3], q[:3])  # compiles
-    began = time.perf_counter()
+    began = time.process_time()
     motion = interpolate(times, x, q)
-    assert time.perf_counter() - began < 5.0
+    assert time.process_time() - began < 5.0  # s of CPU, whatever else the machine does
     for t in (100.0, 333.3333, 777.777):
         sample = motion.sample(t)
         np.testing.assert_allclose(sample[:3] - [0, 0, 1000], np.sin(0.3 * t) * np.array([1, 2, 1]), atol=1e-9)
