@@ -1,4 +1,4 @@
-"""What all solvers share that ask a library: the problem as libraries take it, and no belief in what they say."""
+"""What all solvers share that ask a library: the problem as libraries take it best, and no belief in what they say."""
 
 from __future__ import annotations
 
@@ -13,113 +13,137 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
-from cdpr.tension import Status
-from cdpr.tension.checks import RESIDUAL_TOLERANCE
-from cdpr.tension.null_space import RANK_TOLERANCE
-from cdpr.tension.verdict import VERTEX_TOLERANCE
+from cdpr.tension import active_set, null_space
+from cdpr.tension.active_set import nearest
+from cdpr.tension.null_space import reduce
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.verdict import VERTEX_TOLERANCE, solution, verdict
 
-# Scaled, entries of W and tensions are below 2 each.
-REACH = 4.0
+# An answer of a library may break the limits by this share of the largest one: by more than the tolerances that are
+# asked of libraries, by less than anyone could measure.
+BELIEVED = 2.0 * VERTEX_TOLERANCE
 
-OK, NOT_FOUND = int(Status.OK), int(Status.NOT_FOUND)
+# The solution of least norm is no longer than any other. Where a tension of it is so many times larger than the limits
+# together allow, there is no need to ask; some libraries take large numbers for infinity.
+OUT_OF_REACH = 2.0
 
 
 class LibrarySolver(TensionSolver):
-    """A convex program over low <= [1 ; W] t <= high, the limits above and the equations below, solved by a library.
+    """A convex program over low <= N x <= high, solved by a library: its optimum, our verdict on feasibility.
 
-    Libraries check no input and have tolerances of their own, absolute ones, so a call
-    - refuses what is not finite and limits that contradict each other,
-    - scales tensions and rows to numbers below 2, by powers of two, which rounds nothing,
-    - refuses a wrench so large that no cables could reach it: some libraries take large numbers for infinity,
-    - calls an answer NOT_FOUND that leaves the limits by more than round-off or misses the wrench by more than the
-      tension stage allows.
+    Libraries check no input, stumble over dependent equations and have tolerances of their own, absolute ones. So they
+    are asked in the null space, t = c + N x: no equations are left, wrenches out of the range of W are known before,
+    locked cables do not count, and tensions are in units of the largest limit. What the library answers is moved to
+    the nearest admissible tensions by `cdpr.tension.active_set.nearest`, which tells for certain whether there are any.
+    INFEASIBLE is that kernel's word, whatever the library says. Where some are admissible the answer is the library's
+    or, where it has none or one that breaks the limits by more than round-off, NOT_FOUND.
 
-    A child reads `W` (n, m), C-contiguous, and `low`, `high` (m + n,), all its own copies, in `_ask`.
+    A child gets N (m, r), C-contiguous, and low, high (m,) in `_ask`: r > 0, and rows of cables that x does not change
+    are zero, between limits of -1 and 1. The arrays are the solver's own.
     """
+
+    # The library may break the limits by this share of the largest: the round-off of N x, in which a single point has
+    # an inside.
+    wider = 1e-12
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        n, m = robot.n, robot.m
-        self.W = np.zeros((n, m))
-        self.low, self.high = np.zeros(m + n), np.zeros(m + n)
+        m = robot.m
+        self._work = np.zeros((_rows(robot.n, m), max(robot.n, m)))
+        self._basis, self._low, self._high = np.zeros(m * m), np.zeros(m), np.zeros(m)
+        self._x = np.zeros(m)
+        self._unit = np.zeros(1)
 
     @abstractmethod
-    def _ask(self) -> tuple[int, ArrayLike]:
-        """Ask the library about `W`, `low` and `high`; return a `cdpr.tension.Status` and, where OK, t (m,)."""
+    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+        """Ask the library for the optimal x (r,); None where it has none."""
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
-        scale = stack(W, wrench, t_min, t_max, self.W, self.low, self.high)
-        if scale <= 0.0:
-            return Status.BAD_INPUT if scale == 0.0 else Status.INFEASIBLE
-        status, answer = self._ask()
-        if status != OK:
-            return status
-        return take(np.asarray(answer), scale, W, wrench, t_min, t_max, tension)
+        m = len(self._low)
+        if len(tension) != m or W.shape[1] != m:
+            return BAD_INPUT
+        r = pose(W, wrench, t_min, t_max, self.wider, self._basis, self._low, self._high, self._unit, self._work)
+        if r < 0:
+            return -r
+        found = True
+        if r > 0:
+            x = self._ask(self._basis[: m * r].reshape(m, r), self._low, self._high)
+            found = x is not None
+            if x is not None:
+                self._x[:r] = x
+        return judge(found, r, self._unit[0], self._x, W, wrench, tension, self._work)
 
 
 @kernel
-def stack(W: Array, wrench: Array, t_min: Array, t_max: Array, scaled_W: Array, low: Array, high: Array) -> float:
-    """Write the scaled problem; return the unit of its tensions, N.
+def _rows(n: int, m: int) -> int:
+    """Rows of work space: for the form, a point, what is active, and the larger need of the two kernels."""
+    return null_space.form_rows(m) + 2 + max(null_space.work_rows(n), active_set.work_rows(m))
 
-    Returns 0.0 where the input is bad, and -1.0 where some entry of the wrench is beyond all that the largest entry of
-    its row and the largest tension could do. A row below RANK_TOLERANCE of the largest is round-off and must stay
-    small: it gets the unit of the largest.
+
+@kernel
+def pose(
+    W: Array,
+    wrench: Array,
+    t_min: Array,
+    t_max: Array,
+    wider: float,
+    basis: Array,
+    low: Array,
+    high: Array,
+    unit: Array,
+    work: Array,
+) -> int:
+    """Write low <= N x <= high for a library, N (m, r) line by line into `basis`; return r, or minus a status.
+
+    The limits are `wider` by this share of the largest. `unit` (1,) receives the unit of x, N, a power of two, which rounds nothing. `work` keeps the form for `judge`.
     """
-    n, m = W.shape
-    unit = 1.0
-    for i in range(m):
-        if not (math.isfinite(t_min[i]) and math.isfinite(t_max[i]) and t_min[i] <= t_max[i]):
-            return 0.0
-        unit = max(unit, abs(t_min[i]), abs(t_max[i]))
-    unit = _power_of_two(unit)
-    for i in range(m):
-        low[i], high[i] = t_min[i] / unit, t_max[i] / unit
+    m = low.shape[0]
+    N, box = work[:m], work[m : m + 3]
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return -BAD_INPUT
     largest = 0.0
-    for j in range(n):
-        if not math.isfinite(wrench[j]):
-            return 0.0
-        for i in range(m):
-            if not math.isfinite(W[j, i]):
-                return 0.0
-            largest = max(largest, abs(W[j, i]))
-    for j in range(n):
-        size = 0.0
-        for i in range(m):
-            size = max(size, abs(W[j, i]))
-        row_unit = _power_of_two(size if size > RANK_TOLERANCE * largest else largest)
-        for i in range(m):
-            scaled_W[j, i] = W[j, i] / row_unit
-        low[m + j] = high[m + j] = wrench[j] / row_unit / unit
-        if abs(low[m + j]) > REACH * m:
-            return -1.0
-    return unit
-
-
-@kernel
-def _power_of_two(x: float) -> float:
-    """The largest power of two that is not above x > 0; 1 for 0."""
-    return math.ldexp(0.5, math.frexp(x)[1]) if x > 0.0 else 1.0
-
-
-@kernel
-def take(answer: Array, unit: float, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
-    """Write unit * answer into `tension`, moved onto limits that it breaks by round-off.
-
-    Returns OK if it is then within the limits and balances, else NOT_FOUND.
-    """
-    n, m = W.shape
-    status = OK
     for i in range(m):
-        found = unit * answer[i]
-        tension[i] = min(max(found, t_min[i]), t_max[i])
-        if not abs(found - tension[i]) <= 2.0 * unit * VERTEX_TOLERANCE:  # NaN, too; no limit is above 2 units
-            status = NOT_FOUND
-    load, residual = 1.0, 0.0
-    for j in range(n):
-        s = -wrench[j]
+        if not (math.isfinite(t_min[i]) and math.isfinite(t_max[i])):
+            return -BAD_INPUT
+        if t_min[i] < t_max[i]:  # a locked cable is none of the library's business
+            largest = max(largest, abs(t_min[i]), abs(t_max[i]))
+    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 5 :])
+    if r < 0:
+        return r
+    scale = math.ldexp(0.5, math.frexp(largest)[1]) if largest > 0.0 else 1.0
+    unit[0] = scale
+    for i in range(m):
+        moves = False
+        for k in range(r):
+            basis[i * r + k] = N[i, k]
+            moves = moves or N[i, k] != 0.0
+        low[i], high[i] = -1.0, 1.0
+        if moves:
+            if not abs(box[0, i]) <= OUT_OF_REACH * math.sqrt(m) * largest:
+                return -INFEASIBLE
+            low[i], high[i] = (t_min[i] - box[0, i]) / scale - wider, (t_max[i] - box[0, i]) / scale + wider
+    return r
+
+
+@kernel
+def judge(found: bool, r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array, work: Array) -> int:
+    """Write the admissible tensions nearest to c + unit N x, an answer where something is `found`; return a status."""
+    m = tension.shape[0]
+    N, box, active, least, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
+    for k in range(r):
+        x[k] *= unit
+    if found:
+        solution(N, r, box, x, tension)
         for i in range(m):
-            s += W[j, i] * tension[i]
-        load = max(load, abs(wrench[j]))
-        residual = max(residual, abs(s))
-    return status if residual <= RESIDUAL_TOLERANCE * load else NOT_FOUND
+            moves = False
+            for k in range(r):
+                moves = moves or N[i, k] != 0.0
+            if moves and not max(box[1, i] - tension[i], tension[i] - box[2, i]) <= BELIEVED * unit:  # NaN, too
+                found = False
+    if found:
+        for i in range(m):
+            box[0, i] = tension[i]
+    steps = nearest(N, r, box, least, tension, active, rest)
+    status = verdict(W, wrench, N, r, box, least, tension) if steps >= 0 else -steps
+    return status if found or status != OK else NOT_FOUND
