@@ -24,6 +24,8 @@ class Clarabel(LibrarySolver):
     otherwise be that of the first problem.
     """
 
+    wider = 1e-9  # an interior-point method needs an inside
+
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
         self._settings = clarabel.DefaultSettings()

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.tension.null_space import ROUNDING
 from cdpr_solvers.library import LibrarySolver
 
 SETTINGS = {
     "eps_prox": 0.0,  # the problem is strictly convex as it is
+    "zero_tol": ROUNDING**2,  # of squared lengths of rows of N: by default it takes rows below 3e-6 for zero
 }
 
 SOLVED = 1  # the others: infeasible, cycling, iterations, ...

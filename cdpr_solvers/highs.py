@@ -17,7 +17,6 @@ SETTINGS = {
     "solver": "simplex",
     "parallel": "off",
     "presolve": "off",  # there is nothing to find in so small a program
-    "small_matrix_value": 1e-12,  # the least that it takes: what is smaller it leaves out
 }
 
 

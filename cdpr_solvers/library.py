@@ -16,16 +16,12 @@ from cdpr.plugins import TensionSolver
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
 from cdpr.tension.null_space import reduce
-from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 from cdpr.tension.verdict import VERTEX_TOLERANCE, solution, verdict
 
 # An answer of a library may break the limits by this share of the largest one: by more than the tolerances that are
 # asked of libraries, by less than anyone could measure.
 BELIEVED = 2.0 * VERTEX_TOLERANCE
-
-# The solution of least norm is no longer than any other. Where a tension of it is so many times larger than the limits
-# together allow, there is no need to ask; some libraries take large numbers for infinity.
-OUT_OF_REACH = 2.0
 
 
 class LibrarySolver(TensionSolver):
@@ -33,26 +29,26 @@ class LibrarySolver(TensionSolver):
 
     Libraries check no input, stumble over dependent equations and have tolerances of their own, absolute ones. So they
     are asked in the null space, t = c + N x: no equations are left, wrenches out of the range of W are known before,
-    locked cables do not count, and tensions are in units of the largest limit. What the library answers is moved to
-    the nearest admissible tensions by `cdpr.tension.active_set.nearest`, which tells for certain whether there are any.
-    INFEASIBLE is that kernel's word, whatever the library says. Where some are admissible the answer is the library's
-    or, where it has none or one that breaks the limits by more than round-off, NOT_FOUND.
+    locked cables do not count, and tensions are in units of the largest limit.
+
+    Whether there are admissible tensions is decided first, by `cdpr.tension.active_set.nearest`, and not by a library:
+    INFEASIBLE is that kernel's word. What the library then answers is moved to the nearest admissible tensions; where
+    it has no answer or one that breaks the limits by more than round-off, the status is NOT_FOUND.
 
     A child gets N (m, r), C-contiguous, and low, high (m,) in `_ask`: r > 0, and rows of cables that x does not change
     are zero, between limits of -1 and 1. The arrays are the solver's own.
     """
 
-    # The library may break the limits by this share of the largest: the round-off of N x, in which a single point has
-    # an inside.
-    wider = 1e-12
+    # The library may break the limits by this share of the largest one: round-off of N x in which it could find a set
+    # empty that is as thin as that.
+    wider = 1e-11
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
         m = robot.m
         self._work = np.zeros((_rows(robot.n, m), max(robot.n, m)))
         self._basis, self._low, self._high = np.zeros(m * m), np.zeros(m), np.zeros(m)
-        self._x = np.zeros(m)
-        self._unit = np.zeros(1)
+        self._x, self._unit = np.zeros(m), np.zeros(1)
 
     @abstractmethod
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
@@ -63,22 +59,22 @@ class LibrarySolver(TensionSolver):
         m = len(self._low)
         if len(tension) != m or W.shape[1] != m:
             return BAD_INPUT
-        r = pose(W, wrench, t_min, t_max, self.wider, self._basis, self._low, self._high, self._unit, self._work)
-        if r < 0:
+        r = pose(
+            W, wrench, t_min, t_max, self.wider, self._basis, self._low, self._high, self._unit, tension, self._work
+        )
+        if r <= 0:  # nothing to ask: no tensions are admissible, or one distribution alone
             return -r
-        found = True
-        if r > 0:
-            x = self._ask(self._basis[: m * r].reshape(m, r), self._low, self._high)
-            found = x is not None
-            if x is not None:
-                self._x[:r] = x
-        return judge(found, r, self._unit[0], self._x, W, wrench, tension, self._work)
+        x = self._ask(self._basis[: m * r].reshape(m, r), self._low, self._high)
+        if x is None:
+            return NOT_FOUND
+        self._x[:r] = x
+        return judge(r, self._unit[0], self._x, W, wrench, tension, self._work)
 
 
 @kernel
 def _rows(n: int, m: int) -> int:
-    """Rows of work space: for the form, a point, what is active, and the larger need of the two kernels."""
-    return null_space.form_rows(m) + 2 + max(null_space.work_rows(n), active_set.work_rows(m))
+    """Rows of work space: for the form, three vectors over cables, and the larger need of the two kernels."""
+    return null_space.form_rows(m) + 3 + max(null_space.work_rows(n), active_set.work_rows(m))
 
 
 @kernel
@@ -92,14 +88,15 @@ def pose(
     low: Array,
     high: Array,
     unit: Array,
+    tension: Array,
     work: Array,
 ) -> int:
     """Write low <= N x <= high for a library, N (m, r) line by line into `basis`; return r, or minus a status.
 
-    The limits are `wider` by this share of the largest. `unit` (1,) receives the unit of x, N, a power of two, which rounds nothing. `work` keeps the form for `judge`.
+    The limits are `wider` by this share of the largest one. `unit` (1,) receives the unit of x, N, a power of two, and
+    `tension` (m,) the admissible tensions of least norm. `work` keeps the form for `judge`.
     """
-    m = low.shape[0]
-    N, box = work[:m], work[m : m + 3]
+    m = tension.shape[0]
     if t_min.shape[0] < m or t_max.shape[0] < m:
         return -BAD_INPUT
     largest = 0.0
@@ -108,11 +105,15 @@ def pose(
             return -BAD_INPUT
         if t_min[i] < t_max[i]:  # a locked cable is none of the library's business
             largest = max(largest, abs(t_min[i]), abs(t_max[i]))
-    r = reduce(W, wrench, t_min, t_max, box, N, work[m + 5 :])
+    N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 6 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return r
-    scale = math.ldexp(0.5, math.frexp(largest)[1]) if largest > 0.0 else 1.0
-    unit[0] = scale
+    steps = nearest(N, r, box, x, tension, active, rest)
+    status = verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps
+    if status != OK:
+        return -status
+    unit[0] = _power_of_two(largest)
     for i in range(m):
         moves = False
         for k in range(r):
@@ -120,30 +121,47 @@ def pose(
             moves = moves or N[i, k] != 0.0
         low[i], high[i] = -1.0, 1.0
         if moves:
-            if not abs(box[0, i]) <= OUT_OF_REACH * math.sqrt(m) * largest:
-                return -INFEASIBLE
-            low[i], high[i] = (t_min[i] - box[0, i]) / scale - wider, (t_max[i] - box[0, i]) / scale + wider
+            low[i] = (t_min[i] - box[0, i]) / unit[0] - wider
+            high[i] = (t_max[i] - box[0, i]) / unit[0] + wider
     return r
 
 
 @kernel
-def judge(found: bool, r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array, work: Array) -> int:
-    """Write the admissible tensions nearest to c + unit N x, an answer where something is `found`; return a status."""
+def _power_of_two(x: float) -> float:
+    """The largest power of two that is not above x > 0, division by which rounds nothing; 1 for 0."""
+    return math.ldexp(0.5, math.frexp(x)[1]) if x > 0.0 else 1.0
+
+
+@kernel
+def judge(r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array, work: Array) -> int:
+    """Write the admissible tensions nearest to c + unit N x; return OK, or NOT_FOUND where x breaks the limits.
+
+    `tension` (m,) comes with admissible ones, which are the answer where they are the same but for round-off.
+    """
     m = tension.shape[0]
-    N, box, active, least, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
+    N, box, least, active, point, rest = (
+        work[:m],
+        work[m : m + 3],
+        work[m + 3],
+        work[m + 4],
+        work[m + 5, :m],
+        work[m + 6 :],
+    )
     for k in range(r):
         x[k] *= unit
-    if found:
-        solution(N, r, box, x, tension)
+    solution(N, r, box, x, point)
+    apart = 0.0
+    for i in range(m):
+        moves = False
+        for k in range(r):
+            moves = moves or N[i, k] != 0.0
+        if moves and not max(box[1, i] - point[i], point[i] - box[2, i]) <= BELIEVED * unit:  # NaN, too
+            return NOT_FOUND
+        apart = max(apart, abs(point[i] - tension[i]))
+    for i in range(m):
+        box[0, i] = point[i]
+    if nearest(N, r, box, least, point, active, rest) >= 0 and verdict(W, wrench, N, r, box, least, point) == OK:
         for i in range(m):
-            moves = False
-            for k in range(r):
-                moves = moves or N[i, k] != 0.0
-            if moves and not max(box[1, i] - tension[i], tension[i] - box[2, i]) <= BELIEVED * unit:  # NaN, too
-                found = False
-    if found:
-        for i in range(m):
-            box[0, i] = tension[i]
-    steps = nearest(N, r, box, least, tension, active, rest)
-    status = verdict(W, wrench, N, r, box, least, tension) if steps >= 0 else -steps
-    return status if found or status != OK else NOT_FOUND
+            tension[i] = point[i]
+        return OK
+    return OK if apart <= BELIEVED * unit else NOT_FOUND

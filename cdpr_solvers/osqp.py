@@ -43,16 +43,24 @@ class Osqp(LibrarySolver):
         self.reset()
 
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
-        m, r = N.shape
+        r = N.shape[1]
         problem = self._problems.get(r)
         if problem is None:
-            pattern = csc_matrix((np.ones(m * r), np.tile(np.arange(m), r), m * np.arange(r + 1)), shape=(m, r))
-            problem = self._problems[r] = osqp.OSQP(algebra="builtin")  # of several installed ones the same everywhere
-            zero = np.zeros(m)
-            problem.setup(identity(r, format="csc"), np.zeros(r), pattern, zero, zero, **self._settings)
-        problem.update(Ax=N.T.ravel(), l=low, u=high)
+            problem = self._problems[r] = self._make(r)
+        values, one = N.T.ravel(), [1.0]
+        problem.update(Ax=np.concatenate([values, one]), l=np.concatenate([low, one]), u=np.concatenate([high, one]))
         answer = problem.solve(raise_error=False)
-        return answer.x if answer.info.status_val == osqp.SolverStatus.OSQP_SOLVED else None
+        return answer.x[:r] if answer.info.status_val == osqp.SolverStatus.OSQP_SOLVED else None
+
+    def _make(self, r: int) -> osqp.OSQP:
+        """Set up min |x|^2 + y^2 with y = 1: where no limit is reached, polishing would print that on its own."""
+        m = self.robot.m
+        rows = np.append(np.tile(np.arange(m), r), m)
+        pattern = csc_matrix((np.ones(m * r + 1), rows, np.append(m * np.arange(r + 1), m * r + 1)), (m + 1, r + 1))
+        problem = osqp.OSQP(algebra="builtin")  # of several installed ones the same everywhere
+        zero = np.zeros(m + 1)
+        problem.setup(identity(r + 1, format="csc"), np.zeros(r + 1), pattern, zero, zero, **self._settings)
+        return problem
 
     def reset(self) -> None:
         """Start the library anew: its step size adapts to the problems that it has seen."""

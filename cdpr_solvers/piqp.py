@@ -25,6 +25,8 @@ class Piqp(LibrarySolver):
     Made anew for each call, which costs a quarter of the time: its scaling would start from that of the problem before.
     """
 
+    wider = 1e-9  # an interior-point method needs an inside
+
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
         self._settings = {
