@@ -38,16 +38,18 @@ class Clarabel(LibrarySolver):
             self._settings.time_limit = options.time
         self._cones = [clarabel.NonnegativeConeT(2 * robot.m)]
 
+        # For each redundancy the Hessian and a matrix of constraints whose values a call changes.
+        self._made: dict[int, tuple[csc_matrix, csc_matrix]] = {}
+
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         m, r = N.shape
-        both = np.vstack([-N, N])
-        matrix = csc_matrix(
-            (both.T.ravel(), np.tile(np.arange(2 * m), r), 2 * m * np.arange(r + 1)),
-            shape=both.shape,
-        )
+        if r not in self._made:
+            rows = np.tile(np.arange(2 * m), r)
+            matrix = csc_matrix((np.ones(2 * m * r), rows, 2 * m * np.arange(r + 1)), shape=(2 * m, r))
+            self._made[r] = identity(r, format="csc"), matrix
+        hessian, matrix = self._made[r]
+        matrix.data.reshape(r, 2 * m)[:] = np.hstack([-N.T, N.T])
         right = np.concatenate([-low, high])
-        solver = clarabel.DefaultSolver(
-            identity(r, format="csc"), np.zeros(r), matrix, right, self._cones, self._settings
-        )
+        solver = clarabel.DefaultSolver(hessian, np.zeros(r), matrix, right, self._cones, self._settings)
         answer = solver.solve()
         return answer.x if answer.status == clarabel.SolverStatus.Solved else None  # "almost" is not

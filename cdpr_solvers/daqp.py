@@ -30,6 +30,5 @@ class Daqp(LibrarySolver):
         self._sense = np.zeros(robot.m, dtype=np.intc)
 
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
-        r = N.shape[1]
-        answer, _, flag, _ = daqp.solve(np.eye(r), np.zeros(r), N, high, low, self._sense, **self._settings)
+        answer, _, flag, _ = daqp.solve(*self._square[N.shape[1]], N, high, low, self._sense, **self._settings)
         return answer if flag == SOLVED else None

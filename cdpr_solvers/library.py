@@ -48,7 +48,9 @@ class LibrarySolver(TensionSolver):
         m = robot.m
         self._work = np.zeros((_rows(robot.n, m), max(robot.n, m)))
         self._basis, self._low, self._high = np.zeros(m * m), np.zeros(m), np.zeros(m)
-        self._x, self._unit = np.zeros(m), np.zeros(1)
+        self._unit = np.zeros(1)
+        # For each redundancy the Hessian and the gradient of |x|^2 / 2, for those whose objective that is.
+        self._square = [(np.eye(r), np.zeros(r)) for r in range(m + 1)]
 
     @abstractmethod
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
@@ -67,8 +69,7 @@ class LibrarySolver(TensionSolver):
         x = self._ask(self._basis[: m * r].reshape(m, r), self._low, self._high)
         if x is None:
             return NOT_FOUND
-        self._x[:r] = x
-        return judge(r, self._unit[0], self._x, W, wrench, tension, self._work)
+        return judge(r, self._unit[0], np.asarray(x, dtype=float), W, wrench, tension, self._work)
 
 
 @kernel
@@ -148,8 +149,8 @@ def judge(r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array
         work[m + 6 :],
     )
     for k in range(r):
-        x[k] *= unit
-    solution(N, r, box, x, point)
+        least[k] = unit * x[k]
+    solution(N, r, box, least, point)
     apart = 0.0
     for i in range(m):
         moves = False

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import piqp
 from numpy.typing import ArrayLike
 
@@ -37,9 +36,8 @@ class Piqp(LibrarySolver):
         }
 
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
-        r = N.shape[1]
         solver = piqp.DenseSolver()
         for name, value in self._settings.items():
             setattr(solver.settings, name, value)
-        solver.setup(np.eye(r), np.zeros(r), G=N, h_l=low, h_u=high)
+        solver.setup(*self._square[N.shape[1]], G=N, h_l=low, h_u=high)
         return solver.result.x if solver.solve() == piqp.PIQP_SOLVED else None

@@ -31,7 +31,7 @@ class Qpsolvers(LibrarySolver):
                 f"solver 'qpsolvers': no solver is named '{options.name}' or it is not installed: name one of "
                 f"{', '.join(available) or 'none'}"
             )
-        self._make = np.array if options.name in qpsolvers.dense_solvers else csc_matrix
+        self._make = np.asarray if options.name in qpsolvers.dense_solvers else csc_matrix
         # Wrong settings show in any problem, such as a single x between limits.
         try:
             self._answer(np.ones((robot.m, 1)), np.zeros(robot.m), np.ones(robot.m))
@@ -39,10 +39,10 @@ class Qpsolvers(LibrarySolver):
             raise PluginError(f"solver 'qpsolvers' cannot use {options.name}: {describe(error)}") from error
 
     def _answer(self, N: Array, low: Array, high: Array) -> qpsolvers.Solution:
-        r = N.shape[1]
+        hessian, gradient = self._square[N.shape[1]]
         problem = qpsolvers.Problem(
-            self._make(np.eye(r)),
-            np.zeros(r),
+            self._make(hessian),
+            gradient,
             self._make(np.vstack([-N, N])),
             np.concatenate([-low, high]),
         )
