@@ -27,6 +27,8 @@ class Highs(LibrarySolver):
     forgets the last basis, so that equal problems have equal answers, and is no slower than entry by entry.
     """
 
+    wider = 0.0  # it keeps the limits to a tolerance of its own, and a sum over cables shows them
+
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
         self._solver = highspy.Highs()
