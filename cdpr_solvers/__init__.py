@@ -243,7 +243,8 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="highs",
             factory="cdpr_solvers.highs:Highs",
-            summary="minimum sum of the tensions within the limits by HiGHS (thesis 6.24), exact; jumps; feasibility decided by cdpr",
+            summary="minimum sum of the tensions within the limits by HiGHS (thesis 6.24), exact; jumps; "
+            "feasibility decided by cdpr",
             requires=("highspy",),
             extra="cdpr[solvers]",
             properties={
