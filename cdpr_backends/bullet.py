@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import PluginError
-from cdpr.model import Robot
+from cdpr.model import Robot, rotations
+from cdpr.model.body_frame import BodyFrame
 from cdpr.model.guide import Guide, from_coordinates, onto_coordinates
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import Quaternion, Vector
+from cdpr.model.kernels import Quaternion, Vector, conjugate, multiply, quaternion, rotate, store
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
 from cdpr_backends.attitude import put_attitude
@@ -48,7 +49,9 @@ class BulletBackend(RigidBodyBackend):
         client = self.client.number
         frame = self.frame
         if frame.guide is None:
-            self._plant: Free | Guided = Free(client, frame.mass, frame.moments, self.body, self.applied)
+            self._plant: Free | Guided | Ball = Free(client, frame.mass, frame.moments, self.body, self.applied)
+        elif frame.guide.spherical:
+            self._plant = Ball(client, frame, self.body, self.applied)
         else:
             self._plant = Guided(
                 client, frame.guide, frame.mass, frame.moments, frame.center, frame.axes, self.body, self.applied
@@ -173,6 +176,59 @@ class Guided:
             pybullet.resetJointState(self.number, joint, q[joint], u[joint], self.client)
 
 
+class Ball:
+    """A fixed base, and on it the platform on a spherical joint.
+
+    Bullet takes the axes of a link to be the principal ones, those of the platform turned by `axes`: the joint's
+    attitude is axes^-1 q axes for that of the platform, q, and its rate is along the link's axes.
+    """
+
+    def __init__(self, client: int, frame: BodyFrame, body: Array, applied: Array) -> None:
+        self.client, self.axes, self.body, self.home = client, frame.axes, body, np.zeros(3)
+        self.number = number = int(
+            pybullet.createMultiBody(
+                baseMass=0.0,
+                linkMasses=[frame.mass],
+                linkCollisionShapeIndices=[-1],
+                linkVisualShapeIndices=[-1],
+                linkPositions=[[0.0, 0.0, 0.0]],
+                linkOrientations=[UPRIGHT],
+                linkInertialFramePositions=[frame.center.tolist()],
+                linkInertialFrameOrientations=[xyzw(frame.axes)],
+                linkParentIndices=[0],
+                linkJointTypes=[pybullet.JOINT_SPHERICAL],
+                linkJointAxis=[[0.0, 0.0, 1.0]],
+                physicsClientId=client,
+            )
+        )
+        pybullet.changeDynamics(number, 0, localInertiaDiagonal=frame.moments.tolist(), physicsClientId=client)
+        pybullet.setJointMotorControlMultiDof(
+            number, 0, pybullet.POSITION_CONTROL, targetPosition=UPRIGHT, force=[0.0] * 3, physicsClientId=client
+        )
+        undamped(client, number)
+        state, turn, step = pybullet.getJointStateMultiDof, pybullet.applyExternalTorque, pybullet.stepSimulation
+        world, axes, home = pybullet.WORLD_FRAME, self.axes, self.home
+
+        def read() -> None:
+            q, w, _, _ = state(number, 0, client)
+            read_ball(home, axes, q, w, body)
+
+        def advance() -> None:
+            turn(number, 0, applied[3:].tolist(), world, client)
+            step(client)
+
+        self.read, self.advance = read, advance
+
+    def write(self) -> None:
+        """Put the joint into the body state."""
+        self.home[:] = self.body[:3]
+        pybullet.resetBasePositionAndOrientation(self.number, self.home.tolist(), UPRIGHT, self.client)
+        link = rotations.multiply(self.body[3:7], self.axes)
+        q = rotations.multiply(rotations.conjugate(self.axes), link)
+        w = rotations.matrix(link).T @ self.body[10:]
+        pybullet.resetJointStateMultiDof(self.number, 0, xyzw(q), w.tolist(), physicsClientId=self.client)
+
+
 class Client:
     """An empty world of Bullet, without window; gone with `close`, or when nobody holds it any more."""
 
@@ -271,3 +327,15 @@ def read_base(pose: tuple[Vector, Quaternion], twist: tuple[Vector, Vector], bod
         body[i] = p[i]
         body[7 + i] = v[i]
         body[10 + i] = w[i]
+
+
+@kernel
+def read_ball(home: Array, axes: Array, joint: Quaternion, rate: Vector, body: Array) -> None:
+    """Write a spherical joint of Bullet at `home` (3,) into a body state (13,): see `Ball`; `joint` is x, y, z, w."""
+    turned = quaternion(axes, 0)
+    link = multiply(turned, (joint[3], joint[0], joint[1], joint[2]))
+    put_attitude(multiply(link, conjugate(turned)), body)
+    store(rotate(link, rate), body, 10)
+    for i in range(3):
+        body[i] = home[i]
+        body[7 + i] = 0.0

@@ -1,11 +1,11 @@
-"""DART: one body under our cable wrench, on a free joint or on the joints of its guide."""
+"""DART: one body under our cable wrench, on a free joint, a ball or the slides and the hinge of its guide."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import dartpy
 import numpy as np
@@ -14,10 +14,25 @@ from cdpr.model import Robot, rotations
 from cdpr.model.body_frame import BodyFrame
 from cdpr.model.guide import Guide, IntArray, from_coordinates, onto_coordinates
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import conjugate, dot, exponential, logarithm, multiply, quaternion, store, vector
+from cdpr.model.kernels import (
+    Quaternion,
+    Vector,
+    conjugate,
+    dot,
+    exponential,
+    logarithm,
+    multiply,
+    quaternion,
+    rotate,
+    store,
+    vector,
+)
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
 from cdpr_backends.snapshots import put_back, save
+
+if TYPE_CHECKING:
+    from cdpr_backends.dart_ball import BallJoint
 
 # DART drops forces that are not finite, and where numbers overflow it prints warnings without end and goes on with
 # zeros. Above this force, N or N m, or speed, m/s or rad/s, it is not asked to step: the state becomes NaN.
@@ -28,7 +43,7 @@ NO_MASS = 1e-100
 
 
 # DART cuts the exponential of a rotation vector below 1e-3 rad off after its second power, which is wrong by a sixth of
-# the third: 2e-10 rad. It takes that of a free joint's attitude and that of the turn of each step. So its body axes are
+# the third: 2e-10 rad. It takes that of a joint's attitude and that of the turn of each step. So its body axes are
 # turned in ours, by the first from the attitude at hand, again where that attitude comes nearer to zero than NEAR rad.
 FACING = exponential((0.6, 0.5, 0.4))
 NEAR = 0.2
@@ -50,11 +65,17 @@ class DartBackend(RigidBodyBackend):
         """Make the world."""
         self.world = world = make_world(self.gravity, self.physics_step)
         frame, body, applied = self.frame, self.body, self.applied
-        self.joints: FreeJoint | GuideJoints
+        self.joints: FreeJoint | BallJoint | GuideJoints
         if frame.guide is None:
             self.joints = FreeJoint(world, frame, body, self.physics_step)
             forces = np.zeros(6)
             onto_joints: Callable[[], bool] = partial(free_joint_force, body, applied, forces)
+        elif frame.guide.spherical:
+            from cdpr_backends.dart_ball import BallJoint, ball_joint_force
+
+            self.joints = BallJoint(world, frame, body, self.physics_step)
+            forces = np.zeros(3)
+            onto_joints = partial(ball_joint_force, self.joints.kept, body, applied, forces)
         else:
             self.joints = GuideJoints(world, frame, frame.guide, body)
             forces = np.zeros(self.joints.skeleton.getNumDofs())
@@ -144,9 +165,7 @@ class FreeJoint:
 
     def place(self) -> None:
         """Turn DART's body axes as `kept` says."""
-        axes = rotations.matrix(np.array(conjugate(quaternion(self.kept, 0))))
-        inertia = axes * self._frame.moments @ axes.T
-        self._link.setInertia(dartpy.dynamics.Inertia(self._frame.mass, np.zeros(3), (inertia + inertia.T) / 2))
+        turn_axes(self._link, self._frame, self.kept)
 
     def write(self) -> None:
         """Put the body into `body`."""
@@ -164,9 +183,23 @@ class FreeJoint:
         self._set_q(q)
 
     def _face(self) -> None:
-        """Turn DART's body axes anew, by FACING from where they would be at DART's zero."""
-        self.kept[:] = multiply(conjugate(quaternion(self._body, 3)), FACING)
+        """Turn DART's body axes anew."""
+        self.kept[:4] = facing(self._body)
         self.place()
+
+
+def facing(body: Array) -> Quaternion:
+    """How DART's body axes are to be turned in ours: by FACING from where they would be at DART's zero."""
+    return multiply(conjugate(quaternion(body, 3)), FACING)
+
+
+def turn_axes(link: Any, frame: BodyFrame, kept: Array) -> None:
+    """Give a link the platform's inertia in axes that are turned by `kept`, w, x, y, z, in ours."""
+    turned = conjugate(quaternion(kept, 0))
+    axes = rotations.matrix(np.array(multiply(turned, quaternion(frame.axes, 0))))
+    inertia = axes * frame.moments @ axes.T
+    center = np.array(rotate(turned, vector(frame.center, 0)))
+    link.setInertia(dartpy.dynamics.Inertia(frame.mass, center, (inertia + inertia.T) / 2))
 
 
 class GuideJoints:
@@ -268,21 +301,27 @@ def follow(kept: Array, step: float, q: Array, u: Array, body: Array) -> bool:
     The free joint has rotation vector and position (6,), angular velocity and velocity (6,). Returns whether the
     rotation vector has come too near to zero for DART's next step.
     """
-    a = multiply(exponential((step * u[0], step * u[1], step * u[2])), quaternion(body, 3))
-    scale = 1.0 / math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3])  # else round-off would add up
-    for i in range(4):
-        body[3 + i] = scale * a[i]
     for i in range(3):
         body[i] = q[3 + i]
         body[7 + i] = u[3 + i]
-        body[10 + i] = u[i]
+    return follow_turn(kept, step, vector(u, 0), q, body)
+
+
+@kernel
+def follow_turn(kept: Array, step: float, w: Vector, q: Array, body: Array) -> bool:
+    """Do what `follow` does for attitude and angular velocity alone, the latter being w at the end, world axes."""
+    a = multiply(exponential((step * w[0], step * w[1], step * w[2])), quaternion(body, 3))
+    scale = 1.0 / math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3])  # else round-off would add up
+    for i in range(4):
+        body[3 + i] = scale * a[i]
+    store(w, body, 10)
     write_rotation(kept, body, q)
     return dot(vector(q, 0), vector(q, 0)) < NEAR * NEAR
 
 
 @kernel
 def write_rotation(kept: Array, body: Array, q: Array) -> None:
-    """Write the rotation vector of DART's axes for a body state (13,) into DART's coordinates (6,)."""
+    """Write the rotation vector of DART's axes for a body state (13,) into the first of DART's coordinates."""
     store(logarithm(multiply(quaternion(body, 3), quaternion(kept, 0))), q, 0)
 
 

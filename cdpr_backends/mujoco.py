@@ -55,10 +55,10 @@ class MujocoBackend(RigidBodyBackend):
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten
             self._advance: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
         else:
-            rows, applied, forces = self.frame.guide.rows, self.applied, world.data.qfrc_applied
+            apply = world.applier(self.applied)
 
             def advance() -> None:
-                onto_coordinates(rows, applied, forces)
+                apply()
                 mujoco.mj_step(world.model, world.data)
 
             self._advance = advance
@@ -103,6 +103,7 @@ class MujocoTendons(Backend):
         self._slack = np.zeros(robot.m)  # the tendons already pull
         self._applied = np.zeros(6)
         self._read = self._world.reader(self._body)
+        self._apply = self._world.applier(self._applied)
         self._bad_command = self._world.data.warning[mujoco.mjtWarning.mjWARN_BADCTRL]
 
     def reset(self, state: Array) -> None:
@@ -121,7 +122,7 @@ class MujocoTendons(Backend):
                 applied_wrench(
                     self.frame.anchors, self.frame.offset, self._slack, self.external, self._body, self._applied
                 )
-                world.apply(self._applied)
+                self._apply()
                 mujoco.mj_step(world.model, world.data)
         else:
             mujoco.mj_step(world.model, world.data, n)
@@ -166,7 +167,7 @@ class World:
         self.data = mujoco.MjData(self.model)
         self.model.body_inertia[PLATFORM] = frame.moments
         mujoco.mj_setConst(self.model, self.data)
-        self._home = np.zeros(3)  # where the slides measure from
+        self._home = np.zeros(3)  # where the slides measure from, or the ball is
 
     def write(self, body: Array) -> None:
         """Reset all and put the body into a body state (13,)."""
@@ -178,13 +179,18 @@ class World:
             self._home[:] = body[:3] * (1.0 - guide.packed[:3])
             self.model.body_pos[PLATFORM] = self._home
             mujoco.mj_resetData(self.model, data)
-            data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
+            if guide.spherical:
+                write_ball(body, data.qpos, data.qvel)
+            else:
+                data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
 
     def reader(self, body: Array) -> Callable[[], None]:
         """Return the function that reads the body state into `body` (13,)."""
         guide, data = self.frame.guide, self.data
         if guide is None:
             return partial(read_free_joint, data.qpos, data.qvel, body)
+        if guide.spherical:
+            return partial(read_ball, self._home, data.qpos, data.qvel, body)
         return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
 
     def save(self) -> tuple[Array, Array]:
@@ -200,16 +206,18 @@ class World:
             self.model.body_pos[PLATFORM] = self._home
         mujoco.mj_setState(self.model, self.data, saved[1], INTEGRATION)
 
-    def apply(self, applied: Array) -> None:
-        """Apply force and moment about the body frame's origin (6,) until it is called again."""
-        if self.frame.guide is None:
-            self.data.xfrc_applied[PLATFORM] = applied
-        else:
-            onto_coordinates(self.frame.guide.rows, applied, self.data.qfrc_applied)
+    def applier(self, applied: Array) -> Callable[[], None]:
+        """Return the function that applies `applied` (6,), about the body frame's origin, until it is called again."""
+        guide, data = self.frame.guide, self.data
+        if guide is None:
+            return partial(np.copyto, data.xfrc_applied[PLATFORM], applied)
+        if guide.spherical:  # a moment alone acts alike wherever it is applied
+            return partial(np.copyto, data.xfrc_applied[PLATFORM, 3:], applied[3:])
+        return partial(onto_coordinates, guide.rows, applied, data.qfrc_applied)
 
 
 def describe(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
-    """Describe a world with one body, free or on the slides and the hinge of its guide."""
+    """Describe a world with one body, free or on the slides and the hinge or the ball of its guide."""
     spec = mujoco.MjSpec()
     spec.option.timestep = step
     spec.option.gravity = gravity
@@ -220,6 +228,8 @@ def describe(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> 
     body.ipos, body.iquat = frame.center, frame.axes
     if frame.guide is None:
         body.add_freejoint()
+    elif frame.guide.spherical:
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
     else:
         for axis in frame.guide.slides:
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis])
@@ -258,3 +268,22 @@ def write_free_joint(body: Array, qpos: Array, qvel: Array) -> None:
     for i in range(3):
         qvel[i] = body[7 + i]
     store(rotate(conjugate(quaternion(body, 3)), vector(body, 10)), qvel, 3)
+
+
+@kernel
+def read_ball(home: Array, qpos: Array, qvel: Array, body: Array) -> None:
+    """Read MuJoCo's ball joint at `home` (3,), whose angular velocity is in body axes, into a body state (13,)."""
+    for i in range(4):
+        body[3 + i] = qpos[i]
+    for i in range(3):
+        body[i] = home[i]
+        body[7 + i] = 0.0
+    store(rotate(quaternion(qpos, 0), vector(qvel, 0)), body, 10)
+
+
+@kernel
+def write_ball(body: Array, qpos: Array, qvel: Array) -> None:
+    """Undo `read_ball`."""
+    for i in range(4):
+        qpos[i] = body[3 + i]
+    store(rotate(conjugate(quaternion(body, 3)), vector(body, 10)), qvel, 0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.model import Robot
 from cdpr.model.body_frame import BodyFrame, body_wrench, from_platform, to_platform
+from cdpr.model.guide import Guide
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, vector
 from cdpr.model.robot import Array
@@ -27,9 +28,15 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
         from cdpr_backends.reference_winches import WinchReference
 
         return WinchReference(robot, gravity, physics_step, options)
+    if robot.n == 6:
+        return ReferenceBackend(robot, gravity, physics_step, options)
+    if Guide(robot).spherical:
+        from cdpr_backends.reference_spherical import SphericalReference
+
+        return SphericalReference(robot, gravity, physics_step, options)
     from cdpr_backends.reference_guided import GuidedReference
 
-    return (ReferenceBackend if robot.n == 6 else GuidedReference)(robot, gravity, physics_step, options)
+    return GuidedReference(robot, gravity, physics_step, options)
 
 
 class ReferenceBackend(SnapshotOfArrays, Backend):

@@ -13,8 +13,21 @@ import numpy as np
 
 from cdpr.model.guide import guided_acceleration, write_pose
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import conjugate, exponential, multiply, quaternion, rotate, store, vector
+from cdpr.model.kernels import (
+    Quaternion,
+    Vector,
+    conjugate,
+    cross,
+    exponential,
+    multiply,
+    product,
+    quaternion,
+    rotate,
+    store,
+    vector,
+)
 from cdpr.model.robot import Array
+from cdpr.model.spherical import INERTIA, INVERSE, moment_about_ball, pack
 from cdpr.plugins import RigidBodyBackend
 from cdpr_backends.attitude import put_attitude
 from cdpr_backends.snapshots import SnapshotOfArrays
@@ -30,6 +43,9 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
         if frame.guide is None:
             inertial = np.array([frame.mass, *frame.moments])
             self._advance = partial(free_step, inertial, self.gravity, self.applied, self.body, self.physics_step)
+        elif frame.guide.spherical:
+            packed = pack(self.robot)
+            self._advance = partial(spherical_step, packed, self.gravity, self.applied, self.body, self.physics_step)
         else:
             self._advance = partial(
                 guided_step,
@@ -45,7 +61,9 @@ class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):
     def write(self) -> None:
         """Take the motion from `body`."""
         guide = self.frame.guide
-        if guide is not None:
+        if guide is not None and guide.spherical:
+            self.body[7:10] = 0.0
+        elif guide is not None:
             free, axis = guide.packed[:3], guide.packed[3:]
             self._motion[:3], self._motion[3] = self.body[:3], guide.angle(self.body)
             self._motion[4:7], self._motion[7] = free * self.body[7:10], axis @ self.body[10:]
@@ -79,13 +97,33 @@ def free_step(inertial: Array, gravity: Array, applied: Array, body: Array, h: f
         w[1] + h * (M[1] - (Ix - Iz) * w[2] * w[0]) / Iy,
         w[2] + h * (M[2] - (Iy - Ix) * w[0] * w[1]) / Iz,
     )
+    turn(q, w, body, h)
+    for i in range(3):
+        body[7 + i] += h * (applied[i] / inertial[0] + gravity[i])
+        body[i] += h * body[7 + i]
+
+
+@kernel
+def turn(q: Quaternion, w: Vector, body: Array, h: float) -> None:
+    """Write into `body` attitude and angular velocity after a step at w, body axes, from the attitude q."""
     q = multiply(q, exponential((h * w[0], h * w[1], h * w[2])))
     norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     put_attitude((q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm), body)
     store(rotate(quaternion(body, 3), w), body, 10)
-    for i in range(3):
-        body[7 + i] += h * (applied[i] / inertial[0] + gravity[i])
-        body[i] += h * body[7 + i]
+
+
+@kernel
+def spherical_step(packed: Array, gravity: Array, applied: Array, body: Array, h: float) -> None:
+    """One step of a body that turns about its held origin: w += h J^-1 (M - w x J w), then q <- q exp(h w).
+
+    In body axes; M is the moment about the origin, `packed` is as `cdpr.model.spherical.pack` returns it.
+    """
+    q = quaternion(body, 3)
+    w = rotate(conjugate(q), vector(body, 10))
+    M = rotate(conjugate(q), moment_about_ball(packed, gravity, q, vector(applied, 3)))
+    c = cross(w, product(packed, INERTIA, w))
+    a = product(packed, INVERSE, (M[0] - c[0], M[1] - c[1], M[2] - c[2]))
+    turn(q, (w[0] + h * a[0], w[1] + h * a[1], w[2] + h * a[2]), body, h)
 
 
 @kernel

@@ -1,12 +1,13 @@
 """Draw the pictures of teaching.md and write its tables, from runs of the scenarios in this repository.
 
-Run: python docs/teaching.py (a minute). The figures are kept in teaching.json; a test holds the tables to it, and some
-of the figures to new runs.
+Run: python docs/teaching.py (a minute). The figures are kept in teaching.json; a test holds the tables to it, and what
+the page's commands tell to the tables: command and runs are made of the same changes.
 """
 
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -25,6 +26,7 @@ HERE = Path(__file__).parent
 SCENARIOS = HERE.parent / "scenarios"
 PAGE, RESULTS = HERE / "teaching.md", HERE / "teaching.json"
 WIDTH = 7.6  # in
+LINE = 116  # letters of a command, and " \\"
 
 # Eight crossed cables pull a box of 20 kg through their frame: solvers.
 SOLVERS = {
@@ -111,11 +113,16 @@ def draw_solvers(runs: Mapping[str, Run]) -> Chart:
     return chart
 
 
+def gain_changes(kp: int) -> Figures:
+    """CAROCA's step with this gain, damped critically."""
+    return {**BELOW, "controller.kp": kp, "controller.kd": 2 * kp**0.5}
+
+
 def gains() -> tuple[Figures, Chart]:
     """The same step of 5 cm with four gains."""
     runs = {}
     for kp in STIFFNESS:
-        runs[kp] = simulate("caroca.yaml", {**BELOW, "controller.kp": kp, "controller.kd": 2 * kp**0.5})
+        runs[kp] = simulate("caroca.yaml", gain_changes(kp))
     found = {}
     for kp, run in runs.items():
         error = 1e3 * np.linalg.norm(run.position_error, axis=1)
@@ -140,16 +147,17 @@ def draw_gains(runs: Mapping[int, Run]) -> Chart:
     return chart
 
 
+def rate_changes(step: float, gain: int) -> Figures:
+    """The thesis's platform beside its pose, with this control period, s, and gain."""
+    return {**BESIDE, "simulation.control_step": step, "controller.kp": gain, "controller.kd": gain}
+
+
 def rates() -> tuple[Figures, Chart]:
     """The error after 3 s, or where the run diverged, over the gain, at two control rates."""
     runs: dict[str, dict[int, Run]] = {}
     for name, step in RATES.items():
-        same = {**BESIDE, "simulation.control_step": step, "simulation.physics_step": 0.001}
         runs[name] = {
-            gain: simulate(
-                "thesis_ch6.yaml", {**same, "controller.kp": gain, "controller.kd": gain}, solver="pseudo_inverse"
-            )
-            for gain in EQUAL_GAINS
+            gain: simulate("thesis_ch6.yaml", rate_changes(step, gain), solver="pseudo_inverse") for gain in EQUAL_GAINS
         }
     found = {
         name: {
@@ -190,11 +198,12 @@ def draw_rates(found: Figures, slow: Mapping[int, Run]) -> Chart:
 
 def motion(backend: str, step: float) -> Run:
     """CAROCA's move on an engine with this physics step, s, under the one control period."""
-    return simulate(
-        "caroca.yaml",
-        {"simulation.control_step": PERIOD, "simulation.physics_step": step},
-        backend=backend,
-    )
+    return simulate("caroca.yaml", step_changes(step), backend=backend)
+
+
+def step_changes(step: float) -> Figures:
+    """This physics step, s, under the one control period."""
+    return {"simulation.control_step": PERIOD, "simulation.physics_step": step}
 
 
 def steps_and_engines() -> tuple[Figures, Chart, Figures, Chart]:
@@ -325,6 +334,29 @@ def engine_table() -> str:
     return table(["mm", *(f"`{name}`" for name in found)], rows)
 
 
+def command(verb: str, scenario: str, changes: Mapping[str, Any], **options: str) -> str:
+    """A command as a reader types it, with an argument that needs the room on a line of its own."""
+    words = [f"$ cdpr {verb} scenarios/{scenario}", *(f"--{name} {value}" for name, value in options.items())]
+    for key, value in changes.items():
+        words.append("--set " + shlex.quote(f"{key}={value if isinstance(value, str) else json.dumps(value)}"))
+    lines = [words[0]]
+    for word in words[1:]:
+        if len(lines[-1]) + len(word) < LINE:
+            lines[-1] += " " + word
+        else:
+            lines[-1] += " \\"
+            lines.append("    " + word)
+    return "\n".join(["```console", *lines, "```"])
+
+
+# For each table, what gives one of its rows.
+COMMANDS = {
+    "solvers": lambda: command("run", "caroca.yaml", CROSSED, solver="maximin"),
+    "gains": lambda: command("run", "caroca.yaml", gain_changes(400)),
+    "rates": lambda: command("run", "thesis_ch6.yaml", rate_changes(RATES["1 kHz"], 205), solver="pseudo_inverse"),
+    "steps": lambda: command("compare", "caroca.yaml", step_changes(0.002), backends="reference,mujoco"),
+    "engines": lambda: command("compare", "caroca.yaml", step_changes(0.001), backends=",".join(BACKENDS)),
+}
 TABLES = {
     "solvers": solver_table,
     "gains": gain_table,
@@ -343,7 +375,7 @@ LABELS = {
 
 def updated(text: str) -> str:
     """The page with its tables written anew."""
-    return rewritten(text, TABLES)
+    return rewritten(text, {**TABLES, **{f"command of {name}": text for name, text in COMMANDS.items()}})
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ import itertools
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.loop import Loop
+from cdpr.study.plan import StudyCase, load_study
 
 HERE = Path(__file__).parent
 STUDY = HERE.parent / "scenarios" / "studies" / "thesis_ch6.yaml"
@@ -42,6 +44,7 @@ PUBLISHED = {
 NEAR = 1.5  # a row explains a figure if all three values are within this factor
 
 AXES = ("block", "start", "backend", "geometry", "controlled", "solver", "gain")
+RESULT = ("finished", "diverged")  # how a case may end
 FIGURES = ("simulated_s", "position_error_max_m", "tension_min_N", "tension_max_N")
 ASSUMPTIONS = {
     ("as_written", ""): "as written",
@@ -139,6 +142,34 @@ def results() -> list[Row]:
         return list(csv.DictReader(file))
 
 
+@lru_cache(maxsize=1)
+def study_cases() -> tuple[StudyCase, ...]:
+    """The cases of the study."""
+    return load_study(STUDY).cases
+
+
+def stored(folder: Path) -> list[Row]:
+    """The study's rows for thesis.csv; one line ends the script where a folder holds another study or lacks results."""
+    path, remedy = folder / "table.csv", f"run: cdpr study scenarios/studies/{STUDY.name} --out {folder}"
+    try:
+        with path.open(newline="") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise SystemExit(f"{path}: {error}; {remedy}") from None
+    ids = [case.id for case in study_cases()]
+    found = [row.get("case") for row in rows]
+    if found != ids:
+        known = len({*ids} & {*found})
+        raise SystemExit(
+            f"{path}: not the table of {STUDY.name} as it is: of its {len(ids)} cases {known} are among the table's "
+            f"{len(rows)}; give another folder, or {remedy}"
+        )
+    for row in rows:
+        if row["status"] not in RESULT:
+            raise SystemExit(f"{path}: case {row['case']} is {row['status']!r}; {remedy}")
+    return [kept(row) for row in rows]
+
+
 def find(rows: Sequence[Row], **wanted: str) -> list[Row]:
     """The rows of thesis.csv that have these cells, by gain."""
     found = [row for row in rows if all(row[name] == value for name, value in wanted.items())]
@@ -206,12 +237,16 @@ def updated(text: str) -> str:
     return rewritten(text, TABLES)
 
 
-if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        with (Path(sys.argv[1]) / "table.csv").open(newline="") as file:
-            rows = [kept(row) for row in csv.DictReader(file)]
+def main(folder: Path | None = None) -> None:
+    """Keep what a folder of the study holds, if one is given, and write the tables."""
+    if folder is not None:
+        rows = [*stored(folder), *plant_rows()]  # all of it before the old is overwritten
         with RESULTS.open("w", newline="") as file:
             writer = csv.DictWriter(file, [*AXES, "status", *FIGURES], lineterminator="\n")
             writer.writeheader()
-            writer.writerows([*rows, *plant_rows()])
+            writer.writerows(rows)
     PAGE.write_text(updated(PAGE.read_text()))
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:2]))

@@ -1,8 +1,9 @@
 """Platforms that a guide keeps from moving in some directions: point masses, planar robots, carriages.
 
 The guide lets the origin move along some of the world's axes and the platform turn about at most one of them, through
-the origin. Its coordinates are the origin's position and the angle; in the held directions it takes whatever force or
-moment comes. A centre of mass off the origin loads the guide, and couples turning with moving.
+the origin; or it holds the origin and lets the platform turn about all three, on a ball: see `cdpr.model.spherical`.
+Its coordinates are the origin's position and the angle; in the held directions it takes whatever force or moment comes.
+A centre of mass off the origin loads the guide, and couples turning with moving.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ class Guide:
     Attributes:
         rows: (n,) rows of a wrench (6,) that the coordinates belong to.
         slides: which world axes the origin moves along, 0, 1, 2 for x, y, z, in this order.
-        hinge: which world axis the platform turns about, None where it does not turn.
+        hinge: which world axis the platform turns about, None where it turns about none or about all.
+        spherical: whether it turns about all, the origin being held; the functions of this file are not for that.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -34,15 +36,14 @@ class Guide:
         self.rows: IntArray = np.array(rows)
         self.slides = tuple(row for row in rows if row < 3)
         turns = [row - 3 for row in rows if row >= 3]
-        self.hinge = turns[0] if turns else None
+        self.hinge = turns[0] if len(turns) == 1 else None
+        self.spherical = len(turns) == 3
 
     @cached_property
     def packed(self) -> Array:
-        """For the kernels, (6,): 1 along each free axis (3), unit vector of the hinge or zero (3)."""
+        """For the kernels, (6,): 1 along and about each free axis, so that the last three are the hinge, if any."""
         packed = np.zeros(6)
-        packed[list(self.slides)] = 1.0
-        if self.hinge is not None:
-            packed[3 + self.hinge] = 1.0
+        packed[self.rows] = 1.0
         return packed
 
     def coordinates(self, state: Array, home: Array) -> tuple[Array, Array]:

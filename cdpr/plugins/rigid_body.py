@@ -24,7 +24,7 @@ class RigidBodyBackend(Backend):
     evaluated once a physics step, for all cable models (declare them as the property `cable_models`). The body to build
     is described by `frame`: for a free platform its frame lies at the centre of mass along the principal axes; a
     platform with a guide (`frame.guide`) has its frame at the origin and moves by slides along world axes and then a
-    hinge, joints of the engine.
+    hinge, joints of the engine, or turns on a ball at its origin (`frame.guide.spherical`).
 
     Attributes:
         frame: mass, centre, principal moments and axes, anchors and guide of the body.
@@ -32,7 +32,7 @@ class RigidBodyBackend(Backend):
             origin (world), angular velocity (world).
         winches: what turns commands into tensions; None where cables are ideal.
         applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the body
-            frame's origin, world axes. With a guide, `cdpr.model.guide.onto_coordinates` gives the joints' forces.
+            frame's origin, world axes. `cdpr.model.guide.onto_coordinates` gives the forces along slides and hinge.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:

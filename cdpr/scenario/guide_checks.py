@@ -67,6 +67,10 @@ class GuideChecks(Checks):
 
     def _circle(self, motion: Circle) -> None:
         """Between its poses, which are one, a circle goes where its plane does."""
+        if self.held[:3].sum() > 1:
+            text = f"{self.free}, so no circle can be passed; others move as they say: quintic, waypoints, jerk_limited"
+            self.say(("trajectory", "type"), text)
+            return
         normal = np.array(motion.normal)
         length = float(np.linalg.norm(normal))
         if length == 0.0:

@@ -31,6 +31,8 @@ NEEDS = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
+BALL: tuple[DofName, ...] = ("rx", "ry", "rz")
+SOUND = "any of x, y, z with at most one of rx, ry, rz; rx, ry, rz alone (a ball holds the origin); or all six"
 # Stands for the moments of inertia, kg m^2, of a platform that does not turn: engines need them, without effect.
 NO_TURNING = 1.0
 
@@ -74,14 +76,11 @@ def in_order(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
 
 
 def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
-    """Accept what a guide of slides and one hinge can leave free, and the free platform."""
+    """Accept what a guide of slides and one hinge, or a ball, can leave free, and the free platform."""
     in_order(dof)
     turns = sum(name.startswith("r") for name in dof)
-    if turns > 1 and dof != ALL_DOF:
-        raise ValueError(
-            f"{turns} rotations with held directions are not supported: allowed are any of x, y, z with at most one of "
-            "rx, ry, rz, or all six"
-        )
+    if turns > 1 and dof not in (BALL, ALL_DOF):
+        raise ValueError(f"no guide leaves {', '.join(dof)} free: allowed are {SOUND}")
     return dof
 
 
@@ -233,7 +232,7 @@ class RobotSection(Section):
     dof: Annotated[tuple[DofName, ...], AfterValidator(_sound_directions)] = Field(
         ALL_DOF,
         description="directions in which the platform is free to move, along and about the world's axes; a guide holds "
-        "the others: any of x, y, z with at most one of rx, ry, rz, or all six",
+        f"the others: {SOUND}",
     )
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")

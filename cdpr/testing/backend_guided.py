@@ -1,4 +1,4 @@
-"""Checks of a backend with a platform that a guide holds: free along x and z and about y."""
+"""Checks of a backend with a platform that a guide holds: free along x and z and about y, or on a ball."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.testing import samples
 from cdpr.testing.backend_physics import ONE_STEP, SHORT, expect_order
@@ -26,15 +27,19 @@ def guided_state_round_trip(subject: BackendSubject) -> None:
 
 def guided_wrench_accelerates(subject: BackendSubject) -> None:
     """Gravity, each cable and each external force and moment move a guided platform by its equations of motion."""
-    start = samples.planar_state(np.random.default_rng(31), speed=0.0)
-    loads = [(GRAVITY, np.zeros(4), np.zeros(6), "gravity")]
-    loads += [(NO_GRAVITY, 100.0 * part, np.zeros(6), f"cable {i + 1}") for i, part in enumerate(np.eye(4))]
-    loads += [(NO_GRAVITY, np.zeros(4), 100.0 * part, f"external[{k}]") for k, part in enumerate(np.eye(6))]
+    _accelerates(subject, samples.planar(), samples.planar_state(np.random.default_rng(31), speed=0.0))
+
+
+def _accelerates(subject: BackendSubject, robot: Robot, start: Array) -> None:
+    none = np.zeros(robot.m)
+    loads = [(GRAVITY, none, np.zeros(6), "gravity")]
+    loads += [(NO_GRAVITY, 100.0 * part, np.zeros(6), f"cable {i + 1}") for i, part in enumerate(np.eye(robot.m))]
+    loads += [(NO_GRAVITY, none, 100.0 * part, f"external[{k}]") for k, part in enumerate(np.eye(6))]
     for gravity, command, external, what in loads:
-        backend = subject.guided(start, gravity, SHORT)
+        backend = subject.guided(start, gravity, SHORT, robot=robot)
         backend.command[:], backend.external[:] = command, external
         backend.step(1)
-        wanted = samples.acceleration(samples.planar(), start, gravity, command, external)
+        wanted = samples.acceleration(robot, start, gravity, command, external)
         allowed = ONE_STEP * max(1.0, float(np.abs(wanted).max()))
         expect_close(backend.state[7:] / SHORT, wanted, allowed, f"acceleration by {what}")
         subject.close(backend)
@@ -54,19 +59,56 @@ def held_directions_stay(subject: BackendSubject) -> None:
 
 def guided_order_is_as_declared(subject: BackendSubject) -> str:
     """With a guide, too, the error falls with the declared power of the step."""
+    return _order(subject, samples.planar(), _start(), COMMAND, _truth())
+
+
+def _order(subject: BackendSubject, robot: Robot, start: Array, command: Array, truth: Array) -> str:
     order = subject.properties.get("order")
     needs(order is not None, "it declares no order")
 
     def end(step: float) -> Array:
-        backend = subject.guided(_start(), step=step)
-        backend.command[:], backend.external[:] = COMMAND, EXTERNAL
+        backend = subject.guided(start, step=step, robot=robot)
+        backend.command[:], backend.external[:] = command, EXTERNAL
         backend.step(round(0.4 / step))
         return backend.state
 
-    return expect_order(float(order or 0), end, _truth())
+    return expect_order(float(order or 0), end, truth)
+
+
+def spherical_state_round_trip(subject: BackendSubject) -> None:
+    """The state of a platform on a ball comes back from reset, in any attitude."""
+    rng = np.random.default_rng(34)
+    backend = subject.guided(samples.spherical_state(rng), robot=samples.spherical())
+    for _ in range(50):
+        given = samples.spherical_state(rng, speed=3.0)
+        backend.reset(given)
+        expect_close(samples.distance(backend.state, given), 0.0, 1e-11, "state after reset")
+
+
+def spherical_wrench_accelerates(subject: BackendSubject) -> None:
+    """Gravity, each cable and each external moment turn a platform on a ball by its equations of motion."""
+    _accelerates(subject, samples.spherical(), samples.spherical_state(np.random.default_rng(35), speed=0.0))
+
+
+def spherical_origin_stays(subject: BackendSubject) -> None:
+    """However hard it is pushed, a platform on a ball does not leave it."""
+    start = samples.spherical_state(np.random.default_rng(36))
+    backend = subject.guided(start, robot=samples.spherical())
+    backend.command[:] = 100.0
+    backend.external[:] = [10.0, 5000.0, 300.0, 8.0, 2.0, 9.0]
+    for _ in range(10):
+        backend.step(30)
+        expect_close(backend.state[:3], start[:3], 1e-12, "position")
+        expect_close(backend.state[7:10], 0.0, 1e-12, "velocity")
+
+
+def spherical_order_is_as_declared(subject: BackendSubject) -> str:
+    """On a ball, too, the error falls with the declared power of the step."""
+    return _order(subject, samples.spherical(), _spherical_start(), BALL_COMMAND, _spherical_truth())
 
 
 COMMAND = np.array([60.0, 90.0, 320.0, 280.0])
+BALL_COMMAND = np.linspace(60.0, 200.0, 8)
 EXTERNAL = np.array([20.0, 50.0, -30.0, 40.0, 5.0, -60.0])
 
 
@@ -79,6 +121,15 @@ def _truth() -> Array:
     return samples.travel(samples.planar(), _start(), GRAVITY, COMMAND, EXTERNAL, 0.4, 2e-3)
 
 
+def _spherical_start() -> Array:
+    return samples.spherical_state(np.random.default_rng(37))
+
+
+@lru_cache
+def _spherical_truth() -> Array:
+    return samples.travel(samples.spherical(), _spherical_start(), GRAVITY, BALL_COMMAND, EXTERNAL, 0.4, 2e-3)
+
+
 CHECKS = [
     Check(function)
     for function in (
@@ -86,5 +137,9 @@ CHECKS = [
         guided_wrench_accelerates,
         held_directions_stay,
         guided_order_is_as_declared,
+        spherical_state_round_trip,
+        spherical_wrench_accelerates,
+        spherical_origin_stays,
+        spherical_order_is_as_declared,
     )
 ]

@@ -77,6 +77,12 @@ def planar() -> Robot:
 
 
 @lru_cache
+def spherical() -> Robot:
+    """The free robot's platform on a ball at its origin, centre of mass off it."""
+    return replace(free(), dof=("rx", "ry", "rz"))
+
+
+@lru_cache
 def ball() -> Robot:
     """The same inertia about every axis, centre of mass at the origin: velocities stay what they are."""
     return make_robot(crossed(6), mass=2.0, inertia=0.1 * np.eye(3))
@@ -123,6 +129,13 @@ def planar_state(rng: np.random.Generator, *, speed: float = 1.0) -> Array:
     q = rotations.from_axis_angle(np.array([0.0, 1.0, 0.0]), rng.uniform(-0.6, 0.6))
     x, z = rng.uniform(-0.4, 0.4, 2)
     return np.concatenate([[x, 0.0, 2.0 + z], q, [vx, 0.0, vz], [0.0, spin, 0.0]])
+
+
+def spherical_state(rng: np.random.Generator, *, speed: float = 1.0) -> Array:
+    """A state (13,) that the spherical robot can have: any attitude about a ball near the middle of the cube."""
+    given = state(rng, speed=speed)
+    given[7:10] = 0.0
+    return given
 
 
 def acceleration(robot: Robot, state: Array, gravity: Array, command: Array, external: Array) -> Array:

@@ -49,12 +49,15 @@ class BackendSubject(_Subject):
         backend.reset(state)
         return backend
 
-    def guided(self, state: Array, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
-        """Make the planar robot; a backend that refuses it with a PluginError has no guides."""
+    def guided(
+        self, state: Array, gravity: Array = GRAVITY, step: float = 1e-3, *, robot: Robot | None = None
+    ) -> Backend:
+        """Make the planar robot, or another; a backend that refuses it with a PluginError has no such guides."""
+        robot = robot or samples.planar()
         try:
-            return self.make(state, samples.planar(), gravity, step)
+            return self.make(state, robot, gravity, step)
         except PluginError as refusal:
-            raise NotApplicable(f"it takes no guided platform: {refusal}") from refusal
+            raise NotApplicable(f"it takes no platform with dof {', '.join(robot.dof)}: {refusal}") from refusal
 
     def close(self, backend: Backend) -> None:
         """Close a plant before the check ends."""

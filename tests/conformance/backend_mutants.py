@@ -283,7 +283,7 @@ MUTANTS = {
     SwappedCables: ({}, ["cables_pull", "guided_wrench_accelerates"]),
     Drifting: ({}, ["tumbling_keeps_energy_and_momentum"]),
     Creeping: ({}, ["hovers_in_balance"]),
-    FrozenGeometry: (ORDER, ["order_is_as_declared", "guided_order_is_as_declared"]),
+    FrozenGeometry: (ORDER, ["order_is_as_declared", "guided_order_is_as_declared", "spherical_order_is_as_declared"]),
     Replacing: ({}, ["arrays_are_kept"]),
     Scribbling: ({}, ["arrays_are_kept"]),
     Aliasing: ({}, ["state_round_trip"]),
@@ -297,7 +297,10 @@ MUTANTS = {
     Littering: ({}, ["keeps_quiet"]),
     LeakingFiles: ({}, ["nothing_leaks"]),
     LeakingMemory: ({}, ["nothing_leaks"]),
-    Unguided: ({}, ["held_directions_stay", "guided_wrench_accelerates"]),
+    Unguided: (
+        {},
+        ["held_directions_stay", "guided_wrench_accelerates", "spherical_origin_stays", "spherical_wrench_accelerates"],
+    ),
     IdealAnyway: ({"cable_models": ["ideal", "elastic"]}, ["winches_pull_as_told"]),
-    WrongHinge: ({}, ["guided_state_round_trip"]),
+    WrongHinge: ({}, ["guided_state_round_trip", "spherical_state_round_trip"]),
 }

@@ -26,17 +26,25 @@ WINCH = [
 ]
 ELASTIC = [*WINCH, "robot.cable.model=elastic"]
 RIGID = [*WINCH, "robot.cable.model=rigid"]
-# Scenario and changes: a diagonal and a full inertia, centre of mass off the origin, guides with and without hinge.
+SKEWED = [
+    "robot.platform.center_of_mass=[0.03, -0.02, 0.06]",
+    "robot.platform.inertia=[0.24, 0.25, 0.4, 0.02, -0.01, 0.03]",
+]
+# Scenario and changes: a diagonal and a full inertia, centre of mass off the origin, guides with and without hinge, a
+# ball.
 CASES = {
     "caroca": ("caroca", []),
     "cogiro": ("cogiro", []),
     "planar": ("planar", []),
     "point_mass": ("point_mass", []),
     "carriage": ("carriage", []),
+    "spherical": ("spherical", SKEWED),
     "cogiro_elastic": ("cogiro", ELASTIC),
     "cogiro_rigid": ("cogiro", RIGID),
     "planar_elastic": ("planar", ELASTIC),
     "planar_rigid": ("planar", RIGID),
+    "spherical_elastic": ("spherical", [*SKEWED, *ELASTIC]),
+    "spherical_rigid": ("spherical", [*SKEWED, *RIGID]),
     "legs_elastic": ("caroca", [*ELASTIC, "robot.unilateral=false"]),
 }
 

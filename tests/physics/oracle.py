@@ -1,7 +1,8 @@
 """A plant in plain numpy, written from the equations alone: semi-implicit Euler with the cables at each step.
 
 It shares no code with the kernels. Free: w += h I^-1 (M - w x I w) in body axes, q <- q exp(h w), v += h F / m + h g,
-x += h v, for the centre of mass. On a guide: u += h u', q += h u for the coordinates q.
+x += h v, for the centre of mass. On a guide: u += h u', q += h u for the coordinates q. On a ball: the free body's
+turning, about the origin.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from cdpr.plugins import Backend
 
 def oracle(robot, gravity, physics_step, options=None):
     """The one for a free or a guided platform; looks like a `cdpr.plugins.Backend`."""
-    return (SemiImplicitEuler if robot.n == 6 else GuidedSemiImplicitEuler)(robot, gravity, physics_step)
+    kind = SphericalSemiImplicitEuler if robot.pattern == "3R" else GuidedSemiImplicitEuler
+    return (SemiImplicitEuler if robot.n == 6 else kind)(robot, gravity, physics_step)
 
 
 class SemiImplicitEuler(Backend):
@@ -91,3 +93,19 @@ class GuidedSemiImplicitEuler(SemiImplicitEuler):
         self.state[7:] = 0.0
         for rate, row in zip(u, rows, strict=True):
             self.state[7 + row] = rate
+
+
+class SphericalSemiImplicitEuler(SemiImplicitEuler):
+    """A platform on a ball at its origin: Euler's equations with the inertia about it, by Steiner."""
+
+    def step(self, n):
+        platform = self.robot.platform
+        c, m = platform.center_of_mass.copy(), platform.mass
+        inertia = platform.inertia + m * (c @ c * np.eye(3) - np.outer(c, c))
+        R = Rotation.from_quat(self.state[3:7], scalar_first=True)
+        w = R.inv().apply(self.state[10:])
+        for _ in range(n):
+            moment = R.inv().apply(self.wrench(self.state[:3], R)[1]) + np.cross(c, m * R.inv().apply(self.gravity))
+            w = w + self.h * np.linalg.solve(inertia, moment - np.cross(w, inertia @ w))
+            R = R * Rotation.from_rotvec(self.h * w)
+        self.state[3:7], self.state[7:10], self.state[10:] = R.as_quat(scalar_first=True), 0.0, R.apply(w)

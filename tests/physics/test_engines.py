@@ -39,6 +39,10 @@ SKEWED = {
 # A thin plate given with six digits, its moments past the triangle inequality by their rounding.
 PLATE = {**SKEWED, "robot.platform.inertia": [3.33333, 3.33333, 6.66667, 0, 0, 0]}
 LOADED = {"robot.platform.center_of_mass": [0.03, 0.02, -0.04]}
+TOP_HEAVY = {
+    "robot.platform.center_of_mass": [0.03, 0.02, 0.06],
+    "robot.platform.inertia": [0.24, 0.25, 0.4, 0.02, -0.01, 0.03],
+}
 CASES = {
     "caroca": ("caroca", {}),
     "skewed": ("caroca", SKEWED),
@@ -48,6 +52,7 @@ CASES = {
     "loaded": ("planar", LOADED),
     "point_mass": ("point_mass", {}),
     "carriage": ("carriage", {}),
+    "spherical": ("spherical", TOP_HEAVY),
 }
 
 
@@ -122,16 +127,16 @@ def turned(v):
 SPECIAL = [[0, 0, 0], [1e-3, 0, 0], [0, 0, np.pi], [2.9, 1.2, 0.1], [-0.6, -0.5, -0.4], [-0.6003, -0.5003, -0.4003]]
 
 
+@pytest.mark.parametrize("robot", [samples.free(), samples.spherical()], ids=["free", "spherical"])
 @pytest.mark.parametrize("engine", ENGINES)
-def test_engines_are_semi_implicit_euler_in_every_attitude(engine):
+def test_engines_are_semi_implicit_euler_in_every_attitude(engine, robot):
     """From 200 random attitudes and special ones, at any speed: turns of 1e-6 to 0.1 rad a step, through all zeros."""
     rng = np.random.default_rng(70)
     turns = [*(rotations.rotation_vector(samples.attitude(rng)) for _ in range(200)), *SPECIAL * 4]
-    robot = samples.free()
     one, other = plant(engine, robot), plant("reference", robot, scheme="semi_implicit_euler")
     worst, speeds = [], np.geomspace(1e-3, 100.0, len(turns))
     for turn, speed in zip(turns, rng.permutation(speeds), strict=True):
-        start = samples.state(rng)
+        start = samples.state(rng) if robot.n == 6 else samples.spherical_state(rng)
         start[3:7] = turned(np.array(turn))
         start[10:] *= speed / np.linalg.norm(start[10:])
         for backend in (one, other):
@@ -142,10 +147,11 @@ def test_engines_are_semi_implicit_euler_in_every_attitude(engine):
     assert max(worst) < IN_EVERY_ATTITUDE
 
 
+@pytest.mark.parametrize("dof", [samples.free().dof, samples.spherical().dof], ids=["free", "spherical"])
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_slow_turn_does_not_add_up(engine):
+def test_a_slow_turn_does_not_add_up(engine, dof):
     """Steps of 2e-4 rad, in each of which an exponential cut after its square would lose 1.3e-12 rad."""
-    robot = samples.ball()
+    robot = dataclasses.replace(samples.ball(), dof=dof)
     start = np.concatenate([[0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0], np.zeros(3), [0.1, -0.1, 0.14]])
     backend = plant(engine, robot, gravity=samples.NO_GRAVITY)
     backend.reset(start)
@@ -168,7 +174,7 @@ def test_tendons_with_runge_kutta_reach_the_reference():
     assert max(differences(closed_loop(SKEWED), tendons)) < SAME_SCHEME
 
 
-@pytest.mark.parametrize("case", ["caroca", "skewed", "planar", "point_mass"])
+@pytest.mark.parametrize("case", ["caroca", "skewed", "planar", "point_mass", "spherical"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_engine_error_is_first_order(engine, case):
     """At a fixed control period the distance to the reference falls 8 to 12 times per decade of the physics step."""

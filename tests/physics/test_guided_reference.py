@@ -6,13 +6,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import GRAVITY, crossed_box, make_robot
+from conftest import GRAVITY, ROOT, crossed_box, make_robot
+from plants import installed, plant
 from scipy.integrate import solve_ivp
 
 from cdpr.model import rotations
+from cdpr.model.kinematics import make_state
+from cdpr.scenario import load_robot
 from cdpr_backends.reference import make
 
 EXACT = 1e-9  # of an adaptive integrator of order eight at its tightest
+ROUND_OFF = 1e-12  # of engines, which multiply what is held by zeros: m, rad and their rates after 300 steps
 STEP = 1e-6  # of the differences by which Lagrange's equations are formed
 # Of the integration of Lagrange's equations: a hundredth of the bound below. Finer than the noise of the differences it
 # would only take smaller and smaller steps.
@@ -133,6 +137,23 @@ def test_order_is_four_and_held_directions_stay(offset_robot, dof):
     held = [row for row in range(6) if row not in robot.rows]
     np.testing.assert_array_equal(truth[7:][held], 0.0)
     np.testing.assert_array_equal(truth[:3][[row for row in held if row < 3]], start[[row for row in held if row < 3]])
+
+
+@pytest.mark.parametrize("name", ["reference", *installed("mujoco", "bullet", "dart")])
+@pytest.mark.parametrize("dof", ["[x, z, ry]", "[ry]", "[x, z]"])
+def test_held_moments_have_no_effect(dof, name):
+    """Planar robots are published with Izz alone: the motion is that of any robot with the same one."""
+    ends = []
+    for inertia in ("[0, 0.3, 0, 0, 0, 0]", "[0.5, 0.3, 0.4, 0.05, -0.03, 0.02]"):
+        changes = [f"platform.inertia={inertia}", "platform.center_of_mass=[0.03, 0.02, -0.04]", f"dof={dof}"]
+        backend = plant(name, load_robot(ROOT / "scenarios" / "robots" / "planar.yaml", overrides=changes))
+        backend.reset(make_state([0.1, 0.0, 1.4]))
+        backend.command[:], backend.external[:] = [300.0, 350.0, 50.0, 60.0], [5.0, 900.0, -3.0, 70.0, 2.0, -90.0]
+        backend.step(300)
+        ends.append(backend.state.copy())
+        backend.close()
+    assert np.abs(ends[0] - make_state([0.1, 0.0, 1.4])).max() > 0.1
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=0.0 if name == "reference" else ROUND_OFF)
 
 
 def test_a_guided_point_mass_falls_as_a_free_one():

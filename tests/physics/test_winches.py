@@ -14,6 +14,7 @@ from winch_oracle import HELD, SMOOTH, Oracle, on_winches
 from cdpr.errors import PluginError
 from cdpr.model import rotations
 from cdpr.model.kinematics import make_state, wrench_matrix, wrench_matrix_rate
+from cdpr.model.robot import DOF_NAMES
 from cdpr.tension import distribute
 from cdpr.testing import samples
 
@@ -28,6 +29,7 @@ ALL = ["reference", *ENGINES]
 MODELS = ["rigid", "elastic"]
 
 
+KINDS = ["free", "planar", "spherical"]
 PUSH = np.array([150.0, -100.0, 300.0, 10.0, 20.0, -15.0])  # N, N m: a step that cables of 1e5 N answer by 3 mm
 
 
@@ -40,7 +42,8 @@ def swinging(robot):
 def moving(robot):
     """A state on the move, commands and a wrench."""
     rng = np.random.default_rng(4)
-    state = samples.state(rng, tilt=0.2, speed=0.3) if robot.n == 6 else samples.planar_state(rng, speed=0.3)
+    state = samples.state(rng, tilt=0.2, speed=0.3) if robot.m == 8 else samples.planar_state(rng, speed=0.3)
+    state[7:] *= [name in robot.dof for name in DOF_NAMES]
     return state, 200.0 + rng.uniform(-20, 20, robot.m), rng.normal(size=6) * 10
 
 
@@ -60,7 +63,7 @@ def tensions(backend):
     return tension
 
 
-@pytest.mark.parametrize("robot", [samples.free(), samples.planar()], ids=["free", "planar"])
+@pytest.mark.parametrize("robot", [samples.free(), samples.planar(), samples.spherical()], ids=KINDS)
 @pytest.mark.parametrize("name", ALL)
 @pytest.mark.parametrize("model", MODELS)
 def test_semi_implicit_or_exact(name, model, robot):
@@ -80,7 +83,7 @@ def test_semi_implicit_or_exact(name, model, robot):
 
 
 @pytest.mark.parametrize("name", ALL)
-@pytest.mark.parametrize("robot", [samples.free(), samples.planar()], ids=["free", "planar"])
+@pytest.mark.parametrize("robot", [samples.free(), samples.planar(), samples.spherical()], ids=KINDS)
 def test_rigid_winch_is_reflected_inertia(robot, name):
     """Thesis 2.20-2.24 with the term of J': (M + J^T m J) x'' = W u - J^T f - J^T m J' x' + ..., J = -W^T."""
     robot = on_winches(robot, "rigid")

@@ -11,6 +11,7 @@ import sys
 
 import pytest
 from conftest import ROOT
+from docs_cases import INSTALLED, commands, make_folder, shorter, words
 
 HERE = ROOT / "tests" / "plugins"
 SOLVER = HERE / "weighted_solver"
@@ -84,6 +85,13 @@ backend.step(10_000)
 assert abs(backend.state[7] - 3.0 / (1 + 0.5 * 1.2 * 2.0 / 2.0 * 3.0)) < 1e-3, backend.state
 """
     run(installed, "-c", program, cwd=tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [*filter(INSTALLED.search, commands(TUTORIAL))])
+def test_commands_of_the_tutorial(installed, tmp_path, command):
+    make_folder(tmp_path)
+    run(installed, "-m", "cdpr", *words(command), *shorter(command), cwd=tmp_path)
 
 
 @pytest.mark.slow

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import re
-import shlex
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -11,42 +12,34 @@ import pytest
 import teaching
 import thesis
 import yaml
+from click.testing import CliRunner
 from conftest import ROOT
+from docs_cases import PAGES, commands, words
 
-from cdpr.scenario import load_scenario
-from cdpr.study.plan import load_study
+from cdpr.cli import cli
 
 DOCS = ROOT / "docs"
-PAGES = {"thesis.md": thesis, "teaching.md": teaching}
+SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching}
 ROWS = thesis.results()
 STUDY = yaml.safe_load(thesis.STUDY.read_text())
 POINTS = {axis["name"]: axis["points"] for axis in STUDY["axes"] if "points" in axis}
 
 # Stored figures have five digits; a run of another numpy or processor may differ by rounding, which grows.
 SAME = 1e-3
+TO_ROUND_OFF = 1e-12  # mm; positions of about 1 m have units in the last place of 2e-13 mm
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", SCRIPTS)
 def test_tables_are_up_to_date(name):
     text = (DOCS / name).read_text()
-    assert PAGES[name].updated(text) == text, f"run: python docs/{name.replace('.md', '.py')}"
+    assert SCRIPTS[name].updated(text) == text, f"run: python docs/{name.replace('.md', '.py')}"
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", SCRIPTS)
 def test_links_lead_somewhere(name):
     targets = re.findall(r"\]\(([^)#:]+)\)", (DOCS / name).read_text())
     assert targets
     assert [target for target in targets if not (DOCS / target).exists()] == []
-
-
-def test_commands_of_the_teaching_page_are_sound():
-    text = (DOCS / "teaching.md").read_text().replace("\\\n", "")
-    commands = [shlex.split(line) for line in re.findall(r"^    cdpr run (.*)$", text, re.MULTILINE)]
-    assert len(commands) == 4
-    for file, *options in commands:
-        given = dict(zip(options[::2], options[1::2], strict=True))
-        changes = [value for key, value in zip(options[::2], options[1::2], strict=True) if key == "--set"]
-        load_scenario(ROOT / file, overrides=changes, solver=given.get("--solver"), backend=given.get("--backend"))
 
 
 @pytest.mark.parametrize("name", teaching.LABELS)
@@ -60,13 +53,45 @@ def test_thesis_csv_holds_the_cases_of_the_study_and_of_the_plants():
     cases = [tuple(row[name] for name in thesis.AXES) for row in ROWS]
     assert len(set(cases)) == len(cases)
     study = [
-        (case.block, *(str(case.labels.get(axis, "")) for axis in thesis.AXES[1:]))
-        for case in load_study(thesis.STUDY).cases
+        (case.block, *(str(case.labels.get(axis, "")) for axis in thesis.AXES[1:])) for case in thesis.study_cases()
     ]
     assert [case for case in cases if case[0] not in thesis.PLANTS] == study
     robots, gains = 2 * 2, 4
     plants = sum(len(plant.starts) * len(plant.solvers) for plant in thesis.PLANTS.values())
     assert len(cases) - len(study) == plants * robots * gains
+
+
+def table_of_a_study(cases, **changed):
+    """Lines of a table.csv with these cases."""
+    row = {"case": "", "block": "as_written", "status": "finished", "message": "", **dict.fromkeys(thesis.FIGURES, 1.0)}
+    rows = [{**row, "case": case.id, **changed} for case in cases]
+    return "\n".join(",".join(map(str, cells)) for cells in (row, *(row.values() for row in rows))) + "\n"
+
+
+def wrong_tables():
+    cases = thesis.study_cases()
+    yield table_of_a_study(cases[:-1]), "of its 640 cases 639 are among the table's 639"
+    yield table_of_a_study(cases, case="0f"), "of its 640 cases 0 are among the table's 640"
+    yield table_of_a_study(cases, status="not run"), f"case {cases[0].id} is 'not run'"
+    yield "robot,mass\ncaroca,100\n", "of its 640 cases 0 are among the table's 1"
+    yield "", "of its 640 cases 0 are among the table's 0"
+    yield None, "No such file"
+
+
+def test_the_thesis_page_refuses_another_study(tmp_path):
+    """Its script ends with one line, before it computes or overwrites anything."""
+    before = {path: path.read_bytes() for path in (thesis.PAGE, thesis.RESULTS)}
+    for text, message in wrong_tables():
+        (tmp_path / "table.csv").unlink(missing_ok=True)
+        if text is not None:
+            (tmp_path / "table.csv").write_text(text)
+        with pytest.raises(SystemExit, match=re.escape(message)) as told:
+            thesis.main(tmp_path)
+        assert "\n" not in str(told.value)
+        assert f"run: cdpr study scenarios/studies/thesis_ch6.yaml --out {tmp_path}" in str(told.value)
+    assert {path: path.read_bytes() for path in before} == before
+    (tmp_path / "table.csv").write_text(table_of_a_study(thesis.study_cases()))
+    assert len(thesis.stored(tmp_path)) == len(thesis.study_cases())
 
 
 def changes_of(block, start, geometry, dof, solver, gain):
@@ -175,14 +200,70 @@ def test_what_the_thesis_page_says_of_the_table():
     assert all(float(line.split("|")[-2]) > 1.2 for line in thesis.nearest().splitlines()[2:])
 
 
-def test_teaching_figures_come_out_the_same():
+def command_of(name, tmp_path, *more, code=0):
+    """What a command of the teaching page, as it stands there, prints with --json."""
+    mark = rf"<!-- command of {name} -->\n(.*?)<!-- end"
+    (command,) = commands(re.search(mark, PAGES["docs/teaching.md"], re.DOTALL)[1])
+    done = CliRunner().invoke(cli, [*words(command), *more, "--json", "--out", str(tmp_path / "out")])
+    assert done.exit_code == code, done.output
+    return json.loads(done.stdout)
+
+
+@pytest.fixture
+def at_root(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+@pytest.mark.usefixtures("at_root")
+class TestCommandsOfTheTeachingPageGiveItsTables:
+    STORED = teaching.results()
+
+    def test_there_are_no_others(self):
+        assert len(commands(PAGES["docs/teaching.md"])) == len(teaching.COMMANDS)
+
+    def test_solvers(self, tmp_path):
+        said = command_of("solvers", tmp_path, "--no-report")
+        row = self.STORED["solvers"]["maximin"]
+        assert 1e3 * said["position_error_m"]["max"] == pytest.approx(row["error_mm"], rel=SAME)
+        told = [said["tension_N"][name] for name in ("min", "max", "largest_step")]
+        assert told == pytest.approx([row["lowest_N"], row["highest_N"], row["jump_N"]], rel=SAME)
+
+    def test_gains(self, tmp_path):
+        said = command_of("gains", tmp_path, "--no-report")
+        assert said["tension_N"]["max"] == pytest.approx(self.STORED["gains"]["400"]["highest_N"], rel=SAME)
+
+    def test_rates(self, tmp_path):
+        said = command_of("rates", tmp_path, "--no-report")
+        stored = self.STORED["rates"]
+        assert 1e3 * said["position_error_m"]["final"] == pytest.approx(stored["1 kHz"]["205"], rel=SAME)
+        assert stored["100 Hz"]["205"] is None
+        slow = ["--no-report", "--set", "simulation.control_step=0.01"]
+        assert command_of("rates", tmp_path / "slow", *slow, code=5)["status"] == "diverged"
+
+    @pytest.mark.slow  # engines in processes of their own
+    def test_steps(self, tmp_path):
+        (engine,) = command_of("steps", tmp_path)["groups"][0]["engines"]
+        apart = 1e3 * engine["differences"]["position"]["max"]
+        assert apart == pytest.approx(self.STORED["steps"][engine["label"]]["2"], rel=SAME)
+
+    @pytest.mark.slow
+    def test_engines(self, tmp_path):
+        (group,) = command_of("engines", tmp_path)["groups"]
+        stored = self.STORED["engines"]
+        told = {engine["label"]: 1e3 * engine["differences"]["position"]["max"] for engine in group["engines"]}
+        assert told == pytest.approx(stored["reference"], rel=SAME)
+        assert 1e3 * group["same_scheme"]["semi_implicit_euler"]["position"] < TO_ROUND_OFF
+
+
+def test_engines_of_the_teaching_page_come_out_the_same():
+    """What its slow commands tell, from runs in this process."""
     stored = teaching.results()
-    run = teaching.simulate("caroca.yaml", {**teaching.BELOW, "controller.kp": 400, "controller.kd": 40})
-    assert run.tension.max() == pytest.approx(stored["gains"]["400"]["highest_N"], rel=SAME)
-    run = teaching.simulate("caroca.yaml", teaching.CROSSED, solver="maximin")
-    assert np.abs(np.diff(run.tension, axis=0)).max() == pytest.approx(stored["solvers"]["maximin"]["jump_N"], rel=SAME)
     coarse, fine = teaching.motion("mujoco", 0.002), teaching.motion("reference", 0.0005)
     assert 1e3 * teaching.apart(coarse, fine).max() == pytest.approx(stored["steps"]["mujoco"]["2"], rel=SAME)
+    runs = {name: teaching.motion(name, 0.001) for name in teaching.BACKENDS[1:]}
+    for a, b in itertools.combinations(runs, 2):
+        assert 1e3 * teaching.apart(runs[a], runs[b]).max() < TO_ROUND_OFF
+        assert stored["engines"][a][b] == stored["engines"][b][a] < TO_ROUND_OFF
 
 
 def test_orders_on_the_teaching_page():

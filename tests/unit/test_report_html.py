@@ -121,7 +121,7 @@ def test_each_cable_has_its_limits_and_extremes() -> None:
     ("run", "mood", "words"),
     [
         (make_run(rows=9), "good", "Finished: reached 4 s"),
-        (infeasible_run(), "warn", "Finished, but 201 of 4001 steps had no valid tensions"),
+        (infeasible_run(), "warn", "Finished, but 200 of 4001 samples had no admissible tensions; at 1 of 4001"),
         (diverged_run(), "bad", "Diverged: stopped at 1.199 s"),
         (CASES["interrupted"](), "warn", "Interrupted"),
         (

@@ -13,7 +13,7 @@ from cdpr.model.kinematics import lengths, make_state, wrench_matrix
 from cdpr.scenario import load_robot
 
 ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))
-NAMES = ("cogiro", "ipanema_1", "planar", "point_mass", "planar_point_mass", "carriage")
+NAMES = ("cogiro", "ipanema_1", "planar", "point_mass", "planar_point_mass", "carriage", "spherical")
 
 
 @pytest.mark.parametrize("backend", ["reference", "mujoco"])
@@ -21,7 +21,7 @@ NAMES = ("cogiro", "ipanema_1", "planar", "point_mass", "planar_point_mass", "ca
 def test_each_follows_its_trajectory_within_its_limits(name, backend):
     if backend != "reference":
         pytest.importorskip(backend)
-    summary = simulate(ROOT / "scenarios" / f"{name}.yaml", backend=backend).summary()
+    summary = simulate(ROOT / "scenarios" / f"{name}.yaml", backend=backend, overrides={"events": []}).summary()
     assert summary["status"] == "finished"
     assert summary["infeasible_steps"] == 0
     assert summary["position_error_m"]["max"] < 1e-3
@@ -42,6 +42,7 @@ def test_patterns():
     assert patterns["point_mass"] == ("3T", 3)
     assert patterns["planar_point_mass"] == ("2T", 3)
     assert patterns["carriage"] == ("1T", 2)
+    assert patterns["spherical"] == ("3R", 4)
 
 
 def test_cogiro_counts_anchors_from_the_origin_and_gravity_from_the_centre_of_mass():

@@ -7,6 +7,8 @@ from time import perf_counter
 import numpy as np
 import pytest
 
+from cdpr.distribution import adversaries
+from cdpr.model import DOF_NAMES
 from cdpr.tension import active_set, null_space
 from cdpr.tension.box_least_squares import box_least_squares
 from cdpr.tension.box_least_squares import work_rows as least_squares_rows
@@ -126,6 +128,24 @@ def test_odd_problems_against_rational_numbers(n, m):
                 compared += 1
                 assert np.abs(t - wanted).max() <= 1e-6 * largest
     assert compared >= 5
+
+
+@pytest.mark.parametrize(("dof", "m"), [(("x", "z"), 7), (("x", "y", "z"), 12), (DOF_NAMES, 20)])
+def test_problems_made_to_mislead(monkeypatch, dof, m):
+    """The benchmark's, at sizes where the rows are fewer: nothing misclassified, and the rows alone are never wrong."""
+    monkeypatch.setattr(adversaries, "SIZES", ((dof, m),))
+    problems = adversaries.adversaries(adversaries.robots()[0], 300, 11)
+    for k in range(len(problems)):
+        expected = OK if problems.feasible[k] else INFEASIBLE
+        given = problems.W[k].copy(), problems.wrench[k].copy(), problems.low[k].copy(), problems.high[k].copy()
+        assert by_rows(*given)[0] in (expected, NOT_FOUND)
+        status, t = qp(*given)
+        if not problems.slack[k] < adversaries.BAND:
+            assert status == expected
+        if status == OK:
+            assert np.all((given[2] <= t) & (t <= given[3]))
+            sizes = np.abs(given[0]) @ np.abs(t) + np.abs(given[1])
+            assert np.all(np.abs(given[0] @ t - given[1]) <= BALANCED * sizes)
 
 
 def test_just_beyond_what_the_cables_can_is_infeasible():

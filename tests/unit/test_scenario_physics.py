@@ -61,7 +61,7 @@ BARE = {"x": [0] * 6, "ry": [0, 0.4, 0, 0, 0, 0], "rx": [0.4, 0, 0, 0, 0, 0], "r
 
 @pytest.mark.parametrize("last", BARE)
 def test_moments_that_have_no_effect_may_be_zero(last):
-    """As planar robots are published. The motion is that with any moments in their place."""
+    """As planar robots are published; `test_held_moments_have_no_effect` looks at the motion."""
     dof = ["x"] if last == "x" else ["x", "z", last]
     bare, full = (
         load_robot("r.yaml", text=changed(changed(ROBOT, INERTIA, f"inertia: {entries}"), ALL_FREE, f"dof: {dof}"))
@@ -72,7 +72,7 @@ def test_moments_that_have_no_effect_may_be_zero(last):
     assert np.all(np.linalg.eigvalsh(bare.platform.inertia) > 0)
 
 
-@pytest.mark.parametrize("dof", ["[x, z, rx]", "[rz]", "[x, y, z, rx, ry, rz]"])
+@pytest.mark.parametrize("dof", ["[x, z, rx]", "[rz]", "[rx, ry, rz]", "[x, y, z, rx, ry, rz]"])
 def test_the_moment_about_a_free_direction_is_needed(dof):
     text = changed(changed(ROBOT, INERTIA, "inertia: [0, 0.4, 0, 0, 0, 0]"), ALL_FREE, f"dof: {dof}")
     with pytest.raises(
@@ -223,13 +223,22 @@ def test_the_number_of_cables():
         ("[y, x, z, rx, ry, rz]", "at most once and in this order"),
         ("[]", "at least one"),
         ("[x, y, z, rx, ry, rz, rz]", "at most once"),
-        ("[x, y, rx, ry]", "2 rotations with held directions are not supported"),
-        ("[rx, ry, rz]", "3 rotations with held directions are not supported"),
+        (
+            "[x, y, rx, ry]",
+            "no guide leaves x, y, rx, ry free: allowed are any of x, y, z with at most one of",
+        ),
+        ("[z, rx, ry, rz]", "rx, ry, rz alone (a ball holds the origin); or all six"),
+        ("[rx, rz]", "no guide leaves rx, rz free"),
         ("[x, w]", "w"),
     ],
 )
 def test_directions_that_no_guide_leaves_free(dof, text):
     assert text in robot_problem("[x, y, z, rx, ry, rz]", dof)
+
+
+def test_a_ball_leaves_all_rotations_free():
+    robot = load_robot("r.yaml", text=changed(ROBOT, ALL_FREE, "dof: [rx, ry, rz]"))
+    assert (robot.pattern, robot.n, robot.rows) == ("3R", 3, [3, 4, 5])
 
 
 def test_a_degree_of_freedom_that_does_not_exist():

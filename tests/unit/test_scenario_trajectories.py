@@ -137,6 +137,24 @@ def test_paths_stay_in_the_guide():
     assert any("trajectory.turning: " in line for line in lines)
 
 
+HINGED, BALL = (changed(PLANAR, "dof: [x, z, ry]", f"dof: {dof}") for dof in ("[ry]", "[rx, ry, rz]"))
+
+
+@pytest.mark.parametrize("robot", [HINGED, BALL])
+def test_what_is_held_at_its_origin_only_turns(robot):
+    def text(trajectory):
+        return changed(whole(trajectory, robot), "  velocity: [0.1, 0, 0]", "  velocity: [0, 0, 0]")
+
+    circle = problem(text(CIRCLE))
+    assert "trajectory.type: the robot moves along " in circle
+    assert "no circle can be passed" in circle
+    moved = problems(text(ARCH))
+    assert any("trajectory.to.position: " in line and "holds it at x = 0, y = 0.1" in line for line in moved)
+    assert any("trajectory.height: " in line for line in moved)
+    turn = "[0, 0.4, 0]" if robot is HINGED else "[0.2, 0.4, 1]"
+    load(text(f"trajectory: {{type: quintic, duration: 2, to: {{orientation: {{rpy: {turn}}}}}}}\n"))
+
+
 def test_rows_stay_in_the_guide(folder):
     rows = (
         "t,x,y,z,qw,qx,qy,qz,vx,vy,vz\n0,0,0.1,1.2,1,0,0,0,0,0,0\n1,0,0.1,1,1,0,0,0,0,0.5,0\n4,0,0.2,1,0,0,0,1,0,0,0\n"

@@ -121,7 +121,7 @@ def test_a_late_detection_leaves_the_load_to_the_plant():
     assert np.all(late.tension[50:, 1] == 0.0)
     blind, aware = slice(50, 70), slice(70, None)
     assert late.residual[blind].min() > 100.0  # that wrench is missing, and the record says so
-    assert np.all(late.margin[blind] == -50.0)
+    assert late.margin[blind].min() > 50.0  # of the others: the broken cable does not hide them
     assert late.residual[aware].max() < 1e-9
     # The wrench that is missing in the first period accelerates the platform.
     missing = late.tension[49, 1] * direction(late, 1)
@@ -257,7 +257,8 @@ def test_faults_reach_controllers_that_put_out_commands():
     late = run(break_of(2, detected_after=0.01), controller="cable_length")
     assert np.all(late.tension[50:, 1] == 0.0)
     np.testing.assert_allclose(late.wrench[55], wrench_of(late, 55), atol=1e-9)
-    assert np.all(late.margin[50:60] <= -50.0)
+    intact = np.delete(late.tension[50:60], 1, axis=1)
+    np.testing.assert_array_equal(late.margin[50:60], np.minimum(intact - 50.0, 10000.0 - intact).min(axis=1))
     capped = run({"type": "limits", "time": 0.05, "max": 300}, controller="cable_length")
     assert capped.tension[50:].max() == 300.0
     assert np.all(capped.solver_status[50:] == 2)

@@ -120,7 +120,9 @@ class Plant(Model):
         constants = [_unilateral(self.robot)]
         if self.robot.n < 6:
             guide = tuple(Guide(self.robot).packed.tolist())
-            constants.append(Variable("guide", "constant", (6,), "", guide, "free axes (3), axis of the hinge (3)"))
+            constants.append(
+                Variable("guide", "constant", (6,), "", guide, "1 along each free axis (3) and about each (3)")
+            )
         return constants
 
 

@@ -87,6 +87,21 @@ static Quaternion attitude_of(double R[3][3]) {
     return (Quaternion){sign * q[0], sign * q[1], sign * q[2], sign * q[3]};
 }
 
+/* As cdpr.model.spherical.pack: inertia about the origin (Steiner), and its inverse. */
+static void about_origin(Body *body, double mass, const double *J, Vector c) {
+    const double Jxx = J[0] + mass * (c.y * c.y + c.z * c.z), Jyy = J[4] + mass * (c.x * c.x + c.z * c.z);
+    const double Jzz = J[8] + mass * (c.x * c.x + c.y * c.y), Jxy = J[1] - mass * (c.x * c.y);
+    const double Jxz = J[2] - mass * (c.x * c.z), Jyz = J[5] - mass * (c.y * c.z);
+    const double xx = Jyy * Jzz - Jyz * Jyz, xy = Jxz * Jyz - Jxy * Jzz, xz = Jxy * Jyz - Jxz * Jyy;
+    const double yy = Jxx * Jzz - Jxz * Jxz, yz = Jxy * Jxz - Jxx * Jyz, zz = Jxx * Jyy - Jxy * Jxy;
+    const double det = Jxx * xx + Jxy * xy + Jxz * xz;
+    const double about[9] = {Jxx, Jxy, Jxz, Jxy, Jyy, Jyz, Jxz, Jyz, Jzz};
+    const double cofactors[9] = {xx, xy, xz, xy, yy, yz, xz, yz, zz};
+    memcpy(body->about, about, sizeof about);
+    for (int i = 0; i < 9; i++) body->inverse[i] = cofactors[i] / det;
+    store(scale(mass, c), body->moved);
+}
+
 bool body_build(Plant *plant) {
     Body *body = plant->body;
     const double *J = plant->field[INERTIA], *center = plant->field[CENTER_OF_MASS];
@@ -103,6 +118,7 @@ bool body_build(Plant *plant) {
     const Vector zero = {0.0, 0.0, 0.0}, from = guided ? zero : vector(center);
     memcpy(body->inertia, guided ? J : diagonal, sizeof body->inertia);
     store(guided ? vector(center) : zero, body->center);
+    if (plant_on_ball(plant)) about_origin(body, *plant->field[MASS], J, vector(center));
     store(product(transposed, from), body->offset);
     store_quaternion(attitude_of(axes), body->turn);
     for (size_t i = 0; i < plant->cables; i++) {

@@ -2,8 +2,9 @@
    SPDX-License-Identifier: Apache-2.0
 
    On ideal cables, the state of a free platform is position, attitude and velocity of the body frame and its angular
-   momentum in world axes, which a free body keeps to round-off; that of a guided one is position and velocity of the
-   origin, angle about the hinge and its rate. On winches see winch.c; for winches alone drums.c. */
+   momentum in world axes, which a free body keeps to round-off; so is that of a platform on a ball, which turns about
+   its origin and does not move; that of another guided one is position and velocity of the origin, angle about the
+   hinge and its rate. On winches see winch.c; for winches alone drums.c. */
 #include "plant.h"
 
 #include <math.h>
@@ -32,6 +33,28 @@ static void free_slope(const Plant *plant, const double *y, double *dy) {
     store_quaternion(spin(at.omega, at.attitude), dy + Q);
     store(add(divide(applied.force, *plant->field[MASS]), vector(plant->field[GRAVITY])), dy + V);
     store(applied.moment, dy + L);
+}
+
+bool plant_on_ball(const Plant *plant) {
+    const double *guide = plant->field[GUIDE];
+    return guide && guide[3] + guide[4] + guide[5] > 1.0;
+}
+
+static Motion ball_motion(const Plant *plant, const double *y) {
+    const Quaternion q = quaternion(y + Q);
+    return (Motion){vector(y + P), vector(y + V), turned_product(plant->body->inverse, q, vector(y + L)), q};
+}
+
+/* As cdpr_backends.reference_spherical: the angular momentum about the origin changes by the moment about it. */
+static void ball_slope(const Plant *plant, const double *y, double *dy) {
+    const Vector rest = {0.0, 0.0, 0.0};
+    const Motion at = ball_motion(plant, y);
+    const Wrench applied = body_wrench(plant, &at);
+    const Vector weight = cross(rotate(at.attitude, vector(plant->body->moved)), vector(plant->field[GRAVITY]));
+    store(rest, dy + P);
+    store_quaternion(spin(at.omega, at.attitude), dy + Q);
+    store(rest, dy + V);
+    store(add(applied.moment, weight), dy + L);
 }
 
 static Motion guided_motion(const Plant *plant, const double *y) {
@@ -66,12 +89,14 @@ static void guided_slope(const Plant *plant, const double *y, double *dy) {
 static void slope(Plant *plant, const double *y, double *dy) {
     if (!plant->field[MASS]) actuator_slope(plant, y, dy);
     else if (plant->field[COMMAND]) winch_slope(plant, y, dy);
+    else if (plant_on_ball(plant)) ball_slope(plant, y, dy);
     else if (plant->field[GUIDE]) guided_slope(plant, y, dy);
     else free_slope(plant, y, dy);
 }
 
 static Motion motion(const Plant *plant, const double *y) {
     if (plant->field[COMMAND]) return winch_motion(y);
+    if (plant_on_ball(plant)) return ball_motion(plant, y);
     return plant->field[GUIDE] ? guided_motion(plant, y) : free_motion(plant, y);
 }
 
@@ -95,7 +120,8 @@ static void step(Plant *plant, double h) {
         }
     }
     for (size_t i = 0; i < n; i++) y0[i] += h / 6.0 * sum[i];
-    if (plant->field[MASS] && (plant->field[COMMAND] || !plant->field[GUIDE])) normalise(y0 + Q);
+    const bool hinged = plant->field[GUIDE] && !plant_on_ball(plant); /* then, on ideal cables, the state is an angle */
+    if (plant->field[MASS] && (plant->field[COMMAND] || !hinged)) normalise(y0 + Q);
 }
 
 static void publish_platform(Plant *plant) {
@@ -217,10 +243,11 @@ static void start_guided(Plant *plant, Motion at) {
 
 static void start_free(Plant *plant, Motion at) {
     const bool winches = plant->field[COMMAND] != NULL;
+    const double *inertia = plant_on_ball(plant) ? plant->body->about : plant->body->inertia;
     store(at.position, plant->state + P);
     store_quaternion(at.attitude, plant->state + Q);
-    store(at.velocity, plant->state + V);
-    store(winches ? at.omega : turned_product(plant->body->inertia, at.attitude, at.omega), plant->state + L);
+    store(plant_on_ball(plant) ? (Vector){0.0, 0.0, 0.0} : at.velocity, plant->state + V);
+    store(winches ? at.omega : turned_product(inertia, at.attitude, at.omega), plant->state + L);
 }
 
 static bool start_platform(Plant *plant, char *message) {
@@ -230,7 +257,7 @@ static bool start_platform(Plant *plant, char *message) {
         return fails(message, "initial_quaternion (w, x, y, z) must have length 1 within 0.001");
     const Motion platform = initial(plant), at = body_from_platform(plant->body, platform);
     if (guide && !within_guide(guide, platform, message)) return false;
-    if (guide && !plant->field[COMMAND]) start_guided(plant, at);
+    if (guide && !plant->field[COMMAND] && !plant_on_ball(plant)) start_guided(plant, at);
     else start_free(plant, at);
     return true;
 }

@@ -19,7 +19,7 @@ typedef enum {
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
     EXTERNAL_FORCE, EXTERNAL_MOMENT, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
     UNILATERAL, /* of the cables: 1 if they only pull */
-    GUIDE, /* only of guided platforms: 1 along each free axis (3), axis of the hinge or zero (3) */
+    GUIDE, /* only of guided platforms: 1 along each free axis (3) and about each (3): those of a hinge, or of a ball */
     /* of winches, and of those with elastic cables */
     COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, DRUM_SPEED,
     AXIAL_STIFFNESS, DAMPING, UNSTRETCHED_LENGTH,
@@ -41,6 +41,8 @@ typedef struct {
 /* What is derived from the parameters: see body.c. */
 typedef struct {
     double center[3], inertia[9]; /* body frame; the inertia is about the centre of mass */
+    double moved[3];              /* of a platform on a ball: mass times centre */
+    double about[9], inverse[9];  /* and inertia about the origin, and its inverse */
     double offset[3], turn[4];    /* body frame's origin from the platform's, body axes; its attitude in the platform */
     double anchor[];              /* (3 cables) body frame */
 } Body;
@@ -79,6 +81,9 @@ void plant_advance(Plant *plant, double duration);
 
 /* Write the outputs that belong to the state and the inputs. */
 void plant_publish(Plant *plant);
+
+/* Whether the platform turns about all axes and its origin is held. */
+bool plant_on_ball(const Plant *plant);
 
 /* Whether tensions are given, not made by winches, to cables that cannot push: a negative one counts as zero. */
 bool plant_pulls_only(const Plant *plant);
