@@ -9,34 +9,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.tension import Status
+from cdpr.model.robot import Array
+from cdpr.tension.null_space import ROUNDING
 from cdpr_solvers.library import LibrarySolver
 
 SETTINGS = {
     "eps_prox": 0.0,  # the problem is strictly convex as it is
+    "zero_tol": ROUNDING**2,  # of squared lengths of rows of N: by default it takes rows below 3e-6 for zero
 }
 
-MEANING = {1: Status.OK, -1: Status.INFEASIBLE}  # the others: cycling, iterations, dependent equations, ...
-
-EQUATION = 5  # what the library calls a row with one value
+SOLVED = 1  # the others: infeasible, cycling, iterations, ...
 
 
 class Daqp(LibrarySolver):
-    """min |t|^2 subject to W t = wrench, t_min <= t <= t_max; exact to round-off.
-
-    Whether dependent rows of W contradict each other the library cannot tell: NOT_FOUND then.
-    """
+    """min |x|^2 subject to low <= N x <= high; exact to round-off."""
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        n, m = robot.n, robot.m
         self._settings = {**SETTINGS, "primal_tol": options.tolerance, "iter_limit": options.iterations}
-        self._hessian, self._gradient = np.eye(m), np.zeros(m)
-        self._sense = np.zeros(m + n, dtype=np.intc)
-        self._sense[m:] = EQUATION
+        self._sense = np.zeros(robot.m, dtype=np.intc)
 
-    def _ask(self) -> tuple[int, ArrayLike]:
-        answer, _, flag, _ = daqp.solve(
-            self._hessian, self._gradient, self.W, self.high, self.low, self._sense, **self._settings
-        )
-        return MEANING.get(flag, Status.NOT_FOUND), answer
+    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+        answer, _, flag, _ = daqp.solve(*self._square[N.shape[1]], N, high, low, self._sense, **self._settings)
+        return answer if flag == SOLVED else None

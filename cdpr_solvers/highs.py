@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.tension import Status
+from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
 
 # The number of threads is left alone: the library has one pool in a process and refuses another size of it.
@@ -19,20 +19,18 @@ SETTINGS = {
     "presolve": "off",  # there is nothing to find in so small a program
 }
 
-MEANING = {highspy.HighsModelStatus.kOptimal: Status.OK, highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE}
-
 
 class Highs(LibrarySolver):
-    """min sum of t subject to W t = wrench, t_min <= t <= t_max: a vertex, exact to round-off.
+    """min sum of N x subject to low <= N x <= high: a vertex, exact to round-off.
 
-    The optimum jumps from vertex to vertex along a path, and need not be the only one. The model is made once and its
-    values are changed, but passed whole: that forgets the last basis, so that equal problems have equal answers, and
-    is no slower than entry by entry.
+    The optimum jumps from vertex to vertex along a path, and need not be the only one. The model is passed whole: that
+    forgets the last basis, so that equal problems have equal answers, and is no slower than entry by entry.
     """
+
+    wider = 0.0  # it keeps the limits to a tolerance of its own, and a sum over cables shows them
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        n, m = robot.n, robot.m
         self._solver = highspy.Highs()
         self._solver.silent()
         settings = {
@@ -45,20 +43,22 @@ class Highs(LibrarySolver):
         for name, value in settings.items():
             self._solver.setOptionValue(name, value)
         self._model = highspy.HighsLp()
-        self._model.num_col_, self._model.num_row_ = m, n
-        self._model.col_cost_ = np.ones(m)
-        self._model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        self._model.a_matrix_.start_ = n * np.arange(m + 1)
-        self._model.a_matrix_.index_ = np.tile(np.arange(n), m)
+        self._model.num_row_ = robot.m
+        self._model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
 
-    def _ask(self) -> tuple[int, ArrayLike]:
-        m = self.robot.m
+    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+        m, r = N.shape
         model = self._model
-        model.a_matrix_.value_ = self.W.T.ravel()
-        model.col_lower_, model.col_upper_ = self.low[:m], self.high[:m]
-        model.row_lower_ = model.row_upper_ = self.low[m:]
+        if model.num_col_ != r:
+            model.num_col_ = r
+            model.col_lower_, model.col_upper_ = np.full(r, -highspy.kHighsInf), np.full(r, highspy.kHighsInf)
+            model.a_matrix_.start_ = r * np.arange(m + 1)
+            model.a_matrix_.index_ = np.tile(np.arange(r), m)
+        model.col_cost_ = N.sum(axis=0)
+        model.a_matrix_.value_ = N.ravel()
+        model.row_lower_, model.row_upper_ = low, high
         if self._solver.passModel(model) == highspy.HighsStatus.kError:
-            return Status.NOT_FOUND, ()
+            return None
         self._solver.run()
-        status = MEANING.get(self._solver.getModelStatus(), Status.NOT_FOUND)
-        return status, self._solver.getSolution().col_value
+        solved = self._solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
+        return self._solver.getSolution().col_value if solved else None

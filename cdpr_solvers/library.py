@@ -1,4 +1,4 @@
-"""What all solvers share that ask a library: the problem as libraries take it, and no belief in what they say."""
+"""What all solvers share that ask a library: the problem as libraries take it best, and no belief in what they say."""
 
 from __future__ import annotations
 
@@ -13,113 +13,156 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
-from cdpr.tension import Status
-from cdpr.tension.checks import RESIDUAL_TOLERANCE
-from cdpr.tension.null_space import RANK_TOLERANCE
-from cdpr.tension.verdict import VERTEX_TOLERANCE
+from cdpr.tension import active_set, null_space
+from cdpr.tension.active_set import nearest
+from cdpr.tension.null_space import reduce
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
+from cdpr.tension.verdict import VERTEX_TOLERANCE, solution, verdict
 
-# Scaled, entries of W and tensions are below 2 each.
-REACH = 4.0
-
-OK, NOT_FOUND = int(Status.OK), int(Status.NOT_FOUND)
+# An answer of a library may break the limits by this share of the largest one: by more than the tolerances that are
+# asked of libraries, by less than anyone could measure.
+BELIEVED = 2.0 * VERTEX_TOLERANCE
 
 
 class LibrarySolver(TensionSolver):
-    """A convex program over low <= [1 ; W] t <= high, the limits above and the equations below, solved by a library.
+    """A convex program over low <= N x <= high, solved by a library: its optimum, our verdict on feasibility.
 
-    Libraries check no input and have tolerances of their own, absolute ones, so a call
-    - refuses what is not finite and limits that contradict each other,
-    - scales tensions and rows to numbers below 2, by powers of two, which rounds nothing,
-    - refuses a wrench so large that no cables could reach it: some libraries take large numbers for infinity,
-    - calls an answer NOT_FOUND that leaves the limits by more than round-off or misses the wrench by more than the
-      tension stage allows.
+    Libraries check no input, stumble over dependent equations and have tolerances of their own, absolute ones. So they
+    are asked in the null space, t = c + N x: no equations are left, wrenches out of the range of W are known before,
+    locked cables do not count, and tensions are in units of the largest limit.
 
-    A child reads `W` (n, m), C-contiguous, and `low`, `high` (m + n,), all its own copies, in `_ask`.
+    Whether there are admissible tensions is decided first, by `cdpr.tension.active_set.nearest`, and not by a library:
+    INFEASIBLE is that kernel's word. What the library then answers is moved to the nearest admissible tensions; where
+    it has no answer or one that breaks the limits by more than round-off, the status is NOT_FOUND.
+
+    A child gets N (m, r), C-contiguous, and low, high (m,) in `_ask`: r > 0, and rows of cables that x does not change
+    are zero, between limits of -1 and 1. The arrays are the solver's own.
     """
+
+    # The library may break the limits by this share of the largest one: round-off of N x in which it could find a set
+    # empty that is as thin as that.
+    wider = 1e-11
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        n, m = robot.n, robot.m
-        self.W = np.zeros((n, m))
-        self.low, self.high = np.zeros(m + n), np.zeros(m + n)
+        m = robot.m
+        self._work = np.zeros((_rows(robot.n, m), max(robot.n, m)))
+        self._basis, self._low, self._high = np.zeros(m * m), np.zeros(m), np.zeros(m)
+        self._unit = np.zeros(1)
+        # For each redundancy the Hessian and the gradient of |x|^2 / 2, for those whose objective that is.
+        self._square = [(np.eye(r), np.zeros(r)) for r in range(m + 1)]
 
     @abstractmethod
-    def _ask(self) -> tuple[int, ArrayLike]:
-        """Ask the library about `W`, `low` and `high`; return a `cdpr.tension.Status` and, where OK, t (m,)."""
+    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+        """Ask the library for the optimal x (r,); None where it has none."""
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
-        scale = stack(W, wrench, t_min, t_max, self.W, self.low, self.high)
-        if scale <= 0.0:
-            return Status.BAD_INPUT if scale == 0.0 else Status.INFEASIBLE
-        status, answer = self._ask()
-        if status != OK:
-            return status
-        return take(np.asarray(answer), scale, W, wrench, t_min, t_max, tension)
+        m = len(self._low)
+        if len(tension) != m or W.shape[1] != m:
+            return BAD_INPUT
+        r = pose(
+            W, wrench, t_min, t_max, self.wider, self._basis, self._low, self._high, self._unit, tension, self._work
+        )
+        if r <= 0:  # nothing to ask: no tensions are admissible, or one distribution alone
+            return -r
+        x = self._ask(self._basis[: m * r].reshape(m, r), self._low, self._high)
+        if x is None:
+            return NOT_FOUND
+        return judge(r, self._unit[0], np.asarray(x, dtype=float), W, wrench, tension, self._work)
 
 
 @kernel
-def stack(W: Array, wrench: Array, t_min: Array, t_max: Array, scaled_W: Array, low: Array, high: Array) -> float:
-    """Write the scaled problem; return the unit of its tensions, N.
+def _rows(n: int, m: int) -> int:
+    """Rows of work space: for the form, three vectors over cables, and the larger need of the two kernels."""
+    return null_space.form_rows(m) + 3 + max(null_space.work_rows(n), active_set.work_rows(m))
 
-    Returns 0.0 where the input is bad, and -1.0 where some entry of the wrench is beyond all that the largest entry of
-    its row and the largest tension could do. A row below RANK_TOLERANCE of the largest is round-off and must stay
-    small: it gets the unit of the largest.
+
+@kernel
+def pose(
+    W: Array,
+    wrench: Array,
+    t_min: Array,
+    t_max: Array,
+    wider: float,
+    basis: Array,
+    low: Array,
+    high: Array,
+    unit: Array,
+    tension: Array,
+    work: Array,
+) -> int:
+    """Write low <= N x <= high for a library, N (m, r) line by line into `basis`; return r, or minus a status.
+
+    The limits are `wider` by this share of the largest one. `unit` (1,) receives the unit of x, N, a power of two, and
+    `tension` (m,) the admissible tensions of least norm. `work` keeps the form for `judge`.
     """
-    n, m = W.shape
-    unit = 1.0
-    for i in range(m):
-        if not (math.isfinite(t_min[i]) and math.isfinite(t_max[i]) and t_min[i] <= t_max[i]):
-            return 0.0
-        unit = max(unit, abs(t_min[i]), abs(t_max[i]))
-    unit = _power_of_two(unit)
-    for i in range(m):
-        low[i], high[i] = t_min[i] / unit, t_max[i] / unit
+    m = tension.shape[0]
+    if t_min.shape[0] < m or t_max.shape[0] < m:
+        return -BAD_INPUT
     largest = 0.0
-    for j in range(n):
-        if not math.isfinite(wrench[j]):
-            return 0.0
-        for i in range(m):
-            if not math.isfinite(W[j, i]):
-                return 0.0
-            largest = max(largest, abs(W[j, i]))
-    for j in range(n):
-        size = 0.0
-        for i in range(m):
-            size = max(size, abs(W[j, i]))
-        row_unit = _power_of_two(size if size > RANK_TOLERANCE * largest else largest)
-        for i in range(m):
-            scaled_W[j, i] = W[j, i] / row_unit
-        low[m + j] = high[m + j] = wrench[j] / row_unit / unit
-        if abs(low[m + j]) > REACH * m:
-            return -1.0
-    return unit
+    for i in range(m):
+        if not (math.isfinite(t_min[i]) and math.isfinite(t_max[i])):
+            return -BAD_INPUT
+        if t_min[i] < t_max[i]:  # a locked cable is none of the library's business
+            largest = max(largest, abs(t_min[i]), abs(t_max[i]))
+    N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 6 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r < 0:
+        return r
+    steps = nearest(N, r, box, x, tension, active, rest)
+    status = verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps
+    if status != OK:
+        return -status
+    unit[0] = _power_of_two(largest)
+    for i in range(m):
+        moves = False
+        for k in range(r):
+            basis[i * r + k] = N[i, k]
+            moves = moves or N[i, k] != 0.0
+        low[i], high[i] = -1.0, 1.0
+        if moves:
+            low[i] = (t_min[i] - box[0, i]) / unit[0] - wider
+            high[i] = (t_max[i] - box[0, i]) / unit[0] + wider
+    return r
 
 
 @kernel
 def _power_of_two(x: float) -> float:
-    """The largest power of two that is not above x > 0; 1 for 0."""
+    """The largest power of two that is not above x > 0, division by which rounds nothing; 1 for 0."""
     return math.ldexp(0.5, math.frexp(x)[1]) if x > 0.0 else 1.0
 
 
 @kernel
-def take(answer: Array, unit: float, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
-    """Write unit * answer into `tension`, moved onto limits that it breaks by round-off.
+def judge(r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array, work: Array) -> int:
+    """Write the admissible tensions nearest to c + unit N x; return OK, or NOT_FOUND where x breaks the limits.
 
-    Returns OK if it is then within the limits and balances, else NOT_FOUND.
+    `tension` (m,) comes with admissible ones, which are the answer where they are the same but for round-off.
     """
-    n, m = W.shape
-    status = OK
+    m = tension.shape[0]
+    N, box, least, active, point, rest = (
+        work[:m],
+        work[m : m + 3],
+        work[m + 3],
+        work[m + 4],
+        work[m + 5, :m],
+        work[m + 6 :],
+    )
+    for k in range(r):
+        least[k] = unit * x[k]
+    solution(N, r, box, least, point)
+    apart = 0.0
     for i in range(m):
-        found = unit * answer[i]
-        tension[i] = min(max(found, t_min[i]), t_max[i])
-        if not abs(found - tension[i]) <= 2.0 * unit * VERTEX_TOLERANCE:  # NaN, too; no limit is above 2 units
-            status = NOT_FOUND
-    load, residual = 1.0, 0.0
-    for j in range(n):
-        s = -wrench[j]
+        moves = False
+        for k in range(r):
+            moves = moves or N[i, k] != 0.0
+        if moves and not max(box[1, i] - point[i], point[i] - box[2, i]) <= BELIEVED * unit:  # NaN, too
+            return NOT_FOUND
+        apart = max(apart, abs(point[i] - tension[i]))
+    for i in range(m):
+        box[0, i] = point[i]
+    if nearest(N, r, box, least, point, active, rest) >= 0 and verdict(W, wrench, N, r, box, least, point) == OK:
         for i in range(m):
-            s += W[j, i] * tension[i]
-        load = max(load, abs(wrench[j]))
-        residual = max(residual, abs(s))
-    return status if residual <= RESIDUAL_TOLERANCE * load else NOT_FOUND
+            tension[i] = point[i]
+        return OK
+    return OK if apart <= BELIEVED * unit else NOT_FOUND

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_matrix, identity
 
 from cdpr.model import Robot
-from cdpr.tension import Status
+from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
 
 # Counted in iterations, not in seconds unless that is asked for: equal tensions on any machine.
@@ -23,22 +23,16 @@ SETTINGS = {
     "warm_starting": False,  # an answer depends on earlier problems by no more than its tolerance
 }
 
-MEANING = {
-    osqp.SolverStatus.OSQP_SOLVED: Status.OK,
-    osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE: Status.INFEASIBLE,
-}  # whatever else it says, it found nothing
-
 
 class Osqp(LibrarySolver):
-    """min |t|^2 subject to low <= [1 ; W] t <= high; first-order, about 1e-5 N from the exact optimum.
+    """min |x|^2 subject to low <= N x <= high; first-order, about 1e-5 N from the exact optimum.
 
-    The library is set up once, with every entry of W in the sparsity pattern; a call updates the values.
+    The library is set up once for each redundancy, with every entry of N in the sparsity pattern; a call updates the
+    values.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        # The values of [1 ; W] as the library wants them, column by column: the one, then n entries of W.
-        self._values = np.ones((robot.m, 1 + robot.n))
         self._settings = {
             **SETTINGS,
             "eps_abs": options.tolerance,
@@ -48,18 +42,26 @@ class Osqp(LibrarySolver):
         }
         self.reset()
 
-    def _ask(self) -> tuple[int, ArrayLike]:
-        self._values[:, 1:] = self.W.T
-        self._problem.update(Ax=self._values.ravel(), l=self.low, u=self.high)
-        answer = self._problem.solve(raise_error=False)
-        return MEANING.get(answer.info.status_val, Status.NOT_FOUND), answer.x
+    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
+        r = N.shape[1]
+        problem = self._problems.get(r)
+        if problem is None:
+            problem = self._problems[r] = self._make(r)
+        values, one = N.T.ravel(), [1.0]
+        problem.update(Ax=np.concatenate([values, one]), l=np.concatenate([low, one]), u=np.concatenate([high, one]))
+        answer = problem.solve(raise_error=False)
+        return answer.x[:r] if answer.info.status_val == osqp.SolverStatus.OSQP_SOLVED else None
+
+    def _make(self, r: int) -> osqp.OSQP:
+        """Set up min |x|^2 + y^2 with y = 1: where no limit is reached, polishing would print that on its own."""
+        m = self.robot.m
+        rows = np.append(np.tile(np.arange(m), r), m)
+        pattern = csc_matrix((np.ones(m * r + 1), rows, np.append(m * np.arange(r + 1), m * r + 1)), (m + 1, r + 1))
+        problem = osqp.OSQP(algebra="builtin")  # of several installed ones the same everywhere
+        zero = np.zeros(m + 1)
+        problem.setup(identity(r + 1, format="csc"), np.zeros(r + 1), pattern, zero, zero, **self._settings)
+        return problem
 
     def reset(self) -> None:
         """Start the library anew: its step size adapts to the problems that it has seen."""
-        m, width = self._values.shape
-        rows = np.tile(np.arange(m - 1, m - 1 + width), (m, 1))
-        rows[:, 0] = np.arange(m)
-        pattern = csc_matrix((np.ones(m * width), rows.ravel(), width * np.arange(m + 1)), shape=(m + width - 1, m))
-        zero = np.zeros(m + width - 1)
-        self._problem = osqp.OSQP(algebra="builtin")  # of several installed ones the same everywhere
-        self._problem.setup(identity(m, format="csc"), np.zeros(m), pattern, zero, zero, **self._settings)
+        self._problems: dict[int, osqp.OSQP] = {}

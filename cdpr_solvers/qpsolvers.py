@@ -12,53 +12,47 @@ from scipy.sparse import csc_matrix
 
 from cdpr.errors import PluginError
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.plugins.registry import describe
-from cdpr.tension import Status
 from cdpr_solvers.library import LibrarySolver
 
 
 class Qpsolvers(LibrarySolver):
-    """min |t|^2 subject to W t = wrench, t_min <= t <= t_max; as accurate as the chosen solver and its settings.
+    """min |x|^2 subject to [-N ; N] x <= [-low ; high]; as accurate as the chosen solver and its settings.
 
-    The library does not tell why there is no answer: always NOT_FOUND. Raises PluginError where the solver is not
-    installed or does not take the settings.
+    Raises PluginError where the solver is not installed or does not take the settings.
     """
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        n, m = robot.n, robot.m
         available = qpsolvers.available_solvers
         if options.name not in available:
             raise PluginError(
                 f"solver 'qpsolvers': no solver is named '{options.name}' or it is not installed: name one of "
                 f"{', '.join(available) or 'none'}"
             )
-        self._make = np.array if options.name in qpsolvers.dense_solvers else csc_matrix
-        self._hessian, self._gradient = self._make(np.eye(m)), np.zeros(m)
-        # Wrong settings show in any problem, such as sharing nothing among cables that pull along the axes.
-        self.W[:], self.high[:m] = np.eye(n, m), 1.0
+        self._make = np.asarray if options.name in qpsolvers.dense_solvers else csc_matrix
+        # Wrong settings show in any problem, such as a single x between limits.
         try:
-            self._answer()
+            self._answer(np.ones((robot.m, 1)), np.zeros(robot.m), np.ones(robot.m))
         except Exception as error:
             raise PluginError(f"solver 'qpsolvers' cannot use {options.name}: {describe(error)}") from error
 
-    def _answer(self) -> qpsolvers.Solution:
-        m = self.robot.m
+    def _answer(self, N: Array, low: Array, high: Array) -> qpsolvers.Solution:
+        hessian, gradient = self._square[N.shape[1]]
         problem = qpsolvers.Problem(
-            self._hessian,
-            self._gradient,
-            A=self._make(self.W),
-            b=self.low[m:],
-            lb=self.low[:m],
-            ub=self.high[:m],
+            self._make(hessian),
+            gradient,
+            self._make(np.vstack([-N, N])),
+            np.concatenate([-low, high]),
         )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what it warns of, a status says or the check of the answer finds
             return qpsolvers.solve_problem(problem, self.options.name, **self.options.settings)
 
-    def _ask(self) -> tuple[int, ArrayLike]:
+    def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         try:
-            answer = self._answer()
+            answer = self._answer(N, low, high)
         except Exception:  # of many libraries, each with its own; that they work at all was seen when this was made
-            return Status.NOT_FOUND, ()
-        return (Status.OK, answer.x) if answer.found and answer.x is not None else (Status.NOT_FOUND, ())
+            return None
+        return answer.x if answer.found else None
