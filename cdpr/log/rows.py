@@ -64,7 +64,7 @@ class LogRows:
         return (self[k] for k in range(len(self)))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        return self[:] if dtype is None else self[:].astype(dtype)
+        return np.asarray(self[:], dtype=dtype)
 
     def __reduce__(self) -> Any:
         return np.asarray, (self[:],)
