@@ -29,7 +29,7 @@ def command() -> None:
     type=click.IntRange(0, 1_000_000),
     default=500,
     show_default=True,
-    help="Problems made to mislead, for each of nine sizes of robots.",
+    help="Problems made to mislead, for each of eleven sizes of robots.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of all that is random.")
 @plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ AS = click.option(
 @click.argument("file", type=click.Path())
 @click.argument("robot", metavar="[ROBOT|SCENARIO]", required=False, type=click.Path())
 @AS
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> None:
     """Check the FMU in FILE: its file, its binary, the letter of the standard and, for a robot, its signals.

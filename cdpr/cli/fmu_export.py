@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from cdpr.cli.names import change_keys
+from cdpr.cli.names import change_keys, plugin_files
 
 DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 
@@ -24,6 +24,7 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 @click.option("--step", type=float, help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.")
 @change_keys("Change any key of the file.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     file: str,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli.fmu_check import AS, load
+from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 @click.argument("file", type=click.Path())
 @click.argument("robot", metavar="ROBOT|SCENARIO", type=click.Path())
 @AS
+@plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, robot: str, role: Role | None, as_json: bool) -> None:
     """Print which variables of the FMU in FILE are which signals, as YAML to paste into a scenario.

@@ -59,6 +59,9 @@ def compare_finished(paths: Sequence[str]) -> Comparison:
         "judge": {"backend": judge, "order": read[judge][0].order},
         "absent": {},
     }
+    if head.log_every > 1:
+        logged = len(loaded[judge].rows)
+        facts["compared"] = {"logged_samples": logged, "samples": loaded[judge].summary()["samples"]}
     return summarise(facts, [group], {})
 
 

@@ -39,13 +39,13 @@ class Wanted:
         given = scenario.simulation
         control = given.control_step * self.stretch
         changes: dict[str, Any] = {"simulation.backend": self.backend, "solver.type": self.solver}
+        if scenario.sections.log is not None:  # every sample is compared, not those alone that the log would keep
+            changes["log.step"] = control
         if self.scheme:
             changes[f"backend_options.{self.backend}.scheme"] = self.scheme
         if self.stretch > 1:
             changes["simulation.control_step"] = control
             changes["simulation.duration"] = (given.steps // self.stretch) * control
-            if scenario.sections.log is not None:
-                changes["log.step"] = scenario.sections.log.step * self.stretch
         if self.divide or self.stretch > 1:
             changes["simulation.physics_step"] = control / (self.divide or given.substeps)
         return changes

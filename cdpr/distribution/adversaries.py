@@ -33,7 +33,7 @@ SCALES = -20, 10  # powers of two: the largest tension is from 1e-3 to 1e6 N
 THINNEST, THIN = -40, -20  # powers of two: slack of a sliver, as a share of LARGEST: 1e-12 to 1e-6
 GAPS = -26, 0  # powers of two: by how much a wrench is out of reach, as a share: at least 15 times the band
 
-# Degrees of freedom and cables of the robots that the problems are for.
+# Degrees of freedom and cables of the robots that the problems are for; the last two have more redundancy than rows.
 SIZES = (
     (("x",), 2),
     (("x", "z"), 3),
@@ -44,6 +44,8 @@ SIZES = (
     (("x", "y", "z", "rx", "ry", "rz"), 7),
     (("x", "y", "z", "rx", "ry", "rz"), 8),
     (("x", "y", "z", "rx", "ry", "rz"), 12),
+    (("x", "z"), 6),
+    (("x", "y", "z", "rx", "ry", "rz"), 14),
 )
 
 

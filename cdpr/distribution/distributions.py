@@ -129,8 +129,8 @@ def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tup
     """The solver, and whether it declares that it respects the limits."""
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
-        respects_bounds = bool(entry.info.properties.get("respects_bounds", True))
-        return entry.make(robot, entry.read_options(options or {})), respects_bounds
+        made = entry.make(robot, entry.read_options(options or {}))
+        return made, _respects_bounds(entry.info.properties)
     if not isinstance(solver, TensionSolver):
         given = f"the class {solver.__name__}" if isinstance(solver, type) else f"a {type(solver).__name__}"
         raise CdprError(f"solver: a solver's name, or a TensionSolver made for this robot, is expected, got {given}")
@@ -141,7 +141,11 @@ def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tup
             f"solver: was made for a robot with {solver.robot.m} cables and {solver.robot.n} degrees of freedom, this "
             f"one has {robot.m} and {robot.n}"
         )
-    return solver, True
+    return solver, _respects_bounds(registry().declared("solver", type(solver)))
+
+
+def _respects_bounds(properties: Mapping[str, object]) -> bool:
+    return bool(properties.get("respects_bounds", True))
 
 
 def _rows(values: ArrayLike, width: int, name: str) -> Array:

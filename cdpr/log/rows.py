@@ -22,8 +22,9 @@ IN_MEMORY = 2**25
 class LogRows:
     """The table (K, width) of a logged run, as long as somebody asks for it on disk.
 
-    Slices, numbers and lists of rows give arrays, `rows[:, columns]` reads no more than these columns into memory;
-    `rows[:]` is the whole. Raises LogError where the log was changed since it was written or loaded.
+    It is indexed like an array, without new axes: `rows[:]` is the whole, `rows[k, 3]` a number, and
+    `rows[:, columns]` reads no more than these columns into memory. Raises LogError where the log was changed since it
+    was written or loaded, IndexError as numpy does.
 
     Args:
         file: descriptor of the open log; it is closed with the object, and outlives the log's name.
@@ -46,28 +47,31 @@ class LogRows:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __getitem__(self, key: Any) -> Array:
-        rows, columns = key if isinstance(key, tuple) else (key, slice(None))
+    def __getitem__(self, key: Any) -> Any:
+        rows, columns = _split(key)
         if isinstance(rows, slice) and rows.step in (None, 1):
             first, stop, _ = rows.indices(len(self))
             return self._range(first, max(first, stop), columns)
         picked = np.arange(len(self))[rows]  # numpy's own rules and errors
-        parts = [self._range(int(k), int(k) + 1, columns) for k in np.atleast_1d(picked)]
-        table = np.concatenate([self._range(0, 0, columns), *parts])
-        return table if np.ndim(picked) else np.asarray(table[0])
+        if isinstance(rows, slice) or isinstance(columns, slice):
+            parts = [self._range(int(k), int(k) + 1, columns) for k in picked.flat]
+            table = np.concatenate([self._range(0, 0, columns), *parts])
+            return table.reshape(picked.shape + table.shape[1:])
+        pairs = np.broadcast(picked, np.arange(self.shape[1])[columns])  # lists of both go side by side
+        return np.array([self._range(k, k + 1, j)[0] for k, j in pairs], dtype=float).reshape(pairs.shape)[()]
 
     def __iter__(self) -> Iterator[Array]:
         return (self[k] for k in range(len(self)))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        return self[:] if dtype is None else self[:].astype(dtype)
+        return np.asarray(self[:], dtype=dtype)
 
     def __reduce__(self) -> Any:
         return np.asarray, (self[:],)
 
     def _range(self, first: int, stop: int, columns: Any) -> Array:
         """Rows `first` to `stop`, excluded."""
-        table = np.empty((stop - first, np.empty((0, self.shape[1]))[:, columns].shape[1]))
+        table = np.empty((stop - first, *np.empty((0, self.shape[1]))[:, columns].shape[1:]))
         k = first
         while k < stop:
             i = int(np.searchsorted(self._stops, k, side="right"))
@@ -93,3 +97,13 @@ class LogRows:
                 )
             self._last = i, self._form.rows(records, int(self._numbers[i]))
         return self._last[1]
+
+
+def _split(key: Any) -> tuple[Any, Any]:
+    """Rows and columns that a key means; IndexError where it means other axes."""
+    parts = key if isinstance(key, tuple) else (key,)
+    parts = tuple(slice(None) if part is Ellipsis else part for part in parts)
+    if len(parts) > 2 or any(part is None for part in parts):
+        raise IndexError(f"rows of a run have two axes, rows and columns, got {len(parts)} indices with {key!r}")
+    rows, columns = (*parts, slice(None), slice(None))[:2]
+    return rows, columns

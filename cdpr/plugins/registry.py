@@ -139,6 +139,17 @@ class Registry:
             text += "; not loaded, so that it is not known what they bring: " + "; ".join(self.broken.values())
         raise PluginError(text)
 
+    def declared(self, role: Role, item: type) -> Mapping[str, object]:
+        """Return what a class, or the nearest of its bases, declares: as the plugin that it is, or by `properties`."""
+        entries = self.plugins[role].values()
+        for each in item.__mro__:
+            for entry in entries:
+                if each is entry.factory or f"{each.__module__}:{each.__qualname__}" == entry.info.factory:
+                    return entry.info.properties
+            if isinstance(own := vars(each).get("properties"), Mapping):
+                return own
+        return {}
+
     def with_class(self, role: Role, item: object, distribution: str = "", version: str = "") -> tuple[Registry, str]:
         """Return a copy with a class that is not installed, and its name there.
 

@@ -42,7 +42,14 @@ def subject(figures: Figures) -> str:
     return (
         f"{figures['scenario']}, {figures['duration_s']:g} s, control {1e3 * figures['control_step_s']:g} ms, "
         f"physics {1e3 * figures['physics_step_s']:g} ms; judge {judge['backend']}, order {judge['order'] or 'unknown'}"
+        f"{_compared(figures)}"
     )
+
+
+def _compared(figures: Figures) -> str:
+    """How many samples were compared, where logs are thinned: what happens between them is not seen."""
+    part = figures.get("compared")
+    return f"; compared are {part['logged_samples']} of {part['samples']} samples, as logged" if part else ""
 
 
 def outcome(row: Figures) -> str:

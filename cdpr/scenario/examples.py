@@ -18,6 +18,11 @@ from cdpr.scenario.problems import nearest
 Kind = Literal["scenario", "robot", "study"]
 
 PLACES: dict[Kind, str] = {"scenario": "", "robot": "robots", "study": "studies"}
+USES: dict[Kind, str] = {  # what a command says that was given a name of another kind
+    "scenario": "'cdpr run {name}' runs it",
+    "robot": "'cdpr info {name}' describes it",
+    "study": "'cdpr study {name}' runs it",
+}
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,9 @@ def hint(path: str, kind: Kind | None) -> str:
         return f"; cdpr comes with an example '{name}': give that name alone"
     if path != name:  # no bare name
         return ""
+    if (other := find(name, None)) is not None:
+        use = USES[other.kind].format(name=name)
+        return f"; it is the name of an example {other.kind}, but a {kind} is expected: {use}"
     near = nearest(name, [one.name for one in examples() if kind in (None, one.kind)])
     return f", and no example has that name: {near}'cdpr examples' lists them"
 

@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 from cdpr.errors import ScenarioError
+from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import BLOCK, LogFormat
 from cdpr.log.run import Header
 from cdpr.scenario import Scenario
@@ -15,7 +16,10 @@ FLOAT = 8  # bytes
 
 
 def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
-    """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit."""
+    """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit.
+
+    Raises OutputError where the disk of `folder` cannot be asked.
+    """
     samples = scenario.simulation.steps // header.log_every + 1
     if folder is None:
         need = samples * FLOAT * header.layout.width
@@ -23,8 +27,11 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
     else:
         rows = LogFormat(header).templates[0]
         need = samples * rows.chunk_length(BLOCK) // BLOCK
-        above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
-        have, where = shutil.disk_usage(above).free, f"the disk of {folder}"
+        try:
+            above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
+            have, where = shutil.disk_usage(above).free, f"the disk of {folder}"
+        except OSError as error:  # as below a folder that may not be searched
+            raise unwritable(folder, error) from error
     if need > have:
         text = (
             f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need "

@@ -19,6 +19,7 @@ from cdpr import bench
 from cdpr.bench import benchmark
 from cdpr.cli import bench as command_module
 from cdpr.cli.bench import ROBOTS, command
+from cdpr.distribution import adversaries
 from cdpr.errors import OutputError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo
 from cdpr.report.bench import write_bench
@@ -70,7 +71,7 @@ def test_table():
 def test_problems_made_to_mislead_have_tables_of_their_own(tmp_path):
     """Also on the page, which states the band; and something is told before anything is done."""
     result = solvers(POINT, "--poses", "5", "--solvers", "qp", "--adversaries", "9", "--out", tmp_path)
-    assert result.stdout.count("adversaries, ") == 9
+    assert result.stdout.count("adversaries, ") == len(adversaries.SIZES)
     assert "0%" in result.stderr
     words = Page((tmp_path / "bench.html").read_text()).words
     assert "The band: a feasible problem counts where all limits could be narrowed by 1e-09" in words

@@ -272,6 +272,12 @@ def test_wanted_runs_keep_the_control_period():
     assert describe(scheme, "reference").order == 1
 
 
+def test_every_sample_is_compared_whatever_the_log_keeps():
+    scenario = load("caroca", {"log.step": 0.1})
+    for wanted in (Wanted("reference", "qp"), Wanted("reference", "qp", divide=2, stretch=30)):
+        assert scenario.log_every > 1 == scenario.with_changes(wanted.changes(scenario)).log_every
+
+
 def test_runs_are_read_when_they_are_asked_for(monkeypatch, tmp_path):
     """However many there are, none waits in memory."""
 

@@ -12,6 +12,7 @@ import cdpr
 from cdpr.cli import cli
 from cdpr.errors import CdprError, OutputError, ScenarioError
 from cdpr.scenario import examples
+from cdpr.study import load_study
 
 SCENARIOS = ROOT / "scenarios"
 ALL = examples.examples()
@@ -56,13 +57,22 @@ def test_an_existing_file_wins(tmp_path, monkeypatch):
     [
         ("carocca", r"no file 'carocca', and no example has that name: did you mean 'caroca'\? 'cdpr examples' lists"),
         ("elsewhere/helix.yaml", r"no folder 'elsewhere'; cdpr comes with an example 'helix': give that name alone"),
-        ("seven", "there is no file 'seven'"),  # a robot
+        (
+            "seven",
+            "'seven'; it is the name of an example robot, but a scenario is expected: 'cdpr info seven'",
+        ),
     ],
 )
 def test_a_name_that_finds_nothing(name, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ScenarioError, match=message):
         cdpr.load_scenario(name)
+
+
+def test_a_study_by_the_name_of_a_scenario(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ScenarioError, match="an example scenario, but a study is expected: 'cdpr run caroca' runs it"):
+        load_study("caroca")
 
 
 def test_commands_take_names(tmp_path, monkeypatch):

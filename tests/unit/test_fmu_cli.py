@@ -275,3 +275,22 @@ def test_help_names_the_commands(cdpr):
     done = cdpr("fmu", "--help")
     for name in ("info", "check", "map", "trust"):
         assert f"  {name} " in done.stdout
+
+
+def test_commands_that_load_a_scenario_take_its_plugins(here, cdpr):
+    """What they tell whoever names an unknown one works."""
+    (here / "mine.py").write_text(
+        "from cdpr.plugins import TensionSolver\n\n\nclass Mine(TensionSolver):\n"
+        "    def solve(self, W, wrench, t_min, t_max, tension):\n        return 0\n"
+    )
+    shutil.copytree(ROOT / "scenarios", here / "scenarios")
+    scenario = here / "scenarios" / "mine.yaml"
+    scenario.write_text(
+        yaml.safe_dump({**yaml.safe_load(Path("scenarios/caroca.yaml").read_text()), "solver": {"type": "Mine"}})
+    )
+    fmu = str(make_fmu(here / "a.fmu"))
+    commands = [("export", str(scenario), "--out", "b.fmu", "--source-only"), ("map", fmu, str(scenario))]
+    assert "--plugin FILE adds your own" in cdpr("fmu", *commands[0], code=3).stderr
+    for command in commands:
+        cdpr("fmu", *command, "--plugin", "mine.py")
+    assert cdpr("fmu", "check", fmu, str(scenario), "--plugin", "mine.py", code=2).stderr == ""  # other letters

@@ -28,6 +28,7 @@ from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
 from cdpr.log.summary import Tally
 from cdpr.report import histories
+from cdpr.report.compare_text import subject
 from cdpr.report.html import render
 
 CAROCA = Path(__file__).parent.parent.parent / "scenarios" / "caroca.yaml"
@@ -102,10 +103,20 @@ def test_rows_on_disk_are_indexed_like_an_array(on_disk: None, tmp_path: Path) -
     )
     for key in keys:
         assert same_bits(rows[key], table[key])
+    keys = (
+        *((slice(None), 0), (0, 3), (slice(None, None, 300), -1), (slice(None, None, 300), [2, 0]), (-1, [2, 0])),
+        *(([3, 300], 1), ([3, 300], [1, 4]), ([[3], [300]], [1, 4]), (0, slice(2, 5)), (..., 2), (5, ...), (), (7,)),
+        *((slice(3), np.arange(table.shape[1]) % 2 == 0), ([[1, 2], [300, 4]],), (np.int64(4), np.int64(2))),
+    )
+    for key in keys:
+        assert np.shape(rows[key]) == np.shape(table[key]), key
+        assert same_bits(np.ascontiguousarray(rows[key]), np.ascontiguousarray(table[key])), key
+    assert isinstance(rows[0, 3], float)
     assert rows.shape == table.shape
     assert [row.tobytes() for row in rows] == [row.tobytes() for row in table]
-    with pytest.raises(IndexError):
-        rows[len(table)]
+    for key in (len(table), (0, table.shape[1]), (slice(None), -table.shape[1] - 1), (0, 0, 0), None):
+        with pytest.raises(IndexError):
+            rows[key]
 
 
 def test_a_log_that_was_changed_afterwards_is_not_believed(on_disk: None, tmp_path: Path) -> None:
@@ -334,6 +345,7 @@ def test_runs_of_one_log_step_are_compared(thin: Run, tmp_path: Path) -> None:
     cdpr.simulate(CAROCA, overrides=THINNED, out=tmp_path / "again")
     found = compare_finished([str(thin.folder), str(tmp_path / "again")])
     assert found.figures["duration_s"] == END
+    assert "compared are 152 of 1506 samples" in subject(found.figures)
     assert [row["outcome"] for group in found.figures["groups"] for row in group["engines"]] == ["agrees"]
 
 

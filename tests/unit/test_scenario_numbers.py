@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import os
+from pathlib import Path
+
 import pytest
 from conftest import ROOT
 
-from cdpr.errors import ScenarioError
+from cdpr.errors import OutputError, ScenarioError
 from cdpr.scenario import load_scenario
 from cdpr.simulation import simulate
 
@@ -47,3 +51,17 @@ def test_a_run_that_can_never_fit_is_refused_at_its_line_before_its_folder_is_ma
     ):
         simulate(CAROCA, out=tmp_path / "a" / "run")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_below_one_that_may_not_be_searched_is_refused(tmp_path, monkeypatch):
+    """As its stat answers any user but root."""
+    real = Path.stat
+
+    def stat(path, **more):
+        if path.is_relative_to(tmp_path / "closed" / "runs"):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        return real(path, **more)
+
+    monkeypatch.setattr(Path, "stat", stat)
+    with pytest.raises(OutputError, match="closed/runs/one: cannot be written: Permission denied"):
+        simulate(CAROCA, out=tmp_path / "closed" / "runs" / "one")

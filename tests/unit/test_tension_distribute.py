@@ -247,3 +247,30 @@ def test_arrays_that_do_not_fit_each_other_are_refused(robot):
             arguments = [array[:-3] if i == k else array for i, array in enumerate(fitting)]
             assert solver.solve(*arguments) == Status.BAD_INPUT, (name, k)
         assert solver.solve(fitting[0], np.ones(n + 4), *fitting[2:]) == Status.BAD_INPUT, name
+
+
+class Careless(TensionSolver):
+    """The least squares, whatever the limits."""
+
+    properties = {"respects_bounds": False}  # noqa: RUF012 - as a plugin's author would write it
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        tension[:] = np.linalg.pinv(W) @ wrench
+        return Status.OK
+
+
+@pytest.mark.parametrize("name", ["pseudo_inverse", "qp"])
+def test_a_solver_declares_the_same_by_name_and_made(robot, name):
+    """What a solver that looks at no limits leaves of them is clipped, however it is given."""
+    pose, wrench = [0.0, 0.0, 1.5, 1.0, 0.0, 0.0, 0.0], [3000.0, 0.0, 100.0, 0.0, 0.0, 0.0]
+    named = distribute(robot, pose, wrench, solver=name)
+    given = distribute(robot, pose, wrench, solver=made(name, robot))
+    np.testing.assert_array_equal(given.tension, named.tension)
+    assert given.status == named.status
+
+
+def test_a_class_of_ones_own_declares_by_itself(robot):
+    pose, wrench = [0.0, 0.0, 1.5, 1.0, 0.0, 0.0, 0.0], [3000.0, 0.0, 100.0, 0.0, 0.0, 0.0]
+    clipped = distribute(robot, pose, wrench, solver=Careless(robot, None))
+    wanted = distribute(robot, pose, wrench, solver="pseudo_inverse")
+    np.testing.assert_allclose(clipped.tension, wanted.tension, atol=1e-9)  # N
