@@ -12,6 +12,9 @@ from cdpr.tension.verdict import settle
 # How far round-off may move a solution, as a share of it, where W is as ill-conditioned as `reduce` lets pass.
 ROUND_OFF = 1e-6
 
+# What a solution may leave unbalanced, as a share of the largest row: half of what is exact.
+BALANCED = 5e-10
+
 
 @kernel
 def nearest_solution(N: Array, r: int, c: Array, target: Array, tension: Array) -> None:
@@ -55,6 +58,18 @@ def nearest_to_middle(N: Array, r: int, box: Array, middle: Array, tension: Arra
 
 @kernel
 def admitted(W: Array, wrench: Array, r: int, box: Array, tension: Array) -> int:
-    """Settle a solution (m,) of W t = wrench; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0)."""
+    """Settle a solution (m,) of W t = wrench; return OK, NOT_FOUND, or INFEASIBLE if it is the only one (r = 0).
+
+    NOT_FOUND also where, moved onto limits, it no more balances the wrench as exactly as these methods promise.
+    """
     status = settle(W, wrench, box, tension)
-    return NOT_FOUND if status != OK and r > 0 else status
+    if r <= 0:
+        return status
+    lack, rows = 0.0, 0.0
+    for j in range(wrench.shape[0]):
+        s, size = -wrench[j], abs(wrench[j])
+        for i in range(tension.shape[0]):
+            s += W[j, i] * tension[i]
+            size += abs(W[j, i] * tension[i])
+        lack, rows = max(lack, abs(s)), max(rows, size)
+    return OK if status == OK and lack <= BALANCED * rows else NOT_FOUND

@@ -15,6 +15,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import describe
 from cdpr_solvers.library import LibrarySolver
+from cdpr_solvers.options import DaqpOptions
 
 
 class Qpsolvers(LibrarySolver):
@@ -31,6 +32,7 @@ class Qpsolvers(LibrarySolver):
                 f"solver 'qpsolvers': no solver is named '{options.name}' or it is not installed: name one of "
                 f"{', '.join(available) or 'none'}"
             )
+        self._settings = {**_defaults(options.name), **options.settings}
         self._make = np.asarray if options.name in qpsolvers.dense_solvers else csc_matrix
         # Wrong settings show in any problem, such as a single x between limits.
         try:
@@ -48,7 +50,7 @@ class Qpsolvers(LibrarySolver):
         )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what it warns of, a status says or the check of the answer finds
-            return qpsolvers.solve_problem(problem, self.options.name, **self.options.settings)
+            return qpsolvers.solve_problem(problem, self.options.name, **self._settings)
 
     def _ask(self, N: Array, low: Array, high: Array) -> ArrayLike | None:
         try:
@@ -56,3 +58,12 @@ class Qpsolvers(LibrarySolver):
         except Exception:  # of many libraries, each with its own; that they work at all was seen when this was made
             return None
         return answer.x if answer.found else None
+
+
+def _defaults(name: str) -> dict[str, float]:
+    """What a solver that comes as one of our own, too, needs to be as exact as that."""
+    if name != "daqp":
+        return {}
+    from cdpr_solvers.daqp import SETTINGS
+
+    return {**SETTINGS, "primal_tol": DaqpOptions().tolerance}

@@ -119,7 +119,8 @@ def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, n
     _, errors = process.communicate(timeout=60)
     if number == signal.SIGINT:
         assert process.returncode == ExitCode.INTERRUPTED
-        assert f"interrupted; this goes on: cdpr study {study} --out {out}" in errors
+        assert f"interrupted; this goes on: cdpr study {study} " in errors
+        assert f" --out {out}\n" in errors
     wait_until(lambda: not any(child.is_running() for child in hanging), 20)
     assert run(study, out, "--scheduler", cluster[1]).returncode == 0
     assert [cdpr.load_run(folder).status for folder in (out / "runs").iterdir()] == ["finished"] * 3
@@ -149,7 +150,8 @@ def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(tmp_
     _, errors = process.communicate(timeout=60)
     assert process.returncode == ExitCode.BACKEND_DIED
     assert "is gone; the cases that had ended are kept" in errors
-    assert f"this goes on: cdpr study {study} --out {out}" in errors
+    assert f"this goes on: cdpr study {study} " in errors
+    assert f" --out {out}\n" in errors
     assert "Traceback" not in errors
     done = run(study, out)
     assert done.returncode == 0

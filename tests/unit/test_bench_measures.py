@@ -264,5 +264,5 @@ def test_overview_goes_from_the_worst_to_the_best():
     assert exact["redundancy"] == (1, 2)
     assert exact["paths"] == 4
     assert exact["infeasible_detected"] == 1.0
-    assert closed["infeasible_detected"] == 0.0
+    assert 0.5 < closed["infeasible_detected"] < 1.0  # those that a ball around the middle of the limits proves
     assert exact["median_pinv"][0] <= exact["median_pinv"][1]
