@@ -91,7 +91,7 @@ def main() -> None:
     warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
     try:
         with streams():
-            code = cli.main(standalone_mode=False)
+            code = cli.main(prog_name="cdpr", standalone_mode=False)
     except click.exceptions.Abort:
         code = ExitCode.INTERRUPTED
     except KeyboardInterrupt:
