@@ -17,6 +17,8 @@ from cdpr.study.run import Executor
 
 CONNECTING = 20  # s to find the scheduler
 
+NOISY = ("distributed", "tornado")  # what they tell as tracebacks is told here, or mended
+
 _mine = threading.local()  # a worker process for each thread of a cluster's worker, kept from case to case
 
 
@@ -33,9 +35,8 @@ def executor(address: str) -> Executor:
     def execute(cases: Sequence[Case], *, timeout: float | None, done: Callable[[Outcome], None]) -> None:
         if not cases:
             return
-        logging.getLogger("distributed").setLevel(
-            logging.CRITICAL
-        )  # what it tells as tracebacks is told here, or mended
+        for name in [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in NOISY]:
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # its configuration gives each a level of its own
         try:
             client = distributed.Client(address, timeout=CONNECTING)
         except (OSError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
