@@ -51,8 +51,12 @@ class Case:
         assert answer is not None
         return np.array([float(x) for x in answer])
 
+    def equations(self) -> list[list[int]] | None:
+        """Rows [W_j, wrench_j] in whole numbers, none following from others; None where they contradict."""
+        return independent([whole([*row, w]) for row, w in zip(self.W, self.wrench, strict=True)])
+
     def _answer(self, low: list[Fraction], high: list[Fraction]) -> list[Fraction] | None:
-        equations = independent([whole([*row, w]) for row, w in zip(self.W, self.wrench, strict=True)])
+        equations = self.equations()
         if equations is None:
             return None
         return least_norm([row[:-1] for row in equations], [row[-1] for row in equations], low, high)
@@ -70,8 +74,12 @@ def cases(seed: int, count: int) -> Iterator[Case]:
         high = low + rng.integers(1, rng.choice([60, 8000]), m)
         wrench, low, high = _within(rng, W, [*map(Fraction, low.tolist())], [*map(Fraction, high.tolist())])
         unit = Fraction(2) ** int(rng.integers(-10, 21))
+        exact = [unit * x for x in wrench]
         wrench, low, high = (np.array([float(unit * x) for x in values]) for values in (wrench, low, high))
-        yield Case(np.array(W, dtype=float), wrench, low, high, length)
+        problem = Case(np.array(W, dtype=float), wrench, low, high, length)
+        # Rows that depend on each other contradict each other by chance once their wrench is rounded: nothing to ask.
+        if fractions(wrench) == exact or problem.equations() is not None:
+            yield problem
 
 
 def _matrix(rng: np.random.Generator, n: int, m: int) -> tuple[Array, float]:
