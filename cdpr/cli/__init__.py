@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from cdpr import __version__
-from cdpr.cli.streams import printable_streams, streams
+from cdpr.cli.streams import UNWRITABLE, printable_streams, streams
 from cdpr.errors import CdprError, ExitCode
 
 DEBUG = "CDPR_DEBUG"
@@ -105,7 +105,7 @@ def main() -> None:
         click.echo(str(error), err=True)
         code = error.exit_code
     except OSError as error:
-        click.echo(f"cannot write the output: {error}", err=True)
+        click.echo(f"{UNWRITABLE}: {error}", err=True)
         code = ExitCode.NOT_WRITABLE
     except Exception as error:
         if os.environ.get(DEBUG):

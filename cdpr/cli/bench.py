@@ -10,6 +10,7 @@ import click
 from cdpr.cli.names import names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
+from cdpr.hush import hushed
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
@@ -66,7 +67,7 @@ def solvers(
     from cdpr.log.run_json import plain
 
     tell_of_compilation()
-    with Progress(at_once=True) as progress:
+    with Progress(at_once=True) as progress, hushed():
         figures = plain(
             bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
         )

@@ -11,6 +11,7 @@ import click
 
 from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
+from cdpr.hush import hushed
 
 if TYPE_CHECKING:
     from cdpr.plugins.registry import Role
@@ -28,7 +29,8 @@ def command(role: Role, name: str, as_json: bool) -> None:
     """
     from cdpr.testing import check_plugin
 
-    results = check_plugin(role, name)
+    with hushed():
+        results = check_plugin(role, name)
     if as_json:
         rows = [dataclasses.asdict(result) for result in results]
         click.echo(json.dumps({"role": role, "name": name, "checks": rows}, indent=2))

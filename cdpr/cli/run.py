@@ -14,7 +14,7 @@ import click
 from cdpr.cli import DEBUG
 from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
-from cdpr.plugins.registry import hushed
+from cdpr.hush import hushed
 
 if TYPE_CHECKING:
     from cdpr.cli.progress import Signals

@@ -11,13 +11,18 @@ import io
 import os
 import re
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
 from cdpr.errors import printable
+from cdpr.hush import is_hushed
 
 # Bytes of a file name that are no UTF-8, as Python keeps them; those below 0xa0 may be controls of a terminal.
 FOREIGN_BYTES = re.compile("([\udca0-\udcff]+)")
+
+
+UNWRITABLE = "cannot write the output"
 
 
 class Printable:
@@ -53,6 +58,28 @@ class Printable:
             self.write(line)
 
 
+class _Stdout(Printable):
+    """Stdout of a command: for results, which its main thread alone writes, and not while foreign code runs there.
+
+    All else goes to `messages`.
+    """
+
+    def __init__(self, results: TextIO, messages: TextIO) -> None:
+        super().__init__(results)
+        self._messages = messages
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._messages if _foreign() else self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write and return the number of letters that were given."""
+        return self._messages.write(text) if _foreign() else super().write(text)
+
+
+def _foreign() -> bool:
+    return is_hushed() or threading.current_thread() is not threading.main_thread()
+
+
 def _escaped(text: str) -> str:
     end = "\r" if text.endswith("\r") else ""
     lines = text.removesuffix(end).split("\n")
@@ -75,14 +102,28 @@ def printable_streams() -> Iterator[None]:
 
 
 class _Results(io.FileIO):
-    """Once its reader has gone there is nobody to say anything to: the command ends as it would have ended."""
+    """Once its reader has gone there is nobody to say anything to: the command ends as it would have ended.
+
+    Any other failure, such as a full disk, is raised once. What is in the buffers above is dropped after it: it would
+    only fail again, when nobody listens, or go to whatever has the number of this descriptor by then.
+
+    Attributes:
+        lost: drop what comes.
+    """
+
+    lost = False
 
     def write(self, data: Any) -> int:
         """Write, or drop what nobody reads."""
-        try:
-            return super().write(data)
-        except BrokenPipeError:
-            return memoryview(data).nbytes
+        if not self.lost:
+            try:
+                return super().write(data)
+            except BrokenPipeError:
+                self.lost = True
+            except OSError:
+                self.lost = True
+                raise
+        return memoryview(data).nbytes
 
 
 class _Messages(io.FileIO):
@@ -103,6 +144,8 @@ def streams() -> Iterator[None]:
     File names that are no UTF-8 are written as they are. Streams that are no descriptors stay as they are.
     """
     before = sys.stdout, sys.stderr
+    if sys.stderr is None:  # closed: what would go there must not reach stdout
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
     try:
         out, err = sys.stdout.fileno(), sys.stderr.fileno()
         sys.stdout.flush()
@@ -111,14 +154,23 @@ def streams() -> Iterator[None]:
         yield
         return
     os.dup2(err, out)
-    sys.stdout = _text(_Results(results, "wb", closefd=False), "surrogateescape", sys.stdout)
-    sys.stderr = _text(_Messages(err, "wb", closefd=False), "backslashreplace", sys.stderr)
+    raw = _Results(results, "wb", closefd=False)
+    told = _text(raw, "surrogateescape", sys.stdout)
+    messages = _text(_Messages(err, "wb", closefd=False), "backslashreplace", sys.stderr)
+    sys.stderr = cast("TextIO", Printable(messages))
+    sys.stdout = cast("TextIO", _Stdout(told, sys.stderr))
     try:
-        yield
-        sys.stdout.flush()
+        try:
+            yield
+        except BaseException:  # says how the command ends; that its results are not whole is told besides
+            try:
+                told.flush()
+            except OSError as error:
+                sys.stderr.write(f"{UNWRITABLE}: {error}\n")
+            raise
+        told.flush()
     finally:
-        with contextlib.suppress(OSError):  # has been told
-            sys.stdout.flush()
+        raw.lost = True
         sys.stderr.flush()
         os.dup2(results, out)
         os.close(results)
@@ -127,7 +179,6 @@ def streams() -> Iterator[None]:
 
 def _text(raw: io.FileIO, errors: str, like: Any) -> TextIO:
     line_buffering = like is sys.stderr or raw.isatty()
-    stream = io.TextIOWrapper(
+    return io.TextIOWrapper(
         io.BufferedWriter(raw), like.encoding, errors, write_through=False, line_buffering=line_buffering
     )
-    return cast("TextIO", Printable(stream))

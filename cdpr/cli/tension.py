@@ -10,6 +10,7 @@ import click
 
 from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import PluginError
+from cdpr.hush import hushed
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -70,7 +71,8 @@ def command(
     own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
     asked = loaded.controlled if isinstance(loaded, Scenario) else robot
     problem = Problem(asked, at, load)
-    answers = compare(problem, _contestants(names, asked, own))
+    with hushed():
+        answers = compare(problem, _contestants(names, asked, own))
     figures = plain(describe(problem, answers, source, whence))
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))

@@ -9,6 +9,7 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.errors import OutputError
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header
@@ -32,7 +33,7 @@ class Recorder:
     Kept is every sample, or as the header's `log_every` says every so manyth from the first on, and the last. What is
     kept stays in memory, unless it is large (IN_MEMORY) and stands in the log. All samples are counted by the `tally`.
 
-    Raises OutputError where the log cannot be written; what is in memory is not touched by that.
+    Raises OutputError where the log cannot be written; no sample is lost by that: the rest stays in memory.
 
     Args:
         marks: samples of which the row is kept in `marked` besides.
@@ -52,13 +53,16 @@ class Recorder:
         self._marks = sorted(set(marks))
         self._count = 0  # rows that are kept: row i is sample i * every, but for the last
         self._written = monotonic()
+        self._failure: OutputError | None = None
 
     def flush(self, stop: int) -> None:
         """Take the samples up to `stop`, excluded, and bring the log up to them."""
         self._take(stop)
         if self._writer is not None and (self._every == 1 or monotonic() > self._written + BLOCK_SECONDS):
-            self._writer.write(self._kept, self._count)
+            self._write()
             self._written = monotonic()
+        if self._failure is not None:
+            raise self._failure
 
     def close(self, stop: int) -> Array | LogRows:
         """Take the last samples, up to `stop`, excluded, complete the log, and return what the run keeps."""
@@ -98,9 +102,17 @@ class Recorder:
             self._kept[at : at + n] = self.rows[first : first + (n - 1) * every + 1 : every]
             self._count += n
             if self._writer is not None and self._count % BLOCK == 0:
-                self._writer.write(self._kept, self._count)
+                self._write()
         if stop % size == 0 and self.tally is not None:
             self._tally_up(stop)
+
+    def _write(self) -> None:
+        """Bring the log up to what is kept; where that fails, `flush` and `close` say so once all is kept."""
+        assert self._writer is not None
+        try:
+            self._writer.write(self._kept, self._count)
+        except OutputError as failure:
+            self._failure = failure
 
     def _tally_up(self, stop: int) -> None:
         """Count what is in the table and was not yet counted, up to `stop`."""

@@ -30,19 +30,21 @@ class LogRows:
         file: descriptor of the open log; it is closed with the object, and outlives the log's name.
         form: format of the log.
         blocks: where the chunks with the rows stand.
+        rest: what follows them, in memory, for the log could not take it.
     """
 
     ndim = 2
 
-    def __init__(self, file: int, form: LogFormat, blocks: Sequence[Written]) -> None:
+    def __init__(self, file: int, form: LogFormat, blocks: Sequence[Written], rest: Array | None = None) -> None:
         self._file, self._form = file, form
         weakref.finalize(self, os.close, file)
         self._template = form.templates[0]
         self._starts = np.array([block.start for block in blocks], dtype=np.int64)
         self._numbers = np.array([block.first for block in blocks], dtype=np.int64)
-        self._stops = np.cumsum([block.n for block in blocks], dtype=np.int64)
+        self._rest = np.empty((0, self._template.group.width)) if rest is None else rest
+        self._stops = np.cumsum([*(block.n for block in blocks), len(self._rest)], dtype=np.int64)
         self._last: tuple[int, Array] | None = None  # the block that was read last
-        self.shape = (int(self._stops[-1]) if len(blocks) else 0, self._template.group.width)
+        self.shape = (int(self._stops[-1]), self._template.group.width)
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -86,6 +88,8 @@ class LogRows:
         return int(self._stops[i - 1]) if i else 0
 
     def _block(self, i: int) -> Array:
+        if i == len(self._starts):
+            return self._rest
         if self._last is None or self._last[0] != i:
             begin, stop = self._begin(i), int(self._stops[i])
             length = self._template.chunk_length(stop - begin)

@@ -6,6 +6,8 @@ import contextlib
 import os
 from pathlib import Path
 
+import numpy as np
+
 from cdpr.errors import OutputError
 from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Written
@@ -26,7 +28,8 @@ class LogWriter:
     PICTURE_ROWS of them are there. The last row may have been sampled off the grid of `log_every`; the others not.
 
     Attributes:
-        rows: once the file is closed, its rows, to be read from there when asked for; None unless `readable`.
+        rows: once the file is closed, all rows, to be read from there when asked for; None unless `readable`. Those
+            that it could not take are in memory.
     """
 
     def __init__(self, path: Path, header: Header, *, readable: bool = False) -> None:
@@ -37,13 +40,18 @@ class LogWriter:
         self._every, self._step = header.log_every, header.control_step
         self._chunks: list[Written] = []  # what is never touched again: these chunks, ...
         self._rows = 0  # ... so many rows, ...
+        self._pictured = 0  # ... the pictures of so many, ...
         self._end = 0  # ... so many bytes
         self._failure: OutputError | None = None
         try:
             self._file = path.open("w+b", buffering=0)
         except OSError as error:
             raise unwritable(path, error) from error
-        self._append(self._format.description)
+        try:
+            self._append(self._format.description)
+        except OutputError:
+            self._file.close()
+            raise
 
     def write(self, rows: Array | LogRows, stop: int) -> None:
         """Bring the file up to row `stop` (excluded), which is not the last of a thinned run."""
@@ -53,22 +61,35 @@ class LogWriter:
             self._put(self._format.block(_cut(rows, self._rows, stop), self._rows * self._every))
 
     def close(self, rows: Array | LogRows, stop: int) -> None:
-        """Bring the file up to row `stop` (excluded) and make it complete; the second time, do nothing."""
-        if self._file.closed and self._failure is None:
+        """Bring the file up to row `stop` (excluded) and make it complete; the second time, do nothing.
+
+        What an exception cut short is gone on with by the next call.
+        """
+        if self._file.closed:
+            if self._failure is not None:
+                raise self._failure
             return
+        try:
+            self._complete(rows, stop)
+        except OutputError:
+            with contextlib.suppress(OSError):
+                self._shut(rows, stop)
+            raise
+        try:
+            self._shut(rows, stop)
+        except OSError as error:
+            raise self._fail(error) from error
+
+    def _complete(self, rows: Array | LogRows, stop: int) -> None:
         last = self._sample(rows, stop - 1) if stop else 0
         regular = stop - 1 if last % self._every else stop  # rows on the grid
         while regular > self._rows:
             self._append_block(rows, min(regular, self._rows + BLOCK))
-        if regular % PICTURE_ROWS:
+        if self._rows > self._pictured and self._rows == regular:
             self._append_pictures(rows)
-        if stop > regular:
+        if stop > self._rows:
             self._append_block(rows, stop)
-        self._append(self._format.ending(self._chunks, last, self._end))
-        try:
-            self._shut()
-        except OSError as error:
-            raise self._fail(error) from error
+        self._put(self._format.ending(self._chunks, last, self._end))
 
     def _sample(self, rows: Array | LogRows, k: int) -> int:
         """Sample that row k is."""
@@ -77,8 +98,7 @@ class LogWriter:
     def _append_block(self, rows: Array | LogRows, stop: int) -> None:
         first = self._sample(rows, self._rows)
         written = Written(0, first, stop - self._rows, self._end)
-        self._append(self._format.block(_cut(rows, self._rows, stop), first))
-        self._chunks.append(written)
+        self._append(self._format.block(_cut(rows, self._rows, stop), first), written)
         self._rows = stop
         if stop % PICTURE_ROWS == 0 and first % self._every == 0:
             self._append_pictures(rows)
@@ -86,12 +106,13 @@ class LogWriter:
     def _append_pictures(self, rows: Array | LogRows) -> None:
         first = (self._rows - 1) // PICTURE_ROWS * PICTURE_ROWS
         data, written = self._format.pictures(_cut(rows, first, self._rows), first * self._every, self._end)
-        self._append(data)
-        self._chunks += written
+        self._append(data, *written)
+        self._pictured = self._rows
 
-    def _append(self, data: bytes | memoryview) -> None:
+    def _append(self, data: bytes | memoryview, *written: Written) -> None:
         self._put(data)
         self._end += len(data)
+        self._chunks += written
 
     def _put(self, data: bytes | memoryview) -> None:
         if self._failure is not None:
@@ -106,14 +127,13 @@ class LogWriter:
 
     def _fail(self, error: OSError) -> OutputError:
         self._failure = unwritable(self.path, error)
-        with contextlib.suppress(OSError):
-            self._shut()
         return self._failure
 
-    def _shut(self) -> None:
+    def _shut(self, rows: Array | LogRows, stop: int) -> None:
         if self._readable and self.rows is None:
             blocks = [chunk for chunk in self._chunks if chunk.group == 0]
-            self.rows = LogRows(os.dup(self._file.fileno()), self._format, blocks)
+            rest = rows[np.arange(self._rows, stop) % len(rows)]
+            self.rows = LogRows(os.dup(self._file.fileno()), self._format, blocks, rest)
         self._file.close()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import difflib
 import importlib.metadata
 import importlib.util
@@ -18,6 +17,7 @@ import pluggy
 from pydantic import ValidationError
 
 from cdpr.errors import CdprError, PluginError
+from cdpr.hush import hushed
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 from cdpr.plugins.info import Role as Role  # whoever chooses a plugin imports it from here
@@ -216,11 +216,6 @@ def describe(error: BaseException) -> str:
     """One line for an exception raised by foreign code."""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
-
-
-def hushed() -> contextlib.redirect_stdout[Any]:
-    """Return a context in which what foreign code prints goes to stderr: stdout is for results."""
-    return contextlib.redirect_stdout(sys.stderr)
 
 
 _files: tuple[PluginFile, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import signal
@@ -10,12 +11,16 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 
 import pytest
 from conftest import ROOT
 from log_cases import make_header
 
-from cdpr.errors import OutputError
+from cdpr.cli import main
+from cdpr.cli.streams import printable_streams, streams
+from cdpr.errors import CdprError, OutputError
+from cdpr.hush import hushed
 from cdpr.log.run_folder import RunFolder, claim
 from cdpr.model import kernel_cache
 from cdpr.plugins.registry import registry
@@ -122,6 +127,74 @@ def test_a_plugin_that_prints_leaves_the_results_alone(tmp_path):
     json.loads(done.stdout)
     assert "from Python" in done.stderr
     assert "from a process" in done.stderr
+
+
+def test_threads_that_load_plugins_at_once_leave_stdout_alone(monkeypatch, capfd):
+    """One enters first and leaves first: what each swapped, the other would put back."""
+    monkeypatch.setattr(sys, "argv", ["cdpr"])
+    steps = threading.Barrier(2, timeout=10)
+    with printable_streams(), streams():
+        ours = sys.stdout
+
+        def load():
+            with hushed():
+                print("of a plugin")
+                steps.wait()
+                steps.wait()
+            print("of another thread")
+            steps.wait()
+
+        thread = threading.Thread(target=load)
+        thread.start()
+        steps.wait()
+        with hushed():
+            steps.wait()
+            print("of mine")
+            steps.wait()
+        print("result")
+        assert sys.stdout is ours
+        thread.join()
+    found = capfd.readouterr()
+    assert found.out == "result\n"
+    assert sorted(found.err.splitlines()) == ["of a plugin", "of another thread", "of mine"]
+
+
+def test_loading_a_plugin_swaps_no_stream_of_a_program():
+    before = sys.stdout
+    with hushed():
+        assert sys.stdout is before
+
+
+@pytest.mark.parametrize("size", [10, 100_000])
+@pytest.mark.parametrize("error", [None, CdprError("found out")])
+def test_a_full_disk_under_the_results_is_told_once(size, error, monkeypatch, capfd):
+    """What is left in the buffers must not fail once more, nor reach who has the descriptor's number next."""
+
+    def command(**_):
+        print("x" * size)
+        if error is not None:
+            raise error
+
+    monkeypatch.setattr("cdpr.cli.cli.main", command)
+    with open("/dev/full", "wb") as full:
+        kept = os.dup(1)
+        os.dup2(full.fileno(), 1)
+        patch = pytest.MonkeyPatch()
+        patch.setattr(sys, "stdout", open(1, "w", closefd=False))  # noqa: SIM115 - as Python makes it
+        patch.setattr(warnings, "showwarning", warnings.showwarning)
+        try:
+            with pytest.raises(SystemExit) as ended:
+                main()
+        finally:
+            patch.undo()
+            os.dup2(kept, 1)
+            os.close(kept)
+    gc.collect()
+    lines = capfd.readouterr().err.splitlines()
+    expected = "cannot write the output: [Errno 28] No space left on device"
+    told_first = size > 10_000  # more than the buffers hold: the command ends there
+    assert lines == ([expected] if error is None or told_first else [expected, "found out"])
+    assert ended.value.code == (2 if error is not None and not told_first else 8)
 
 
 def test_one_fallback_for_kernels_that_is_believed_only_where_it_is_ours(tmp_path, monkeypatch):

@@ -16,12 +16,14 @@ import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.errors import ExitCode, OutputError
+from cdpr.log import recorder as recorder_module
 from cdpr.log import run_json
 from cdpr.log.export import export
 from cdpr.log.mcap_file import BLOCK
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
+from cdpr.log.rows import LogRows
 from cdpr.log.run import Event, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter
@@ -49,6 +51,37 @@ def test_dev_full_at_the_first_block(tmp_path: Path) -> None:
         with pytest.raises(OutputError, match="No space left"):
             again(len(ROWS))
     assert same_bits(recorder.rows[:-1], ROWS)
+
+
+@pytest.mark.parametrize("every", [1, 3])
+@pytest.mark.parametrize("at", [0, 1, 19])
+def test_a_full_disk_loses_no_row_of_a_run_on_disk(tmp_path: Path, every: int, at: int) -> None:
+    """The blocks in the log are read there, what follows them was in memory only."""
+    header = make_header(2, log_every=every)
+    rows = make_rows(header, (20 * BLOCK + 77) * every + 2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recorder_module, "IN_MEMORY", 0)
+        recorder = Recorder(header, len(rows) - 1, tmp_path)
+    done, failed = 0, False
+    while done < len(rows) and not failed:
+        first, done = done, min(done + BLOCK, len(rows))
+        recorder.rows[first % len(recorder.rows) :][: done - first] = rows[first:done]
+        room = (tmp_path / "log.mcap").stat().st_size + (1000 if done // BLOCK > at else 2**20)
+        try:
+            with file_size_limit(room):
+                recorder.flush(done)
+        except OutputError:
+            failed = True
+    assert failed
+    with pytest.raises(OutputError, match="File too large"):
+        recorder.close(done)
+    expected = rows[:done:every]
+    if (done - 1) % every:
+        expected = np.concatenate([expected, rows[done - 1 : done]])
+    for _ in range(2):
+        assert isinstance(recorder.kept, LogRows)
+        assert same_bits(np.array(recorder.kept), np.ascontiguousarray(expected))
+    assert len(recorder.status) == done
 
 
 @contextmanager
