@@ -6,7 +6,6 @@ needs one first removes those of this user that nobody locks.
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import tempfile
@@ -15,9 +14,10 @@ from functools import cache
 from weakref import finalize
 
 from cdpr.errors import OutputError
+from cdpr.locks import Lock, lock, open_to_lock
 
 PREFIX = "cdpr-fmu-"
-FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC  # never a link, nor what would block
+FLAGS = os.O_RDONLY | os.O_DIRECTORY
 
 
 class Folder:
@@ -29,13 +29,13 @@ class Folder:
     def __init__(self) -> None:
         try:
             _sweep_once(tempfile.gettempdir())
-            self.path, lock = _made()
+            self.path, file = _made()
         except OSError as error:
             raise OutputError(
                 f"no temporary folder for an FMU can be made: {error.strerror or error}; set TMPDIR to a folder that "
                 "can be written"
             ) from None
-        self.remove = finalize(self, _remove, self.path, lock)
+        self.remove = finalize(self, _remove, self.path, file)
 
 
 def sweep(root: str) -> None:
@@ -54,28 +54,23 @@ def _made() -> tuple[str, int]:
     while True:
         path = tempfile.mkdtemp(prefix=PREFIX)
         with suppress(FileNotFoundError):  # another process swept it before it was locked: once more
-            lock = os.open(path, FLAGS)
-            with suppress(OSError):  # a file system without locks, where nothing is swept either
-                fcntl.flock(lock, fcntl.LOCK_EX)
-            if _is(path, lock):
-                return path, lock
-            os.close(lock)
+            file = open_to_lock(path, FLAGS)
+            # A sweep may be about to remove it; where there are no locks, nothing is swept.
+            if lock(file) is not Lock.ANOTHERS and _is(path, file):
+                return path, file
+            os.close(file)
 
 
 def _remove_left(path: str) -> None:
     try:
-        lock = os.open(path, FLAGS)
+        file = open_to_lock(path, FLAGS)
     except OSError:  # a link, no folder, not ours, gone
         return
     try:
-        if os.fstat(lock).st_uid == os.geteuid():
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _is(path, lock):
-                shutil.rmtree(path, ignore_errors=True)
-    except OSError:  # locked: it lives
-        pass
+        if os.fstat(file).st_uid == os.geteuid() and lock(file) is Lock.OURS and _is(path, file):
+            shutil.rmtree(path, ignore_errors=True)
     finally:
-        os.close(lock)
+        os.close(file)
 
 
 def _is(path: str, descriptor: int) -> bool:
@@ -86,6 +81,6 @@ def _is(path: str, descriptor: int) -> bool:
         return False
 
 
-def _remove(path: str, lock: int) -> None:
+def _remove(path: str, file: int) -> None:
     shutil.rmtree(path, ignore_errors=True)
-    os.close(lock)
+    os.close(file)

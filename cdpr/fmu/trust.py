@@ -6,7 +6,6 @@ the user's list, or if the user said so for this run; nothing else in a scenario
 
 from __future__ import annotations
 
-import fcntl
 import os
 import re
 import stat
@@ -15,10 +14,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from time import monotonic, sleep
 
 from cdpr.errors import FmuError, OutputError, printable
 from cdpr.fmu.archive import Archive
+from cdpr.locks import Lock, lock, open_to_lock
 
 _allowed: ContextVar[bool] = ContextVar("trust_fmu", default=False)
 HEADER = "# FMUs whose native code cdpr may run: sha256, name. Written by 'cdpr fmu trust' and 'cdpr fmu export'."
@@ -137,32 +136,15 @@ def _locked() -> Iterator[Path]:
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         # A file of its own: the list is replaced, and a lock on a folder is not to be had on NFS.
-        lock = os.open(
-            path.with_name(f"{path.name}.lock"),
-            os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK,
-            0o600,
-        )
+        file = open_to_lock(path.with_name(f"{path.name}.lock"), mode=0o600)
     except OSError as error:
         raise _unwritable(path, error) from None
     try:
-        _wait_for(lock, path)
+        if lock(file, LOCK_SECONDS) is Lock.ANOTHERS:
+            raise OutputError(f"{path}: another process keeps the list of trusted FMUs locked; end it")
         yield path
     finally:
-        os.close(lock)
-
-
-def _wait_for(lock: int, path: Path) -> None:
-    end = monotonic() + LOCK_SECONDS
-    while True:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return
-        except BlockingIOError:
-            if monotonic() > end:
-                raise OutputError(f"{path}: another process keeps the list of trusted FMUs locked; end it") from None
-            sleep(0.01)
-        except OSError as error:
-            raise _unwritable(path, error) from None
+        os.close(file)
 
 
 def _write(path: Path, lines: list[str]) -> None:

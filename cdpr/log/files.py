@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import weakref
 from collections.abc import Iterator
@@ -11,6 +10,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cdpr.errors import OutputError
+from cdpr.locks import Lock, lock, open_to_lock
+
+GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
+LOCK_SECONDS = 10.0  # that a new run waits for a repair that looks into its folder, which takes milliseconds
 
 
 def replace(path: Path, content: str | bytes) -> None:
@@ -37,7 +40,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
 class Reserved:
     """Room on the disk for a file that must be written in any case, kept until it is: beside it, as NAME.new.
 
-    The room is locked while this process lives.
+    The room is locked while this process lives: so others see that it does.
 
     Attributes:
         path: the file to be.
@@ -45,20 +48,42 @@ class Reserved:
 
     def __init__(self, path: Path, size: int) -> None:
         """Keep `size` bytes; NAME.new may be there. Raises OutputError."""
-        self.path = path
-        self._room = beside(path)
         try:
-            self._file = os.open(self._room, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-            self._close = weakref.finalize(self, os.close, self._file)
-            with contextlib.suppress(OSError):  # a file system without locks
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._take(path, open_to_lock(beside(path)), LOCK_SECONDS)
             if size:
                 os.posix_fallocate(self._file, 0, size)
         except OSError as error:
             raise unwritable(path, error) from error
 
+    @classmethod
+    def left(cls, path: Path) -> Reserved | None:
+        """Take over the room that another process left, None where there is none.
+
+        Raises OutputError where that process lives or the room is no file.
+        """
+        room = cls.__new__(cls)
+        try:
+            try:
+                file = open_to_lock(beside(path), os.O_RDWR)
+            except PermissionError:  # whether that process lives can be told all the same
+                file = open_to_lock(beside(path), os.O_RDONLY)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise unwritable(path, error) from error
+        room._take(path, file, 0.0)
+        return room
+
+    def _take(self, path: Path, file: int, wait: float) -> None:
+        self.path, self._room, self._file = path, beside(path), file
+        self._close = weakref.finalize(self, os.close, file)
+        if lock(file, wait) is Lock.ANOTHERS:
+            raise OutputError(f"{path.parent}: {GOES_ON}")
+
     def write(self, content: bytes) -> None:
-        """Write the file, over an older one. Raises OutputError; less may be tried then."""
+        """Write the file, over an older one; once it is written, do nothing. Raises OutputError; try less then."""
+        if not self._close.alive or self._written():
+            return
         try:
             done = 0
             while done < len(content):
@@ -69,28 +94,27 @@ class Reserved:
             raise unwritable(self.path, error) from error
         self._close()
 
+    def _written(self) -> bool:
+        """Tell whether the room has become the file: a signal may have come just then."""
+        try:
+            return os.path.samestat(os.fstat(self._file), os.stat(self.path))
+        except OSError:
+            return False
+
     def release(self) -> None:
         """Give the room back."""
         with contextlib.suppress(OSError):
             self._room.unlink()
+        self.close()
+
+    def close(self) -> None:
+        """Let others have the room."""
         self._close()
 
 
 def beside(path: Path) -> Path:
     """Return where room is kept for a file."""
     return path.with_name(f"{path.name}.new")
-
-
-def reserved(path: Path) -> bool:
-    """Tell whether a process that lives keeps room for a file."""
-    try:
-        with beside(path).open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # there is none, or nobody can tell
-        return False
-    return False
 
 
 def make_folder(folder: Path) -> None:

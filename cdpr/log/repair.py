@@ -6,13 +6,16 @@ import contextlib
 import itertools
 import os
 import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from cdpr.errors import OutputError
+from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
-from cdpr.log.files import Reserved, replace, replacing, reserved, unwritable
+from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
 from cdpr.log.reader import Scan, locate, scan
 from cdpr.log.recorder import LOG_NAME
@@ -50,15 +53,38 @@ def repair(path: str | Path) -> RepairReport:
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent if path.name == LOG_NAME else None
-    if folder is not None and reserved(folder / run_json.NAME):
-        raise OutputError(f"{folder}: its run is still going on; wait for it, or end it")
-    if folder is not None and _never_began(folder):
-        return _interrupt_unbegun(folder)
-    log, folder = locate(path)
-    found = scan(log)
-    torn, lost = (None, 0) if found.problem is None else _mend(log, found)
-    interrupted = folder is not None and _interrupt(folder, found)
-    return RepairReport(log, len(found.rows), found.problem, torn, lost, interrupted)
+    with _alone(path, folder) as room:
+        if folder is not None and _never_began(folder):
+            return _interrupt_unbegun(folder, room)
+        log, folder = locate(path)
+        found = scan(log)
+        torn, lost = (None, 0) if found.problem is None else _mend(log, found)
+        interrupted = folder is not None and _interrupt(folder, found, room)
+        return RepairReport(log, len(found.rows), found.problem, torn, lost, interrupted)
+
+
+@contextlib.contextmanager
+def _alone(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
+    """Keep runs and other repairs away until the end of the block; give the room that a killed run left for run.json.
+
+    A run locks that room before it writes anything else, and keeps it to its end. Without the room there is no run to
+    be kept away, and the log itself is locked. Raises OutputError where another is at work.
+    """
+    room = None if folder is None else Reserved.left(folder / run_json.NAME)
+    file = None
+    if room is None:
+        with contextlib.suppress(OSError):  # what is wrong with it is told by who reads it
+            log = folder / LOG_NAME if folder is not None else path
+            file = open_to_lock(log.resolve(), os.O_RDONLY)
+    try:
+        if file is not None and lock(file) is Lock.ANOTHERS:
+            raise OutputError(f"{path}: {GOES_ON}")
+        yield room
+    finally:
+        if file is not None:
+            os.close(file)
+        if room is not None:
+            room.close()
 
 
 def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
@@ -80,30 +106,41 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
     try:
         with log.open("r+b") as file:
             start = file.read(len(form.description))
-            rest = b"" if start == form.description else start
-            file.seek(0, os.SEEK_END)
-            short = file.tell() - end <= 2 * _block_size(
-                form
-            )  # the last one, and what a kill or a full disk left of one
-            file.seek(end)
-            if short:
-                rest += file.read()
-            else:  # perhaps with more than a damaged block
+            damaged = b"" if start == form.description else start
+            rest = file.seek(0, os.SEEK_END) - end
+            # At most the last block and what a kill or a full disk left of one; else perhaps more than a damaged block.
+            short = rest <= 2 * _block_size(form)
+            kept = not (damaged or rest)
+
+            def keep(content: BinaryIO) -> None:
                 with replacing(torn) as copy:
-                    copy.write(rest)
-                    shutil.copyfileobj(file, copy)
+                    copy.write(damaged)
+                    shutil.copyfileobj(content, copy)
+                    copy.flush()
+                    os.fsync(copy.fileno())  # on the disk before anything is written over
+
+            file.seek(end)
+            spare = BytesIO(file.read()) if short else None
+            if not kept:
+                try:
+                    file.seek(end)
+                    keep(file)
+                    kept = True
+                except OutputError:
+                    if not short:
+                        raise
             for place, content in ((0, form.description), (end, data)):
                 file.seek(place)
                 file.write(content)
             file.truncate()
     except OSError as error:
         raise unwritable(log, error) from error
-    if short and rest:
+    if not kept and spare is not None:  # perhaps there is room now
         try:
-            replace(torn, rest)
+            keep(spare)
         except OutputError:
-            return None, len(rest)
-    return torn if rest or not short else None, 0
+            return None, len(damaged) + rest
+    return torn if damaged or rest else None, 0
 
 
 def _block_size(form: LogFormat) -> int:
@@ -135,27 +172,27 @@ def _never_began(folder: Path) -> bool:
     return len(found) < len(description) and description.startswith(found)
 
 
-def _interrupt_unbegun(folder: Path) -> RepairReport:
+def _interrupt_unbegun(folder: Path, room: Reserved | None) -> RepairReport:
     log = folder / LOG_NAME
     known = run_json.read(folder) or {}
     status = {"status": "interrupted"}
     message = {"message": "killed before the first sample"}
-    _write(folder, known | status | message | {"summary": {**known.get("summary", {}), **status}})
+    _write(folder, room, known | status | message | {"summary": {**known.get("summary", {}), **status}})
     with contextlib.suppress(OSError):
         log.unlink()  # a part of a description, which stands in run.json and scenario.yaml
     return RepairReport(log, 0, None, None, 0, True)
 
 
-def _interrupt(folder: Path, found: Scan) -> bool:
+def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
     known = run_json.read(folder)
     if known is None or known.get("status") != "running":
         return False
     run = Run(found.header, found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept")
     told = ("argv", "started", "finished", "events", "timings", "unused")
-    _write(folder, run_json.describe(run) | {key: known[key] for key in told if key in known})
+    _write(folder, room, run_json.describe(run) | {key: known[key] for key in told if key in known})
     return True
 
 
-def _write(folder: Path, content: dict[str, Any]) -> None:
-    """Write run.json into the room that the run kept for it."""
-    Reserved(folder / run_json.NAME, 0).write(run_json.encode(content))
+def _write(folder: Path, room: Reserved | None, content: dict[str, Any]) -> None:
+    """Write run.json, into the room that the run kept for it where that is there."""
+    (room or Reserved(folder / run_json.NAME, 0)).write(run_json.encode(content))

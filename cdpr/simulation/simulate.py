@@ -98,7 +98,12 @@ def simulate(
     except (Exception, SystemExit) as foreign:
         error = PluginError(f"{attempt.when}a plugin raised {describe(foreign)} in {_origin(foreign, scenario)}")
         error.__cause__ = foreign
-    return attempt.end(error)
+    try:
+        return attempt.end(error)
+    except KeyboardInterrupt as again:
+        if getattr(again, "run", None) is not None:
+            raise
+        return attempt.end(error or again)  # of a second signal: what it cut short is done; a third ends it at once
 
 
 class _Attempt:
@@ -111,6 +116,9 @@ class _Attempt:
         self.parts: Parts | None = None
         self.loop: Loop | None = None
         self.recorder: Recorder | None = None
+        self.run: Run | None = None  # once all that it says is known
+        self._closed: list[str] = []  # which parts need not be closed any more
+        self._plugins: dict[str, Any] = {}  # what parts said of themselves
         self.begun = self.started = perf_counter()
 
     @property
@@ -153,7 +161,24 @@ class _Attempt:
         return reach
 
     def end(self, error: BaseException | None) -> Run:
-        """Close log, folder and backend, and return the run or raise the error with the run in it."""
+        """Close log, folder and backend, and return the run or raise the error with the run in it.
+
+        Called again, it goes on where an interrupt cut it short.
+        """
+        if self.run is None:
+            self.run, error = self._finished(error)
+        if self.folder is not None:
+            try:
+                self.folder.finish(self.run)
+            except OutputError as unwritable:
+                error = error or unwritable
+        if error is not None:
+            error.run = self.run  # type: ignore[attr-defined]
+            raise error
+        return self.run
+
+    def _finished(self, error: BaseException | None) -> tuple[Run, BaseException | None]:
+        """Close log and backend; return the run and what it ended with, which may be what the log met."""
         looped = perf_counter()
         samples = 0 if self.loop is None else self.loop.count
         rows: Array | LogRows = np.empty((0, self.header.layout.width))
@@ -170,7 +195,7 @@ class _Attempt:
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
             events += tension_events(self.recorder.status, self.header.control_step, self.parts)
             events += limit_events(self._reach(rows), self.header)
-        plugins: dict[str, Any] = {}
+        plugins = self._plugins
         if self.parts is not None:
             events.sort(key=lambda event: event.time)
             parts: dict[str, Backend | Controller] = {
@@ -178,6 +203,9 @@ class _Attempt:
                 "controller": self.parts.controller,
             }
             for role, part in parts.items():
+                if role in self._closed:
+                    continue
+                self._closed.append(role)  # one that hangs is not asked twice
                 try:
                     if about := part.describe():
                         plugins[role] = about
@@ -194,7 +222,7 @@ class _Attempt:
             cause = error.__cause__
             if not isinstance(error, Infeasible):  # of that the last sample tells
                 events.append(Event(self.time, outcome, str(cause) if isinstance(cause, CdprError) else message))
-        run = Run(
+        return Run(
             header=self.header,
             rows=rows,
             status=outcome,
@@ -205,16 +233,7 @@ class _Attempt:
             plugins=plugins,
             folder=None if self.folder is None else str(self.folder.path),
             counted=counted,
-        )
-        if self.folder is not None:
-            try:
-                self.folder.finish(run)
-            except OutputError as unwritable:
-                error = error or unwritable
-        if error is not None:
-            error.run = run  # type: ignore[attr-defined]
-            raise error
-        return run
+        ), error
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

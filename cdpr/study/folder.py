@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 import shutil
@@ -15,6 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.errors import LogError, OutputError
+from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log.files import replace, unwritable
 from cdpr.log.run_json import plain
 from cdpr.simulation.cases import Outcome
@@ -44,13 +44,14 @@ class StudyFolder:
         try:
             path.mkdir(parents=True, exist_ok=True)
             self._refuse_others()
-            self._ledger = os.open(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            self._ledger = open_to_lock(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         except FileExistsError as error:
             raise OutputError(f"{path}: is a file, not a folder; choose another --out") from error
         except OSError as error:
             raise unwritable(Path(error.filename or path), error) from error
         try:
-            self._lock()
+            if lock(self._ledger) is Lock.ANOTHERS:
+                raise OutputError(f"{path}: another cdpr study is at work there; wait for it, or end it")
             self._refuse_others()  # such as a run that began at the same moment
             if (path / STUDY_NAME).is_file():  # perhaps written by who had the lock
                 self._expect(study, path / STUDY_NAME)
@@ -87,12 +88,6 @@ class StudyFolder:
         strange = {entry.name for entry in self.path.iterdir()} - OURS
         if strange and not (self.path / STUDY_NAME).is_file():
             raise OutputError(f"{self.path}: exists, is not empty and holds no study; choose another --out")
-
-    def _lock(self) -> None:
-        try:
-            fcntl.flock(self._ledger, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with this process, however it ends
-        except OSError:
-            raise OutputError(f"{self.path}: another cdpr study is at work there; wait for it, or end it") from None
 
     def _expect(self, study: Study, description: Path) -> None:
         """Refuse a folder that holds another study."""

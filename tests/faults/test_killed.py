@@ -16,6 +16,11 @@ import pytest
 from conftest import ROOT
 
 import cdpr
+from cdpr.errors import Interrupted
+from cdpr.log.files import Reserved
+from cdpr.log.run_folder import RunFolder
+from cdpr.log.writer import LogWriter
+from cdpr_controllers.computed_torque import ComputedTorque
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 ROWS_LOST = 256  # a block that was not full yet, while the run is fast ...
@@ -76,6 +81,41 @@ def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
         run = cdpr.load_run(tmp_path / "run")
     assert run.status == "interrupted"
     assert len(run.rows) > 10
+
+
+@pytest.mark.parametrize("after", [False, True])
+@pytest.mark.parametrize(
+    "what", [(LogWriter, "close"), (RunFolder, "finish"), (Reserved, "write"), (ComputedTorque, "close")]
+)
+def test_a_second_signal_cuts_nothing_short(what, after, tmp_path, monkeypatch):
+    """Whatever it meets of what keeps a run, that is done once more, with the same result."""
+    owner, name = what
+    method, calls = getattr(owner, name), []
+
+    def interrupted(*arguments):
+        calls.append(None)
+        if len(calls) == 1 and not after:
+            raise KeyboardInterrupt
+        found = method(*arguments)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return found
+
+    def first(done, total):
+        if done:
+            raise Interrupted("interrupted")
+
+    monkeypatch.setattr(owner, name, interrupted)
+    overrides = {"simulation.duration": 0.6}
+    with pytest.raises(Interrupted) as caught:
+        cdpr.simulate(CAROCA, overrides=overrides, out=tmp_path / "run", progress=first)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run = cdpr.load_run(tmp_path / "run")
+    assert run.status == caught.value.run.status == "interrupted"
+    np.testing.assert_array_equal(run.rows, caught.value.run.rows)
+    assert len(run.rows) == 256
+    assert sorted(os.listdir(tmp_path / "run")) == ["log.mcap", "run.json", "scenario.yaml"]
 
 
 def killed(tmp_path, moment, *, step=1e-3, pace="fast"):

@@ -354,7 +354,7 @@ def test_a_run_that_goes_on_is_not_repaired(tmp_path: Path) -> None:
     recorder.rows[:-1] = ROWS
     recorder.flush(300)
     for path in (folder.path, folder.path / "log.mcap"):
-        with pytest.raises(OutputError, match="its run is still going on; wait for it, or end it"):
+        with pytest.raises(OutputError, match="its run, or a repair of it, is still going on"):
             repair(path)
     recorder.close(len(ROWS))
     folder.finish(Run(HEADER, ROWS))
