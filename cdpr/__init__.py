@@ -19,6 +19,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "BackendDied": "cdpr.errors",
+    "BeyondLimits": "cdpr.errors",
     "CdprError": "cdpr.errors",
     "Diverged": "cdpr.errors",
     "FmuError": "cdpr.errors",
@@ -46,6 +47,7 @@ _HOME = {
 
 __all__ = [
     "BackendDied",
+    "BeyondLimits",
     "CdprError",
     "Diverged",
     "FmuError",
@@ -87,6 +89,7 @@ if TYPE_CHECKING:
     from cdpr.distribution import admissible, distribute
     from cdpr.errors import (
         BackendDied,
+        BeyondLimits,
         CdprError,
         Diverged,
         FmuError,

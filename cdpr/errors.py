@@ -87,6 +87,10 @@ class Infeasible(SimulationStopped):
     exit_code = ExitCode.INFEASIBLE
 
 
+class BeyondLimits(Infeasible):
+    """A cable left its length or winding speed and the scenario says to stop then: the motion is not feasible."""
+
+
 class Diverged(SimulationStopped):
     """The state left what a sound simulation can reach: NaN, absurd speed, an engine that reset itself."""
 

@@ -178,7 +178,8 @@ def _lines(run: Run) -> Iterator[str]:
     figures = run.summary()
     said = list(reservations(run)) if figures["status"] == "finished" else []
     but = f", but {'; '.join(said)}" if said else ""
-    yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {figures['status']}{but}"
+    ended = figures["status"].replace("_", " ")
+    yield f"{'simulated':<20}{figures['simulated_s']:.6g} s, {figures['samples']} samples, {ended}{but}"
     for name, key, base in (
         ("position error", "position_error_m", "m"),
         ("orientation error", "orientation_error_rad", "rad"),

@@ -52,8 +52,8 @@ def command(
 ) -> None:
     """Run all cases of STUDY, a scenario with any of its keys varied, and tabulate what they give.
 
-    Infeasible and diverged cases are results. Ctrl-C keeps what has been computed; the same command with the same --out
-    goes on, and tries again what failed, died or hung.
+    Cases that end as infeasible, beyond limits or diverged are results. Ctrl-C keeps what has been computed; the same
+    command with the same --out goes on, and tries again what failed, died or hung.
     """
     if jobs is not None and scheduler is not None:
         raise click.UsageError("--jobs does not go with --scheduler: the cluster's workers run a case for each thread")

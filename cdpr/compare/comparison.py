@@ -79,6 +79,7 @@ class Group:
             "judge_status": None if self.judge is None else self.judge.status,
             "judge_step_us": step_cost(self.judge),
             "unexcited": [] if self.judge is None else unexcited(self.judge),
+            "thinned": self.judge is not None and self.judge.header.log_every > 1,
             "judge_tension_N": None if self.judge is None else self.judge.summary().get("tension_N"),
             "agrees": self.agrees,
             "engines": [row.to_dict() for row in self.rows],

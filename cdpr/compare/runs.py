@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cdpr.log.reader import load_run
-from cdpr.log.run import Run
+from cdpr.log.run import FORESEEN, Run
 from cdpr.log.run_folder import safe_name
 from cdpr.scenario import Scenario
 from cdpr.simulation.pool import Case, Outcome, run_cases
@@ -63,7 +63,7 @@ class Made:
     @property
     def complete(self) -> bool:
         """Whether there is a run to its end, or to where the scenario says that it ends."""
-        return self.run is not None and self.status in ("finished", "infeasible")
+        return self.run is not None and self.status in FORESEEN
 
     @property
     def reason(self) -> str:
@@ -120,6 +120,6 @@ class Runs:
 
 def read(outcome: Outcome) -> Made:
     """Load the run of a case that has ended, however it ended."""
-    complete = outcome.status in ("finished", "infeasible", "diverged")
+    complete = outcome.status in (*FORESEEN, "diverged")
     run = load_run(outcome.folder) if complete else None
     return Made(run, outcome.status, outcome.message, bool(outcome.summary.get("samples")))

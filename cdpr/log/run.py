@@ -73,6 +73,10 @@ class Header:
 NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": ()}
 
 
+# Ends that the scenario foresees: what such a run holds is a whole result.
+FORESEEN = ("finished", "infeasible", "beyond_limits")
+
+
 @dataclass(frozen=True)
 class Event:
     """Something that happened in a run."""
@@ -90,8 +94,9 @@ class Run:
 
     Where the scenario's `log.step` thins the log, row k was sampled at k * log_step, the last one at the end of the
     run; `summary` and `events` count every sample all the same. Frames and signs as `cdpr.model` says. `status` is
-    "finished", "ended" (as the plant asked), "diverged", "infeasible", "interrupted", "failed" or "running" (killed
-    while it ran). Arrays are read-only: copy what is to be changed.
+    "finished", "ended" (as the plant asked), "diverged", "infeasible" (no admissible tensions, and the scenario says to
+    stop then), "beyond_limits" (likewise for a cable's length or speed; "infeasible" in logs of earlier versions),
+    "interrupted", "failed" or "running" (killed while it ran). Arrays are read-only: copy what is to be changed.
     """
 
     header: Header

@@ -81,7 +81,12 @@ def among(group: Figures) -> Iterator[str]:
         cost = f"; {group['judge_step_us']:.3g} µs a step" if group["judge_step_us"] else ""
         yield f"the judge's tensions are {span}, their largest step {tension['largest_step'] or 0:.4g} N{cost}"
     if group["unexcited"]:
-        yield f"not put to the test here, for it does not happen: {'; '.join(group['unexcited'])}"
+        what = (
+            "not in the samples that are compared, so perhaps not put to the test"
+            if group["thinned"]
+            else "not put to the test here, for it does not happen"
+        )
+        yield f"{what}: {'; '.join(group['unexcited'])}"
     for scheme, worst in group["same_scheme"].items():
         parts = ", ".join(f"{value:.1e} {QUANTITIES[name].unit}" for name, value in worst.items())
         yield f"engines of the scheme {scheme.replace('_', ' ')} are at most {parts} apart"

@@ -23,6 +23,7 @@ BANNERS = {
     "ended": ("good", "Ended by the plant"),
     "diverged": ("bad", "Diverged"),
     "infeasible": ("bad", "Stopped as infeasible"),
+    "beyond_limits": ("bad", "Stopped where a cable left its limits"),
     "interrupted": ("warn", "Interrupted"),
     "failed": ("bad", "Failed"),
     "running": ("warn", "Did not end: the process still runs or was killed"),

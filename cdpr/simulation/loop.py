@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, SimulationStopped
+from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
 from cdpr.model import Robot
@@ -266,7 +266,8 @@ class Loop:
             if reach.add(time, length, rate):
                 here = Reach(*limited)
                 here.add(time, length, rate)
-                raise Infeasible("; ".join(one.text(names) for one in here.told()) + "; the scenario says limits: stop")
+                told = "; ".join(one.text(names) for one in here.told())
+                raise BeyondLimits(f"{told}; the scenario says limits: stop")
 
         self.distribute = distribute_within
 

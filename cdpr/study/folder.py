@@ -16,6 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 from cdpr.errors import LogError, OutputError
 from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log.files import replace, unwritable
+from cdpr.log.run import FORESEEN
 from cdpr.log.run_json import plain
 from cdpr.simulation.cases import Outcome
 from cdpr.study.plan import Study
@@ -24,7 +25,7 @@ STUDY_NAME = "study.json"
 LEDGER_NAME = "cases.jsonl"
 RUNS_NAME = "runs"
 
-RESULTS = ("finished", "infeasible", "diverged")  # what need not be run again
+RESULTS = (*FORESEEN, "diverged")  # what need not be run again
 
 OURS = {STUDY_NAME, f"{STUDY_NAME}.tmp", LEDGER_NAME}  # may be there before a study is
 

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import ROOT
 
-from cdpr import Infeasible, load_run, simulate
+from cdpr import BeyondLimits, Infeasible, load_run, simulate
 from cdpr.cli import run as run_command
 from cdpr.errors import ExitCode
 from cdpr.model.reach import Reach
@@ -70,11 +70,15 @@ def test_a_run_counts_them_and_says_so(more, tmp_path):
     assert "beyond_limits_steps" not in simulate(SCENARIO, overrides={"simulation.duration": 0.01}).summary()
 
 
-def test_the_scenario_may_say_to_stop():
+def test_the_scenario_may_say_to_stop(tmp_path):
     with pytest.raises(
-        Infeasible, match=r"cables wound faster than allowed: cable_2 0.2\d* of 0.2 m/s .*limits: stop"
+        BeyondLimits, match=r"cables wound faster than allowed: cable_2 0.2\d* of 0.2 m/s .*limits: stop"
     ) as stop:
-        simulate(SCENARIO, overrides=SLOW | {"limits": "stop"})
+        simulate(SCENARIO, overrides=SLOW | {"limits": "stop"}, out=tmp_path / "run")
+    assert isinstance(stop.value, Infeasible)  # who catches that goes on to
+    assert load_run(tmp_path / "run").status == stop.value.run.status == "beyond_limits"
+    assert stop.value.run.summary()["infeasible_steps"] == 0  # each sample had tensions that balance its wrench
+    assert "Stopped where a cable left its limits" in banner(stop.value.run)
     assert stop.value.exit_code == ExitCode.INFEASIBLE
     rate = np.abs(stop.value.run.rate[:, 1])
     assert rate[-1] > 0.2
@@ -96,6 +100,7 @@ def test_the_command_line_ends_with_the_code_of_the_scenario(tmp_path):
         run_command.command, [*words, "--set", "limits=stop", "--out", str(tmp_path / "stopped")]
     )
     assert result.exit_code == ExitCode.INFEASIBLE
+    assert "samples, beyond limits\n" in result.output
 
 
 BREAK = {

@@ -28,7 +28,7 @@ from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
 from cdpr.log.summary import Tally
 from cdpr.report import histories
-from cdpr.report.compare_text import subject
+from cdpr.report.compare_text import lines, subject
 from cdpr.report.html import render
 
 CAROCA = Path(__file__).parent.parent.parent / "scenarios" / "caroca.yaml"
@@ -346,6 +346,9 @@ def test_runs_of_one_log_step_are_compared(thin: Run, tmp_path: Path) -> None:
     found = compare_finished([str(thin.folder), str(tmp_path / "again")])
     assert found.figures["duration_s"] == END
     assert "compared are 152 of 1506 samples" in subject(found.figures)
+    text = "\n".join(lines(found.figures))
+    assert "not in the samples that are compared, so perhaps not put to the test" in " ".join(text.split())
+    assert "does not happen" not in text
     assert [row["outcome"] for group in found.figures["groups"] for row in group["engines"]] == ["agrees"]
 
 

@@ -13,6 +13,7 @@ from conftest import ROOT
 from study_cases import TABLES, command, tables, write_study
 
 import cdpr
+from cdpr import locks
 from cdpr.errors import ExitCode, LogError, OutputError
 from cdpr.simulation.cases import Outcome
 from cdpr.study import load_study, run_study
@@ -119,13 +120,12 @@ def test_a_folder_belongs_to_one_study(results, tmp_path):
 def test_who_comes_second_sees_what_the_first_wrote(results, tmp_path, monkeypatch):
     """The folder was empty when it looked, and holds another study when it has the lock."""
     other = load_study(write_study(tmp_path, KINDS.replace("[20, 30]", "[20, 40]")))
-    lock = StudyFolder._lock
 
-    def late(self):
-        shutil.copy(tmp_path / "out" / "study.json", self.path)
-        lock(self)
+    def late(file):
+        shutil.copy(tmp_path / "out" / "study.json", tmp_path / "new")
+        return locks.lock(file)
 
-    monkeypatch.setattr(StudyFolder, "_lock", late)
+    monkeypatch.setattr("cdpr.study.folder.lock", late)
     with pytest.raises(OutputError, match="holds another study"):
         StudyFolder(tmp_path / "new", other)
 
