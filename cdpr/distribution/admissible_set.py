@@ -16,7 +16,7 @@ from cdpr.model.dynamics import required_wrench
 from cdpr.model.kinematics import make_state
 from cdpr.model.properties import check_lengths
 from cdpr.model.robot import Array, frozen_array
-from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.null_space import RANK_TOLERANCE
 from cdpr.tension.problem import Problem
 
@@ -38,7 +38,7 @@ class Admissible:
     """
 
     reachable: bool  # whether some tensions, whatever their size and sign, balance the wrench
-    feasible: bool  # whether some within the limits do, to a millionth of a newton
+    feasible: bool  # whether some within the limits do, to a millionth of a newton, or of the largest limit if less
     W: Array  # (n, m), the rows of the wrench matrix that belong to the degrees of freedom
     wrench: Array  # (n,), N and N m, the same rows of the wrench
     particular: Array  # (m,), N, the balanced tensions of least 2-norm; locked cables have theirs
@@ -110,7 +110,7 @@ def describe(problem: Problem) -> Admissible:
         )
     c, N = problem.general
     margin, safest = (np.nan, nothing) if problem.safest is None else (problem.safest[0], c + N @ problem.safest[1])
-    near = margin + LIMIT_TOLERANCE
+    near = margin + LIMIT_TOLERANCE * newton(problem.limits)
     active = np.where(free & (safest - low <= near), -1, np.where(free & (high - safest <= near), 1, 0))
     corners = _corners(problem, c, N)
     return Admissible(

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 # order reach a thousandth at their usual steps, and damping or a wrong mass that matters is above it.
 BALANCED = 0.01
 
+# Energy, J, that round-off may make or lose at rest; of robots whose strongest cable does less along the characteristic
+# length than a joule, this share of that.
+AT_REST = 1e-6
+
 PIECE = 4096  # rows that are looked at together: enough that a call of numpy costs little for each
 
 
@@ -160,15 +164,16 @@ class Tally:
     def _energy(self) -> dict[str, float | bool]:
         """Largest kinetic energy, works, and the largest residual of their balance beside the energy turned over.
 
-        That is the largest of kinetic energy, change of potential energy and works at any time; less than a micro-joule
-        is round-off at rest and counts as balanced.
+        That is the largest of kinetic energy, change of potential energy and works at any time; less than AT_REST
+        counts as balanced.
         """
         turned_over, residual = self._high["turned over"], self._high["unexplained"]
+        rest = AT_REST * min(1.0, max(self._header.tension_max) * self._header.characteristic_length)
         return {
             "kinetic_max": self._high["kinetic"],
             "cable_work": self._final["cable_work"],
             "external_work": self._final["external_work"],
             "turned_over": turned_over,
             "residual_max": residual,
-            "balanced": residual <= max(BALANCED * turned_over, 1e-6),
+            "balanced": residual <= max(BALANCED * turned_over, rest),
         }

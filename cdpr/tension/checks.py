@@ -11,12 +11,13 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
-# A tension counts as within its limits, and as at a limit, to this many newtons: finer than any force sensor, coarser
-# than the round-off of every exact solver. Accepted tensions are then clipped, so that no limit is broken at all.
+# A tension counts as within its limits, and as at a limit, to this many newtons, or on robots whose largest limit is
+# less than a newton to this share of that (`newton`): finer than any force sensor, coarser than the round-off of every
+# exact solver. Accepted tensions are then clipped, so that no limit is broken at all.
 LIMIT_TOLERANCE = 1e-6
 
-# A distribution balances the wrench if the residual is below this share of the wrench (or of 1 N): a millionth of the
-# load is below any model error, and above what first-order solvers reach when they say that they have converged.
+# A distribution balances the wrench if the residual is below this share of the wrench (or of `newton`): a millionth of
+# the load is below any model error, and above what first-order solvers reach when they say that they have converged.
 RESIDUAL_TOLERANCE = 1e-6
 
 # Squares of numbers beyond 1e154 are infinite, and an infinite residual would be within an infinite allowance. Such
@@ -34,21 +35,35 @@ def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free
 
 
 @kernel
+def newton(limits: Array) -> float:
+    """Return what is large beside the tolerances, N: one newton, or the largest of the limits (2, m) if that is less.
+
+    Otherwise nothing would be proved of robots that are held by millinewtons. Of limits that are all zero it is 1.
+    """
+    largest = 0.0
+    for i in range(limits.shape[1]):
+        largest = max(largest, max(abs(limits[0, i]), abs(limits[1, i])))
+        if largest >= 1.0:
+            return 1.0
+    return largest if largest > 0.0 else 1.0
+
+
+@kernel
 def room(limits: Array, tension: Array, report: Array, held: Array | None = None) -> None:
     """Write margin (N) and number of cables at a limit of `tension` (m,) into report[2:4]; limits are (2, m).
 
     A locked cable, whose limits are equal, counts only where it does not have that tension. Cables whose `held` (m,) is
     not NaN are broken or jammed and do not count, whether or not the distribution knows: the others' room is told.
     """
-    margin, at_limit = math.inf, 0
+    margin, at_limit, tolerance = math.inf, 0, LIMIT_TOLERANCE * newton(limits)
     for i in range(tension.shape[0]):
         if held is not None and not math.isnan(held[i]):
             continue
         distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
-        if limits[0, i] == limits[1, i] and distance >= -LIMIT_TOLERANCE:
+        if limits[0, i] == limits[1, i] and distance >= -tolerance:
             continue
         margin = min(margin, distance)
-        if distance <= LIMIT_TOLERANCE:
+        if distance <= tolerance:
             at_limit += 1
     report[2] = margin
     report[3] = at_limit
@@ -84,7 +99,7 @@ def judge(
         unit = FAR
     room(limits, tension, report, held)
     report[1] = math.sqrt(square) / unit
-    return RESIDUAL_TOLERANCE * max(1.0, math.sqrt(load) / unit)
+    return RESIDUAL_TOLERANCE * max(newton(limits), math.sqrt(load) / unit)
 
 
 @kernel
@@ -104,7 +119,7 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
             status = BAD_INPUT
     if status == OK:
         allowed = judge(W, wrench, weights, limits, answer, report)
-        if not (report[1] <= allowed < math.inf and report[2] >= -LIMIT_TOLERANCE):
+        if not (report[1] <= allowed < math.inf and report[2] >= -LIMIT_TOLERANCE * newton(limits)):
             status = NOT_FOUND
     if status == OK:
         for i in range(m):

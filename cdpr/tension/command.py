@@ -11,7 +11,7 @@ from cdpr.errors import Diverged, Infeasible
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.checks import LIMIT_TOLERANCE, hold, room
+from cdpr.tension.checks import LIMIT_TOLERANCE, hold, newton, room
 from cdpr.tension.policy import Policy
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
@@ -79,10 +79,10 @@ def take(command: Array, limits: Array, W: Array, tension: Array, wrench: Array,
     for i in range(command.shape[0]):
         if not math.isfinite(command[i]):
             return BAD_INPUT
-    status = OK
+    status, tolerance = OK, LIMIT_TOLERANCE * newton(limits)
     for i in range(command.shape[0]):
         low, high = limits[0, i], limits[1, i]
-        if low < high and not low - LIMIT_TOLERANCE <= command[i] <= high + LIMIT_TOLERANCE:
+        if low < high and not low - tolerance <= command[i] <= high + tolerance:
             status = NOT_FOUND
         tension[i] = min(max(command[i], low), high)
     report[0] = status

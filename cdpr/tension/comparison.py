@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.model.robot import Array, read_only
-from cdpr.tension.checks import LIMIT_TOLERANCE, accept, judge
+from cdpr.tension.checks import LIMIT_TOLERANCE, accept, judge, newton
 from cdpr.tension.problem import Problem
 from cdpr.tension.stage import Solve
 from cdpr.tension.status import Status
@@ -93,7 +93,7 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
         reason, residual, margin = "says OK, but not all of its tensions are finite", math.nan, math.nan
     elif not residual <= allowed:
         reason = f"says OK, but leaves {residual:.3g} N unbalanced"
-    elif margin < -LIMIT_TOLERANCE:
+    elif margin < -LIMIT_TOLERANCE * newton(problem.limits):
         true = not contestant.respects_bounds
         reason = f"{'asks for no limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
     return Answer(name, status, reason, true, tension, residual, margin, int(at_limit), seconds)

@@ -10,7 +10,7 @@ from cdpr.model.kinematics import make_state
 from cdpr.model.properties import RESTRAINTS, check_lengths, conditioning, free_wrench_matrix, restraint, unresisted
 from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, Robot
-from cdpr.tension.checks import RESIDUAL_TOLERANCE
+from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.stage import Solve
 from cdpr.tension.survey import Survey, survey
@@ -92,7 +92,8 @@ def _why_not(robot: Robot, W: Array, still: Survey, solve: Solve) -> str:
     """Say what kind of tensions would balance the weight, if any; W is (n, m) as `free_wrench_matrix` returns it."""
     weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows]
     wrench = weights * still.wrench[0][robot.rows]
-    allowed = RESIDUAL_TOLERANCE * max(1.0, float(np.linalg.norm(wrench)))
+    unit = newton(np.array([robot.tension_min, robot.tension_max]))
+    allowed = RESIDUAL_TOLERANCE * max(unit, float(np.linalg.norm(wrench)))
     any_sign = np.linalg.lstsq(W, wrench, rcond=None)[0]
     if np.linalg.norm(W @ any_sign - wrench) > allowed:
         return "no tensions, not even pushing ones, balance the weight"

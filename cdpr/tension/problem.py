@@ -13,7 +13,7 @@ from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.model.properties import conditioning, free_wrench_matrix
 from cdpr.model.robot import Array, Robot
 from cdpr.tension import active_set, null_space, polygon, safest
-from cdpr.tension.checks import LIMIT_TOLERANCE
+from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ class Problem:
     @property
     def feasible(self) -> bool:
         """Whether some tensions within the limits balance the wrench."""
-        return self.safest is not None and self.safest[0] >= -LIMIT_TOLERANCE
+        return self.safest is not None and self.safest[0] >= -LIMIT_TOLERANCE * newton(self.limits)
 
     def x(self, tension: Array) -> Array:
         """Null-space coordinates (r,), N, of tensions (m,): of the nearest balanced ones, where they are not."""

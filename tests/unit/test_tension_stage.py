@@ -257,3 +257,31 @@ def test_absurd_wrenches_are_neither_balanced_nor_infinitely_far(size):
     exact = np.array([size, 1.0, 1.0])
     assert accept(W, W @ exact, np.ones(2), limits, exact, out, report) == Status.OK
     assert report[1] <= 1e-15 * size
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-6, 1e-9])
+def test_verdicts_of_small_robots_are_as_strict(unit):
+    """A robot that is held by millinewtons has the verdicts of one a thousand times as strong."""
+    W = np.ascontiguousarray(Bench().W)
+    limits = unit * np.array([np.full(8, 0.02), np.ones(8)])
+    right = unit * np.linspace(0.1, 0.9, 8)
+    wrench = 1e-3 * W @ right  # a light load between taut cables: it is judged by the floor
+    inner = right - np.linalg.lstsq(W, W @ right - wrench, rcond=None)[0]
+    assert (limits[0] < inner).all()
+    assert (inner < limits[1]).all()
+
+    def verdict(answer):
+        report, tension = np.zeros(4), np.zeros(8)
+        return accept(W, wrench, np.ones(6), limits, answer, tension, report), report
+
+    assert verdict(inner)[0] == Status.OK
+    for wrong in (1e-5, 1e-4):
+        off = inner + wrong * unit * np.eye(8)[3]
+        assert verdict(off)[0] == Status.NOT_FOUND
+    at_rest = np.zeros(6)
+    beyond = unit * np.array([*[0.5] * 7, 1.00001])
+    assert accept(np.zeros((6, 8)), at_rest, np.ones(6), limits, beyond, np.zeros(8), np.zeros(4)) == Status.NOT_FOUND
+    touching = unit * np.array([*[0.5] * 6, 1.0 - 1e-5, 1.0])
+    report = np.zeros(4)
+    accept(np.zeros((6, 8)), at_rest, np.ones(6), limits, touching, np.zeros(8), report)
+    assert report[3] == 1.0
