@@ -60,10 +60,12 @@ def command(
     from cdpr.cli.progress import Progress, terminating
     from cdpr.log.run_folder import new_folder
     from cdpr.study import load_study, run_study
+    from cdpr.study.folder import ended
 
     with terminating():
         with Progress("cases checked") as checked:
-            loaded = load_study(study, overrides=changes, progress=checked)
+            known = ended(Path(out)) if out and not dry_run else {}
+            loaded = load_study(study, overrides=changes, progress=checked, ended=known)
         if dry_run:
             _list(loaded, as_json)
             return

@@ -17,7 +17,7 @@ from cdpr.model import kernel_cache
 from cdpr.model.reach import bounds_of
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import Registered
+from cdpr.plugins.registry import Registered, Registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.event_schema import broken
 from cdpr.scenario.motion import make_trajectory
@@ -115,7 +115,7 @@ def make_header(scenario: Scenario) -> Header:
         characteristic_length=robot.characteristic_length,
         shape=robot.platform.outline,
         controlled=scenario.controlled.dof if scenario.controlled.dof != robot.dof else (),
-        versions=versions_of(scenario),
+        versions=versions_of(scenario.plugins, plugins_of(scenario)),
         scenario_yaml=scenario.resolved_yaml(),
         cable_model=scenario.cable_model,
         log_every=scenario.log_every,
@@ -124,18 +124,23 @@ def make_header(scenario: Scenario) -> Header:
     )
 
 
-def versions_of(scenario: Scenario) -> dict[str, str]:
-    """Versions of everything that computes: cdpr, Python, our libraries, and what the chosen plugins bring.
+def plugins_of(scenario: Scenario) -> tuple[str, str, str]:
+    """Names of backend, controller and solver."""
+    return scenario.simulation.backend, scenario.controller.type, scenario.solver.type
+
+
+def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str]:
+    """Versions of everything that computes: cdpr, Python, our libraries, and what these plugins bring.
 
     Raises PluginError where a plugin is unknown or what it needs is not installed.
     """
-    found = scenario.plugins
+    backend, controller, solver = plugins
     versions = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
     names = set(LIBRARIES)
     for entry in (
-        found.get("backend", scenario.simulation.backend),
-        found.get("controller", scenario.controller.type),
-        found.get("solver", scenario.solver.type),
+        found.get("backend", backend),
+        found.get("controller", controller),
+        found.get("solver", solver),
     ):
         if entry.missing:
             entry.load()  # says what is missing and how to get it, before anything is written

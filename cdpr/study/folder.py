@@ -19,7 +19,7 @@ from cdpr.log.files import replace, unwritable
 from cdpr.log.run import FORESEEN
 from cdpr.log.run_json import plain
 from cdpr.simulation.cases import Outcome
-from cdpr.study.plan import Study
+from cdpr.study.plan import Checked, Study
 
 STUDY_NAME = "study.json"
 LEDGER_NAME = "cases.jsonl"
@@ -30,6 +30,7 @@ RESULTS = (*FORESEEN, "diverged")  # what need not be run again
 OURS = {STUDY_NAME, f"{STUDY_NAME}.tmp", LEDGER_NAME}  # may be there before a study is
 
 LINE = TypeAdapter(Outcome)
+CHECKED = TypeAdapter(Checked)
 
 
 class StudyFolder:
@@ -58,7 +59,8 @@ class StudyFolder:
                 self._expect(study, path / STUDY_NAME)
             else:
                 content = {"name": study.name, "cases": len(study.cases), "digest": study.digest}
-                replace(path / STUDY_NAME, json.dumps(content, indent=2) + "\n")
+                checked = {case.id: asdict(case.checked) for case in study.cases}
+                replace(path / STUDY_NAME, json.dumps(content | {"checked": checked}, indent=1) + "\n")
             self.rows = self._read()
         except BaseException:
             self.close()
@@ -111,17 +113,37 @@ class StudyFolder:
         whole = found[: found.rfind(b"\n") + 1]
         if len(whole) < len(found):
             os.ftruncate(self._ledger, len(whole))
-        rows: dict[str, Outcome] = {}
-        for number, line in enumerate(whole.splitlines(), 1):
-            try:
-                row = LINE.validate_json(line)
-            except ValidationError as error:
-                first = error.errors()[0]
-                what = ": ".join([*map(str, first["loc"]), first["msg"]])
-                text = f"cannot be read ({what}); remove that line, and its case is run again"
-                raise LogError(f"{self.path / LEDGER_NAME}:{number}: {text}") from error
-            rows[row.key] = row
-        return rows
+        return _rows(whole, self.path / LEDGER_NAME)
+
+
+def ended(path: Path) -> dict[str, tuple[Checked, Mapping[str, str]]]:
+    """Return, for `load_study`, the cases of the folder `path` that have their result; none where it is no study's.
+
+    What is wrong with the folder is told by StudyFolder.
+    """
+    try:
+        checked = json.loads((path / STUDY_NAME).read_text(encoding="utf-8"))["checked"]
+        found = (path / LEDGER_NAME).read_bytes()
+        rows = _rows(found[: found.rfind(b"\n") + 1], path / LEDGER_NAME)
+        known = {key: CHECKED.validate_python(checked[key]) for key in rows if key in checked}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, LogError):
+        return {}
+    return {key: (known[key], row.versions) for key, row in rows.items() if key in known and row.status in RESULTS}
+
+
+def _rows(lines: bytes, path: Path) -> dict[str, Outcome]:
+    """Return the last line of each case. Raises LogError."""
+    rows: dict[str, Outcome] = {}
+    for number, line in enumerate(lines.splitlines(), 1):
+        try:
+            row = LINE.validate_json(line)
+        except ValidationError as error:
+            first = error.errors()[0]
+            what = ": ".join([*map(str, first["loc"]), first["msg"]])
+            text = f"cannot be read ({what}); remove that line, and its case is run again"
+            raise LogError(f"{path}:{number}: {text}") from error
+        rows[row.key] = row
+    return rows
 
 
 def clear(folder: Path) -> None:

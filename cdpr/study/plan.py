@@ -9,6 +9,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.scenario import Scenario, load_scenario
@@ -17,7 +18,7 @@ from cdpr.scenario.document import Document
 from cdpr.scenario.loader import open_document, stem
 from cdpr.scenario.overrides import Change, Overrides, read_overrides
 from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
-from cdpr.simulation.build import versions_of
+from cdpr.simulation.build import plugins_of, versions_of
 from cdpr.study.figures import FIGURES
 from cdpr.study.points import Label, Point, Reader, product_of
 from cdpr.study.schema import MAX_COUNT, Axis, Block, Keep, StudyFile
@@ -29,6 +30,15 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
+class Checked:
+    """What a check found of a case."""
+
+    given: str  # digest of what was checked: the scenario and all that the case changes
+    resolved: str  # digest of the scenario as resolved
+    plugins: tuple[str, str, str]  # backend, controller, solver
+
+
+@dataclass(frozen=True)
 class StudyCase:
     """One run of a study."""
 
@@ -36,8 +46,9 @@ class StudyCase:
     block: str | None
     labels: Mapping[str, Label]  # by axis
     scenario: str  # path, for messages and relative file names
-    text: str = field(repr=False)  # the scenario as resolved
+    text: str = field(repr=False)  # the scenario as resolved; empty where the case has its result and was checked then
     versions: Mapping[str, str] = field(repr=False)  # of what would compute it here
+    checked: Checked = field(repr=False)
 
     def __str__(self) -> str:
         parts = [self.block] if self.block else []
@@ -58,7 +69,7 @@ class Study:
     @property
     def digest(self) -> str:
         """Identity of the study: what is run."""
-        return _digest([[case.id, case.text] for case in self.cases])
+        return _digest([[case.id, case.checked.resolved] for case in self.cases])
 
 
 @dataclass(frozen=True)
@@ -79,12 +90,17 @@ class Grid:
 
 
 def load_study(
-    path: str | os.PathLike[str], *, overrides: Overrides = (), progress: Progress = lambda done, total: None
+    path: str | os.PathLike[str],
+    *,
+    overrides: Overrides = (),
+    progress: Progress = lambda done, total: None,
+    ended: Mapping[str, tuple[Checked, Mapping[str, str]]] = MappingProxyType({}),
 ) -> Study:
     """Load a study and check every case of it.
 
     `overrides` change keys of the scenario in all cases, as those of `load_scenario` do, and come after the study's own
-    `changes`; what an axis varies they cannot change.
+    `changes`; what an axis varies they cannot change. `ended` holds, by id, the cases that have their result, as they
+    were checked, and by which versions it was computed: where both are those of today, they are not checked again.
 
     Raises ScenarioError with all that is wrong in the file or in any case, or PluginError if nothing but plugins is
     missing. `progress` is called with the number of cases checked and their total.
@@ -100,7 +116,7 @@ def load_study(
     if total > MAX_COUNT:
         problems.add(document.mark(("axes",)), (), f"{total} cases; at most {MAX_COUNT} are allowed")
     problems.raise_any()
-    cases = _checked(grids, section.seed, total, progress)
+    cases = _checked(grids, section.seed, total, progress, ended)
     return Study(section.name or stem(document.source), document.source, section.keep, tuple(grids), cases)
 
 
@@ -154,21 +170,23 @@ def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problem
     return targets
 
 
-def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tuple[StudyCase, ...]:
+def _checked(
+    grids: list[Grid], seed: int, total: int, progress: Progress, ended: Mapping[str, tuple[Checked, Mapping[str, str]]]
+) -> tuple[StudyCase, ...]:
     """Make all cases; raises with what is wrong in any, each thing once with the first case that has it."""
     cases: list[StudyCase] = []
     wrong: dict[str, tuple[int, Point]] = {}  # line -> the first case that it is told of
     counts: Counter[str] = Counter()
     only_plugins = True
     known: Counter[str] = Counter()
-    versions: dict[tuple[str, ...], dict[str, str]] = {}
+    versions: dict[tuple[str, str, str], dict[str, str]] = {}
     number = 0
     for grid in grids:
         for point in product_of(grid.columns):
             progress(number, total)
             number += 1
             try:
-                cases.append(_case(grid, point, seed, known, versions))
+                cases.append(_case(grid, point, seed, known, versions, ended))
             except CdprError as error:
                 only_plugins &= isinstance(error, PluginError)
                 for line in str(error).splitlines():
@@ -182,7 +200,12 @@ def _checked(grids: list[Grid], seed: int, total: int, progress: Progress) -> tu
 
 
 def _case(
-    grid: Grid, point: Point, seed: int, known: Counter[str], versions: dict[tuple[str, ...], dict[str, str]]
+    grid: Grid,
+    point: Point,
+    seed: int,
+    known: Counter[str],
+    versions: dict[tuple[str, str, str], dict[str, str]],
+    ended: Mapping[str, tuple[Checked, Mapping[str, str]]],
 ) -> StudyCase:
     """Make one case; CdprError says what is wrong with it. `known` counts the cases that change the same."""
     changes = [*grid.changes, *point.changes]
@@ -191,12 +214,21 @@ def _case(
     known[same] += 1
     if all(change.path != SEED for change in changes):
         changes.append(Change(SEED, int(_digest([seed, key])[:16], 16) >> 1, Mark("seed")))
+    given = _digest([same, next(change.value for change in changes if change.path == SEED)])
+
+    def here(plugins: tuple[str, str, str]) -> dict[str, str]:
+        if plugins not in versions:
+            versions[plugins] = versions_of(grid.scenario.plugins, plugins)
+        return versions[plugins]
+
+    if key in ended:
+        before, computed_by = ended[key]
+        if before.given == given and here(before.plugins) == computed_by:
+            return StudyCase(key, grid.name, point.labels, grid.scenario.source, "", here(before.plugins), before)
     scenario = grid.scenario.with_changes(changes)
-    plugins = (scenario.simulation.backend, scenario.controller.type, scenario.solver.type)
-    if plugins not in versions:
-        versions[plugins] = versions_of(scenario)
-    text = scenario.resolved_yaml()
-    return StudyCase(key, grid.name, point.labels, scenario.source, text, versions[plugins])
+    plugins, text = plugins_of(scenario), scenario.resolved_yaml()
+    found = Checked(given, _digest(text), plugins)
+    return StudyCase(key, grid.name, point.labels, scenario.source, text, here(plugins), found)
 
 
 def _told(line: str, number: int, point: Point, count: int, total: int) -> str:

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
-from cdpr.errors import ExitCode, PluginError
+from cdpr.errors import ExitCode, OutputError, PluginError
 from cdpr.log.files import replace as write
 from cdpr.simulation.pool import Case, Outcome, run_cases
-from cdpr.study.folder import RESULTS, StudyFolder
+from cdpr.study.folder import LEDGER_NAME, RESULTS, StudyFolder
 from cdpr.study.plan import Study, StudyCase
 from cdpr.study.table import Table, make_table, times, to_csv, to_parquet
 
@@ -90,6 +90,8 @@ def run_study(
             say(f"{out}: the cases that it holds were computed by other versions than those here: {before}")
         ended = {key for key, row in folder.rows.items() if row.status in RESULTS}
         waiting = [case for case in study.cases if case.id not in ended]
+        if any(not case.text for case in waiting):
+            raise OutputError(f"{out}: its {LEDGER_NAME} lost results since it was read; the same command goes on")
         counts = Counter(folder.rows[key].status for key in ended)
         execute = executor or (lambda cases, **options: run_cases(cases, jobs=jobs, **options))
 

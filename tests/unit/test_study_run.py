@@ -15,10 +15,11 @@ from study_cases import TABLES, command, tables, write_study
 import cdpr
 from cdpr import locks
 from cdpr.errors import ExitCode, LogError, OutputError
+from cdpr.scenario import Scenario
 from cdpr.simulation.cases import Outcome
 from cdpr.study import load_study, run_study
 from cdpr.study.figures import FIGURES
-from cdpr.study.folder import StudyFolder
+from cdpr.study.folder import StudyFolder, ended
 
 # Finished, diverged and infeasible: all of them results.
 KINDS = """
@@ -210,3 +211,54 @@ def test_a_bad_study_runs_nothing(tmp_path):
     assert done.returncode == ExitCode.BAD_INPUT
     assert "study.yaml:4:38: controller.kp: must be" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_a_resume_checks_only_what_has_no_result(tmp_path, monkeypatch):
+    """Of the same scenario, changes and versions the check has the same result."""
+    text = "axes:\n  - {key: controller.kp, values: [100, 200, 300, 400]}"
+    path, out, checked = write_study(tmp_path, text), tmp_path / "out", []
+    change = Scenario.with_changes
+
+    def counted(self, *arguments, **options):
+        checked.append(None)
+        return change(self, *arguments, **options)
+
+    def load():
+        checked.clear()
+        return load_study(path, ended=ended(out))
+
+    monkeypatch.setattr(Scenario, "with_changes", counted)
+    study = load()
+    assert len(checked) == 4
+    folder = StudyFolder(out, study)
+    for case in study.cases[:3]:
+        status = "died" if case is study.cases[2] else "finished"
+        folder.record(Outcome(case.id, status, "", "", {"samples": 1}, case.versions))
+    folder.close()
+    again = load()
+    assert len(checked) == 2  # what died is tried again
+    assert again.digest == study.digest
+    assert [case.id for case in again.cases] == [case.id for case in study.cases]
+    StudyFolder(out, again).close()
+    path.write_text(path.read_text() + "\nseed: 5\n")  # other cases, though they change the same
+    other = load()
+    assert len(checked) == 4
+    with pytest.raises(OutputError, match="holds another study"):
+        StudyFolder(out, other)
+    path.write_text(path.read_text().replace("\nseed: 5\n", ""))
+    monkeypatch.setattr("cdpr.simulation.build.__version__", "9.9")
+    assert load().digest == study.digest
+    assert len(checked) == 4
+
+
+def test_results_that_vanish_meanwhile_are_told(tmp_path):
+    path, out = write_study(tmp_path, "axes:\n  - {key: controller.kp, values: [100, 200]}"), tmp_path / "out"
+    study = load_study(path)
+    folder = StudyFolder(out, study)
+    for case in study.cases:
+        folder.record(Outcome(case.id, "finished", "", "", {"samples": 1}, case.versions))
+    folder.close()
+    again = load_study(path, ended=ended(out))
+    (out / "cases.jsonl").write_text("")
+    with pytest.raises(OutputError, match="lost results since it was read"):
+        run_study(again, out)

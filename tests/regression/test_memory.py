@@ -1,0 +1,48 @@
+"""A long logged run, its report and its exports need the memory of a short one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+SHORT, LONG, HOUR = 60.0, 300.0, 3600.0  # s, simulated at 1 kHz
+MOST = 400.0  # MB, of an hour
+CDPR = [sys.executable, "-m", "cdpr"]
+
+
+def peak(*arguments: object) -> float:
+    """Largest resident memory of a command, MB."""
+    process = subprocess.Popen([*CDPR, *map(str, arguments)], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0
+    return usage.ru_maxrss * 1024 / 1e6
+
+
+@pytest.mark.slow
+def test_an_hour_at_1_khz_fits_into_400_mb(tmp_path):
+    """An hour writes 7 GB: two shorter runs tell what a second costs, and that from there on nothing else grows.
+
+    What grows is what the summary counts of each sample, 17 B, and where the blocks of the log are.
+    """
+    commands = {
+        "run": ("run", ROOT / "scenarios" / "caroca.yaml", "--backend", "reference"),
+        "csv": ("export", "--to", "csv", "--force"),
+        "npz": ("export", "--to", "npz", "--force"),
+        "parquet": ("export", "--to", "parquet", "--force"),
+    }
+    used: dict[str, dict[float, float]] = {name: {} for name in commands}
+    for duration in (SHORT, LONG):
+        folder = tmp_path / f"{duration:g}"
+        for name, words in commands.items():
+            given = ["--set", f"simulation.duration={duration}", "--out", folder]
+            if name != "run":
+                given = [folder, "--out", tmp_path / "export"]
+            used[name][duration] = peak(*words, *given)
+    for name, at in used.items():
+        growth = (at[LONG] - at[SHORT]) / (LONG - SHORT)
+        assert at[LONG] + max(growth, 0.0) * (HOUR - LONG) < MOST, (name, used)
