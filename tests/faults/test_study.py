@@ -87,8 +87,8 @@ def test_a_case_that_always_dies_is_recorded(tmp_path):
 def sound(tmp_path_factory):
     """A study without faults, and its tables."""
     folder = tmp_path_factory.mktemp("sound")
-    study = faulty_study(folder, ["none"] * 12, 2.0)
-    return study, undisturbed(study, folder, 12)
+    study = faulty_study(folder, ["none"] * 8, 2.0)
+    return study, undisturbed(study, folder, 8)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
