@@ -14,8 +14,8 @@ from cdpr.cli import main
 from cdpr.simulation import pool
 
 
-def cdpr_here(*arguments: object, code: int = 0, cwd: object = ".") -> subprocess.CompletedProcess[str]:
-    """Run `cdpr` with these arguments; what it prints and its exit code, which must be `code`."""
+def cdpr_here(*arguments: object, code: int | None = 0, cwd: object = ".") -> subprocess.CompletedProcess[str]:
+    """Run `cdpr` with these arguments; what it prints and its exit code, which must be `code` if that is given."""
     texts = [io.TextIOWrapper(io.BytesIO(), "utf-8", newline="") for _ in range(2)]
     with (
         contextlib.chdir(str(cwd)),
@@ -31,7 +31,7 @@ def cdpr_here(*arguments: object, code: int = 0, cwd: object = ".") -> subproces
     for text in texts:
         text.seek(0)
     done = subprocess.CompletedProcess(arguments, int(ended or 0), *(text.read() for text in texts))
-    assert done.returncode == code, done.stdout + done.stderr
+    assert code in (None, done.returncode), done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done
 
@@ -42,8 +42,14 @@ def workers_stay() -> Iterator[None]:
     idle: list[tuple[str, pool.Worker]] = []
 
     class Staying(pool.Worker):
+        lost = False
+
+        def _lost(self, status: str) -> pool.Outcome:
+            self.lost = True
+            return super()._lost(status)
+
         def kill(self) -> None:
-            if self.case is None and self.alive:
+            if self.case is None and self.alive and not self.lost:
                 idle.append((pool._environment()["PYTHONPATH"], self))
             else:
                 super().kill()
