@@ -11,6 +11,9 @@ from conftest import ROOT
 
 SHORT, LONG, HOUR = 60.0, 300.0, 3600.0  # s, simulated at 1 kHz
 MOST = 400.0  # MB, of an hour
+# MB by which the peak of an export may differ: an allocator under texts of numbers differs by 30 from run to run (more
+# rows may need less), and the rows that the long run has more are above 100.
+NOISE = 60.0
 CDPR = [sys.executable, "-m", "cdpr"]
 
 
@@ -25,9 +28,9 @@ def peak(*arguments: object) -> float:
 
 @pytest.mark.slow
 def test_an_hour_at_1_khz_fits_into_400_mb(tmp_path):
-    """An hour writes 7 GB: two shorter runs tell what a second costs, and that from there on nothing else grows.
+    """An hour writes 7 GB: two shorter runs tell what a second costs, and that exports cost no more of a longer one.
 
-    What grows is what the summary counts of each sample, 17 B, and where the blocks of the log are.
+    What grows in a run is what the summary counts of each sample, 17 B, and where the blocks of the log are.
     """
     commands = {
         "run": ("run", ROOT / "scenarios" / "caroca.yaml", "--backend", "reference"),
@@ -45,6 +48,7 @@ def test_an_hour_at_1_khz_fits_into_400_mb(tmp_path):
             if name != "run":
                 given = [folder, "--out", tmp_path / "export"]
             used[name][duration] = peak(*words, *given)
-    for name, at in used.items():
-        growth = (at[LONG] - at[SHORT]) / (LONG - SHORT)
-        assert at[LONG] + max(growth, 0.0) * (HOUR - LONG) < MOST, (name, used)
+    assert max(at[LONG] for at in used.values()) < MOST, used
+    assert all(at[LONG] - at[SHORT] < NOISE for at in used.values()), used
+    growth = max((used["run"][LONG] - used["run"][SHORT]) / (LONG - SHORT), 0.0)  # MB/s
+    assert used["run"][LONG] + growth * (HOUR - LONG) < MOST, used
