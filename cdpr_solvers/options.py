@@ -115,7 +115,7 @@ class PiqpOptions(LibraryOptions):
     tolerance: float = Field(
         1e-12, gt=0.0, le=1e-3, description="of residuals and duality gap, as a share of the largest limit"
     )
-    iterations: int = Field(250, ge=1, description="steps of the library after which it gives up")
+    iterations: int = Field(250, ge=1, description="steps of the library after which it gives up; it is asked twice")
 
 
 class ClarabelOptions(TimedOptions):
@@ -127,7 +127,7 @@ class ClarabelOptions(TimedOptions):
         le=1e-3,
         description="of the gap, and ten times that of residuals, as a share of the largest limit",
     )
-    iterations: int = Field(200, ge=1, description="steps of the library after which it gives up")
+    iterations: int = Field(200, ge=1, description="steps of the library after which it gives up; it is asked twice")
 
 
 class HighsOptions(TimedOptions):
