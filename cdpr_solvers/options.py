@@ -146,6 +146,12 @@ class QpsolversOptions(PluginOptions):
         default_factory=dict, description="settings of that solver, under its own names, such as eps_abs"
     )
 
+    def declares(self) -> dict[str, object]:
+        """Exact are these two active sets; the others stop far from the optimum by default, or, as HiGHS, never."""
+        if self.name in ("daqp", "quadprog"):
+            return {}
+        return {"exact": False, "coverage": "partial", "bounded_time": False}
+
 
 class ImprovedClosedFormOptions(PluginOptions):
     """Options of the solver `improved_closed_form`."""
