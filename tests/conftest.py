@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import workers_stay
 from hypothesis import settings
 
 from cdpr.model import Cable, Platform, Robot, rotations
@@ -85,12 +86,13 @@ def offset_robot() -> Robot:
     return make_robot(crossed_box(rng, 8), inertia=(inertia + inertia.T) / 2, center_of_mass=(0.05, -0.03, 0.1))
 
 
-@pytest.fixture
-def faulty_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Installs, here and in workers, a controller that raises, hangs, crashes, exits or is killed."""
-    monkeypatch.syspath_prepend(str(FAULTY))
-    registry.cache_clear()
-    yield
+@pytest.fixture(scope="module")
+def faulty_plugin() -> Iterator[None]:
+    """Installs for a file, here and in workers, a controller that raises, hangs, crashes, exits or is killed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(FAULTY))
+        registry.cache_clear()
+        yield
     registry.cache_clear()
 
 
@@ -101,3 +103,10 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     registry.cache_clear()
     yield
     registry.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def warm_workers() -> Iterator[None]:
+    """Studies and comparisons of a file share workers."""
+    with workers_stay():
+        yield

@@ -22,6 +22,7 @@ import llvmlite
 import numba
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from cdpr.model import kernel_cache
@@ -59,7 +60,8 @@ class KernelStore(_Cache):  # type: ignore[misc]
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
         """Return the compiled function, or None where it is not there or not whole."""
-        target_context.refresh()
+        # What numba's caches do here, refresh(), imports all that compiling needs besides: half of a process's start.
+        rtsys.initialize(target_context)
         try:
             content = self._file(sig, target_context.codegen()).read_bytes()
         except OSError:

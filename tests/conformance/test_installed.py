@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import pytest
+from command_line import cdpr_here
 
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
 from cdpr.testing import backend_checks, check_solver, controller_checks, solver_checks
@@ -61,20 +60,14 @@ def test_reference_with_the_scheme_of_the_engines(check):
     check()
 
 
-def cdpr(*arguments):
-    return subprocess.run([sys.executable, "-m", "cdpr", *arguments], capture_output=True, text=True, timeout=120)
-
-
 def test_command_prints_a_table():
-    done = cdpr("check", "controller", "static")
-    assert done.returncode == 0, done.stderr
+    done = cdpr_here("check", "controller", "static")
     assert "passed    it_settles" in done.stdout
     assert done.stdout.splitlines()[-1].startswith("controller 'static': ")
 
 
 def test_command_prints_json():
-    done = cdpr("check", "solver", "pseudo_inverse", "--json")
-    assert done.returncode == 0, done.stderr
+    done = cdpr_here("check", "solver", "pseudo_inverse", "--json")
     told = json.loads(done.stdout)
     assert told["name"] == "pseudo_inverse"
     outcomes = {check["id"]: check["outcome"] for check in told["checks"]}
@@ -83,12 +76,10 @@ def test_command_prints_json():
 
 
 def test_one_that_needs_options_says_so():
-    done = cdpr("check", "controller", "fmu")
-    assert done.returncode == 3
+    done = cdpr_here("check", "controller", "fmu", code=3)
     assert "controller 'fmu' needs options, such as a file" in done.stderr
 
 
 def test_unknown_name_is_told_as_everywhere():
-    done = cdpr("check", "backend", "mujuco")
-    assert done.returncode == 3
+    done = cdpr_here("check", "backend", "mujuco", code=3)
     assert "did you mean 'mujoco'?" in done.stderr

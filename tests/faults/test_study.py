@@ -9,18 +9,17 @@ import subprocess
 
 import numpy as np
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 from study_cases import command, environment, faulty_study, tables, wait_until, write_study
 
 from cdpr.errors import ExitCode
 
+pytestmark = pytest.mark.usefixtures("warm_workers", "faulty_plugin")
+
 
 def run(study, out, *options):
-    done = subprocess.run(
-        command(study, out, *options), env=environment(), cwd=ROOT, capture_output=True, text=True, timeout=900
-    )
-    assert "Traceback" not in done.stderr, done.stderr
-    return done
+    return cdpr_here("study", study, "--out", out, "--no-report", *options, code=None)
 
 
 def ledger(out):
@@ -84,11 +83,11 @@ def test_a_case_that_always_dies_is_recorded(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory):
+def sound(warm_workers, faulty_plugin, tmp_path_factory):
     """A study without faults, and its tables."""
     folder = tmp_path_factory.mktemp("sound")
-    study = faulty_study(folder, ["none"] * 12, 2.0)
-    return study, undisturbed(study, folder, 12)
+    study = faulty_study(folder, ["none"] * 8, 2.0)
+    return study, undisturbed(study, folder, 8)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])

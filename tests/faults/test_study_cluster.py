@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 from study_cases import command, environment, faulty_study, tables, wait_until, write_study
 
@@ -16,6 +17,8 @@ from cdpr.errors import ExitCode
 
 pytest.importorskip("distributed")
 psutil = pytest.importorskip("psutil")  # comes with it
+
+pytestmark = pytest.mark.usefixtures("warm_workers", "faulty_plugin")
 
 KINDS = """
 axes:
@@ -85,11 +88,7 @@ def begin(study, out, cluster, files):
 
 
 def run(study, out, *options):
-    done = subprocess.run(
-        command(study, out, *options), cwd=ROOT, env=environment(), capture_output=True, text=True, timeout=300
-    )
-    assert "Traceback" not in done.stderr, done.stderr
-    return done
+    return cdpr_here("study", study, "--out", out, "--no-report", *options, code=None)
 
 
 def test_the_tables_are_the_same(scheduler, tmp_path):
@@ -143,7 +142,8 @@ def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(tmp_
     study = faulty_study(tmp_path, ["none", "hang", "hang"], 0.1)
     out = tmp_path / "out"
     doomed = start_cluster(tmp_path)
-    process = begin(study, out, (doomed, doomed.stdout.readline().strip()), [tmp_path / "faults" / "1"])
+    address = doomed.stdout.readline().strip()
+    process = begin(study, out, (doomed, address), [tmp_path / "faults" / name for name in "12"])
     wait_until(lambda: (out / "cases.jsonl").stat().st_size)  # one case has ended
     doomed.kill()
     doomed.communicate()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-import sys
 import weakref
 
 import pytest
+from command_line import cdpr_here
 from compare_cases import ENGINES, SCENARIOS
 
 from cdpr.compare import baseline, baseline_check, baseline_file
@@ -16,9 +15,11 @@ from cdpr.errors import CdprError, OutputError
 
 SHORT = ["simulation.duration=0.1"]
 
+pytestmark = pytest.mark.usefixtures("warm_workers")
+
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory):
+def home(warm_workers, tmp_path_factory):
     """A copy of the scenarios, with a baseline beside them."""
     root = tmp_path_factory.mktemp("home")
     shutil.copytree(SCENARIOS, root / "scenarios")
@@ -224,11 +225,7 @@ def test_a_file_in_the_way(tmp_path, home):
 
 
 def cdpr(*arguments, code=0):
-    done = subprocess.run(
-        [sys.executable, "-m", "cdpr", "baseline", *map(str, arguments)], capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == code, done.stdout + done.stderr
-    return done
+    return cdpr_here("baseline", *arguments, code=code)
 
 
 def test_commands(kept):

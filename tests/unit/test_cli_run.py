@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
@@ -15,7 +16,7 @@ SHORT = ["--set", "simulation.duration=0.05", "--no-report"]
 
 
 def cdpr(*arguments, cwd, code=0, env=None):
-    """Run the command line; every error is text, never a traceback."""
+    """Run the command line in a process of its own; every error is text, never a traceback."""
     done = subprocess.run(
         [sys.executable, "-m", "cdpr", *arguments],
         cwd=cwd,
@@ -41,7 +42,7 @@ def test_it_prints_a_summary_and_the_folder_last(tmp_path):
 
 
 def test_json_is_all_that_stands_on_stdout(tmp_path):
-    done = cdpr("run", CAROCA, *SHORT, "--backend", "mujoco", "--out", "here", "--json", cwd=tmp_path)
+    done = cdpr_here("run", CAROCA, *SHORT, "--backend", "mujoco", "--out", "here", "--json", cwd=tmp_path)
     figures = json.loads(done.stdout)
     assert figures["status"] == "finished"
     assert figures["samples"] == 51
@@ -51,20 +52,20 @@ def test_json_is_all_that_stands_on_stdout(tmp_path):
 
 
 def test_the_resolved_scenario_runs_to_the_same_bits(tmp_path):
-    cdpr("run", CAROCA, *SHORT, "--out", "a", cwd=tmp_path)
+    cdpr_here("run", CAROCA, *SHORT, "--out", "a", cwd=tmp_path)
     cdpr("run", "a/scenario.yaml", "--no-report", "--out", "b", cwd=tmp_path)
     assert (tmp_path / "a/log.mcap").read_bytes() == (tmp_path / "b/log.mcap").read_bytes()
 
 
 def test_keys_that_the_run_does_not_use_are_told(tmp_path):
-    done = cdpr("run", CAROCA, *SHORT, "--set", "robot.cables[0].diameter=0.004", cwd=tmp_path)
+    done = cdpr_here("run", CAROCA, *SHORT, "--set", "robot.cables[0].diameter=0.004", cwd=tmp_path)
     assert "not used by this run: robot.cables[*].diameter" in done.stdout
 
 
 def test_a_taken_folder_is_refused(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("years of work")
-    done = cdpr("run", CAROCA, *SHORT, "--out", "mine", cwd=tmp_path, code=8)
+    done = cdpr_here("run", CAROCA, *SHORT, "--out", "mine", cwd=tmp_path, code=8)
     assert "mine" in done.stderr
     assert (tmp_path / "mine" / "thesis.tex").read_text() == "years of work"
 
@@ -82,7 +83,7 @@ def test_a_taken_folder_is_refused(tmp_path):
     ],
 )  # fmt: skip
 def test_exit_codes(arguments, code, text, tmp_path):
-    done = cdpr("run", *arguments, cwd=tmp_path, code=code)
+    done = cdpr_here("run", *arguments, cwd=tmp_path, code=code)
     assert text in done.stderr
 
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import pytest
+from command_line import cdpr_here
 from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
 from conftest import TRAPS
 
@@ -20,25 +21,14 @@ CAROCA = str(SCENARIOS / "caroca.yaml")
 SHORT = ("--set", "simulation.duration=0.1")
 ONE = ("--backends", ENGINES[0])
 
-
-def cdpr(*arguments, env=(), code=0, cwd=None):
-    done = subprocess.run(
-        [sys.executable, "-m", "cdpr", *map(str, arguments)],
-        env={**os.environ, **dict(env)},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        cwd=cwd,
-    )
-    assert done.returncode == code, done.stdout + done.stderr
-    return done
+pytestmark = pytest.mark.usefixtures("warm_workers")
 
 
 @pytest.fixture(scope="module")
-def compared(tmp_path_factory):
+def compared(warm_workers, tmp_path_factory):
     """A comparison, refined, with its folder."""
     folder = tmp_path_factory.mktemp("compare") / "out"
-    done = cdpr("compare", CAROCA, "--refine", *ONE, *SHORT, "--json", "--out", folder)
+    done = cdpr_here("compare", CAROCA, "--refine", *ONE, *SHORT, "--json", "--out", folder)
     return json.loads(done.stdout), folder
 
 
@@ -77,29 +67,31 @@ def test_page_needs_nothing_else(compared):
 
 def test_runs_are_kept_and_can_be_compared_again(compared):
     runs = [compared[1] / "runs" / name for name in ("reference_qp", f"{ENGINES[0]}_qp")]
-    said = cdpr("compare", *runs).stdout
+    said = cdpr_here("compare", *runs).stdout
     assert said.startswith("not judged: caroca")
     assert f"{ENGINES[0]}_qp: not judged: no other run has its scheme" in " ".join(said.split())
 
 
 @pytest.mark.slow
 def test_all_is_all_that_are_installed():
-    rows = json.loads(cdpr("compare", CAROCA, *SHORT, "--json").stdout)["groups"][0]["engines"]
+    rows = json.loads(cdpr_here("compare", CAROCA, *SHORT, "--json").stdout)["groups"][0]["engines"]
     assert {row["backend"] for row in rows} == INSTALLED - {"reference"}
     assert {row["outcome"] for row in rows} == {"agrees"}
 
 
 def test_a_folder_that_is_taken_is_refused(compared):
-    assert "not empty" in cdpr("compare", CAROCA, *ONE, *SHORT, "--out", compared[1], code=8).stderr
+    assert "not empty" in cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", compared[1], code=8).stderr
 
 
 def test_a_trap_ends_with_seven(tmp_path):
     """In workers, too; the page says who and why first."""
     env = {"PYTHONPATH": os.pathsep.join([str(TRAPS), str(TRAPS.parent), os.environ.get("PYTHONPATH", "")])}
     options = ("--set", f"backend_options.traps.engine={ENGINES[0]}", "--set", "backend_options.traps.trap=lag")
-    done = cdpr(
-        "compare", CAROCA, "--backends", "traps", *options, *SHORT, "--out", tmp_path / "out", env=env.items(), code=7
+    words = ("compare", CAROCA, "--backends", "traps", *options, *SHORT, "--out", str(tmp_path / "out"))
+    done = subprocess.run(
+        [sys.executable, "-m", "cdpr", *words], env={**os.environ, **env}, capture_output=True, text=True
     )
+    assert done.returncode == 7, done.stderr
     assert done.stdout.startswith("DISAGREE: caroca")
     assert "traps: DISAGREES: position beyond its bound" in done.stdout
     html = (tmp_path / "out" / "compare.html").read_text()
@@ -128,7 +120,7 @@ def test_what_cannot_be_compared(arguments, code, said):
 @pytest.mark.parametrize("name", SOUND)
 def test_sound_engines_agree_and_are_of_their_order(name):
     """Every scenario to its end, refined: 1.0 +- 0.1, and 4 +- 0.3 above round-off."""
-    figures = json.loads(cdpr("compare", SCENARIOS / f"{name}.yaml", "--refine", "--json").stdout)
+    figures = json.loads(cdpr_here("compare", SCENARIOS / f"{name}.yaml", "--refine", "--json").stdout)
     assert figures["agrees"] is True
     for each in figures["groups"][0]["orders"]:
         room = 0.3 if each["declared"] == 4 else 0.1

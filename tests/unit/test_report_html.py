@@ -6,12 +6,15 @@ import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.errors import OutputError
 from cdpr.log.run import Event, Run
+from cdpr.report import plots
+from cdpr.report.canvas import inline_svg
 from cdpr.report.html import drawings, render, write_report
 from cdpr.report.tables import MOST_EVENTS, number
 
@@ -71,8 +74,9 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_page_is_sound_and_needs_nothing_else(case: str) -> None:
-    text = render(CASES[case]())
+def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> None:
+    run = CASES[case]()
+    text = render(run)
     page = Page(text)
     assert len(page.ids) == len(set(page.ids))
     assert all(link.startswith("#") for link in page.links)
@@ -82,6 +86,16 @@ def test_the_page_is_sound_and_needs_nothing_else(case: str) -> None:
     for namespace in NAMESPACES:
         rest = rest.replace(f'="{namespace}"', "")
     assert not re.search(r"https?:|//[a-z]|@import|url\((?!#)", rest)
+    figures = re.findall(r"<svg.*?</svg>", text, re.DOTALL)
+    if len(run.rows):
+        assert len(figures) == len(drawings())
+        figures.append(inline_svg(plots.overview(run), "overview", "Overview"))
+    for figure in figures:
+        root = ElementTree.fromstring(figure)
+        assert root.get("aria-label")
+        for path in root.iter("{http://www.w3.org/2000/svg}path"):
+            assert "nan" not in path.get("d", "")
+            assert "inf" not in path.get("d", "")
 
 
 def test_every_figure_is_there_with_a_caption_and_in_the_navigation() -> None:

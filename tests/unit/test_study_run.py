@@ -5,12 +5,11 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-import subprocess
 from dataclasses import replace
 
 import pytest
-from conftest import ROOT
-from study_cases import TABLES, command, tables, write_study
+from command_line import cdpr_here
+from study_cases import TABLES, tables, write_study
 
 import cdpr
 from cdpr.errors import ExitCode, LogError, OutputError
@@ -18,6 +17,8 @@ from cdpr.simulation.cases import Outcome
 from cdpr.study import load_study, run_study
 from cdpr.study.figures import FIGURES
 from cdpr.study.folder import StudyFolder
+
+pytestmark = pytest.mark.usefixtures("warm_workers")
 
 # Finished, diverged and infeasible: all of them results.
 KINDS = """
@@ -33,7 +34,7 @@ axes:
 
 
 @pytest.fixture(scope="module")
-def computed(tmp_path_factory):
+def computed(warm_workers, tmp_path_factory):
     """A study that was run once, by two workers; what was said meanwhile."""
     folder = tmp_path_factory.mktemp("study")
     said = []
@@ -173,19 +174,19 @@ def test_kept_runs(tmp_path, keep, kept):
         assert cdpr.load_run(folder).status == results.rows[case.id].status
 
 
+def command(study, out, *options, code=0):
+    return cdpr_here("study", study, "--out", out, "--no-report", *options, code=code)
+
+
 def test_command(tmp_path):
     study, out = write_study(tmp_path, KINDS), tmp_path / "out"
-    done = subprocess.run(command(study, out, "--jobs", "2", "--json"), capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
+    told = json.loads(command(study, out, "--jobs", "2", "--json").stdout)
     assert told["counts"] == {"finished": 2, "diverged": 2, "infeasible": 2}
     assert [row["controller.kd"] for row in told["cases"]] == [20, 20, 20, 30, 30, 30]
-    again = subprocess.run(command(study, out), capture_output=True, text=True, cwd=ROOT)
-    assert again.returncode == 0, again.stderr
-    assert "6 cases: 2 finished, 2 diverged, 2 infeasible" in again.stdout
-    assert again.stdout.rstrip().endswith(str(out))
-    listed = subprocess.run(command(study, tmp_path / "no", "--dry-run"), capture_output=True, text=True, cwd=ROOT)
-    assert "6 cases, all valid" in listed.stdout
+    again = command(study, out).stdout
+    assert "6 cases: 2 finished, 2 diverged, 2 infeasible" in again
+    assert again.rstrip().endswith(str(out))
+    assert "6 cases, all valid" in command(study, tmp_path / "no", "--dry-run").stdout
     assert not (tmp_path / "no").exists()
 
 
@@ -206,7 +207,6 @@ def test_exit_codes(computed, found, code):
 
 def test_a_bad_study_runs_nothing(tmp_path):
     study = write_study(tmp_path, "axes:\n  - {key: controller.kp, values: [1, -1]}")
-    done = subprocess.run(command(study, tmp_path / "out"), capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == ExitCode.BAD_INPUT
+    done = command(study, tmp_path / "out", code=ExitCode.BAD_INPUT)
     assert "study.yaml:4:38: controller.kp: must be" in done.stderr
     assert not (tmp_path / "out").exists()
