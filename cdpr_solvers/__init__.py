@@ -235,7 +235,6 @@ def library_solvers() -> list[PluginInfo]:
                 "source": "Goulart and Chen 2024",
                 **EXACT,
                 "exact": False,
-                "coverage": "partial",  # gives up on some sets with nearly parallel cables
                 "continuity": "C0",
             },
             options=ClarabelOptions,

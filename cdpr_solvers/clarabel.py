@@ -11,31 +11,36 @@ from scipy.sparse import csc_matrix, identity
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr_solvers.library import LibrarySolver
+from cdpr_solvers.library import LOOSER, LibrarySolver
 
 # Residuals are to be smaller than this many tolerances, gaps than one.
 FEASIBILITY = 10.0
+
+SETTINGS = {
+    "verbose": False,
+    "max_threads": 1,
+    # Added to the equations that give a step. By default 1e-8: as much as what rows tell that are nearly parallel.
+    "static_regularization_constant": 1e-12,
+}
+
+# Of the way to the boundary; by default 0.99, with which steps may go round in a circle.
+SHORTER_STEPS = 0.9
 
 
 class Clarabel(LibrarySolver):
     """min |x|^2 subject to [-N ; N] x + s = [-low ; high], s not negative.
 
     Never quite at a limit: about 1e-6 N from the exact optimum. Made anew for each call, for its scaling would
-    otherwise be that of the first problem.
+    otherwise be that of the first problem. Where it does not get there, as in one of 1600 problems that are made to
+    mislead, it is asked again for less, with shorter steps.
     """
 
     wider = 1e-9  # an interior-point method needs an inside
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        self._settings = clarabel.DefaultSettings()
-        self._settings.verbose = False
-        self._settings.max_threads = 1
-        self._settings.tol_gap_abs = self._settings.tol_gap_rel = options.tolerance
-        self._settings.tol_feas = FEASIBILITY * options.tolerance
-        self._settings.max_iter = options.iterations
-        if options.time is not None:
-            self._settings.time_limit = options.time
+        self._attempts = [_settings(options, options.tolerance), _settings(options, LOOSER * options.tolerance)]
+        self._attempts[1].max_step_fraction = SHORTER_STEPS
         self._cones = [clarabel.NonnegativeConeT(2 * robot.m)]
 
         # For each redundancy the Hessian and a matrix of constraints whose values a call changes.
@@ -50,6 +55,22 @@ class Clarabel(LibrarySolver):
         hessian, matrix = self._made[r]
         matrix.data.reshape(r, 2 * m)[:] = np.hstack([-N.T, N.T])
         right = np.concatenate([-low, high])
-        solver = clarabel.DefaultSolver(hessian, np.zeros(r), matrix, right, self._cones, self._settings)
-        answer = solver.solve()
-        return answer.x if answer.status == clarabel.SolverStatus.Solved else None  # "almost" is not
+        for settings in self._attempts:
+            answer = clarabel.DefaultSolver(hessian, np.zeros(r), matrix, right, self._cones, settings).solve()
+            if answer.status == clarabel.SolverStatus.Solved:  # "almost" is not
+                return answer.x
+            if answer.status == clarabel.SolverStatus.MaxTime:
+                break
+        return None
+
+
+def _settings(options: Any, tolerance: float) -> clarabel.DefaultSettings:
+    settings = clarabel.DefaultSettings()
+    for name, value in SETTINGS.items():
+        setattr(settings, name, value)
+    settings.tol_gap_abs = settings.tol_gap_rel = tolerance
+    settings.tol_feas = FEASIBILITY * tolerance
+    settings.max_iter = options.iterations
+    if options.time is not None:
+        settings.time_limit = options.time
+    return settings

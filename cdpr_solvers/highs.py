@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
+from cdpr_solvers.lp import cost
 
 # The number of threads is left alone: the library has one pool in a process and refuses another size of it.
 SETTINGS = {
@@ -42,6 +43,7 @@ class Highs(LibrarySolver):
         }
         for name, value in settings.items():
             self._solver.setOptionValue(name, value)
+        self._weights = np.ones(robot.m)
         self._model = highspy.HighsLp()
         self._model.num_row_ = robot.m
         self._model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
@@ -51,10 +53,12 @@ class Highs(LibrarySolver):
         model = self._model
         if model.num_col_ != r:
             model.num_col_ = r
+            self._cost = np.zeros(r)
             model.col_lower_, model.col_upper_ = np.full(r, -highspy.kHighsInf), np.full(r, highspy.kHighsInf)
             model.a_matrix_.start_ = r * np.arange(m + 1)
             model.a_matrix_.index_ = np.tile(np.arange(r), m)
-        model.col_cost_ = N.sum(axis=0)
+        cost(N, r, self._weights, self._cost)  # with one that is round-off the library ends without a status
+        model.col_cost_ = self._cost
         model.a_matrix_.value_ = N.ravel()
         model.row_lower_, model.row_upper_ = low, high
         if self._solver.passModel(model) == highspy.HighsStatus.kError:

@@ -23,6 +23,9 @@ from cdpr.tension.verdict import VERTEX_TOLERANCE, solution, verdict
 # asked of libraries, by less than anyone could measure.
 BELIEVED = 2.0 * VERTEX_TOLERANCE
 
+# An interior-point method that round-off keeps from its tolerance is asked again for this many times that.
+LOOSER = 100.0
+
 
 class LibrarySolver(TensionSolver):
     """A convex program over low <= N x <= high, solved by a library: its optimum, our verdict on feasibility.
@@ -32,8 +35,9 @@ class LibrarySolver(TensionSolver):
     locked cables do not count, and tensions are in units of the largest limit.
 
     Whether there are admissible tensions is decided first, by `cdpr.tension.active_set.nearest`, and not by a library:
-    INFEASIBLE is that kernel's word. What the library then answers is moved to the nearest admissible tensions; where
-    it has no answer or one that breaks the limits by more than round-off, the status is NOT_FOUND.
+    INFEASIBLE is that kernel's word. What the library then answers is moved to the nearest admissible tensions, which
+    that kernel has found already where they are those of least norm; where the library has no answer or one that breaks
+    the limits by more than round-off, the status is NOT_FOUND.
 
     A child gets N (m, r), C-contiguous, and low, high (m,) in `_ask`: r > 0, and rows of cables that x does not change
     are zero, between limits of -1 and 1. The arrays are the solver's own.
@@ -47,8 +51,8 @@ class LibrarySolver(TensionSolver):
         super().__init__(robot, options)
         m = robot.m
         self._work = np.zeros((_rows(robot.n, m), max(robot.n, m)))
-        self._basis, self._low, self._high = np.zeros(m * m), np.zeros(m), np.zeros(m)
-        self._unit = np.zeros(1)
+        self._basis, self._limits = np.zeros(m * m), np.zeros((2, m))
+        self._asked = [(self._basis[: m * r].reshape(m, r), *self._limits) for r in range(m + 1)]  # by redundancy
         # For each redundancy the Hessian and the gradient of |x|^2 / 2, for those whose objective that is.
         self._square = [(np.eye(r), np.zeros(r)) for r in range(m + 1)]
 
@@ -58,18 +62,16 @@ class LibrarySolver(TensionSolver):
 
     def solve(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> int:
         """Write the distribution into `tension` (m,)."""
-        m = len(self._low)
+        m = self._limits.shape[1]
         if len(tension) != m or W.shape[1] != m:
             return BAD_INPUT
-        r = pose(
-            W, wrench, t_min, t_max, self.wider, self._basis, self._low, self._high, self._unit, tension, self._work
-        )
+        r = pose(W, wrench, t_min, t_max, self.wider, self._basis, self._limits, tension, self._work)
         if r <= 0:  # nothing to ask: no tensions are admissible, or one distribution alone
             return -r
-        x = self._ask(self._basis[: m * r].reshape(m, r), self._low, self._high)
+        x = self._ask(*self._asked[r])
         if x is None:
             return NOT_FOUND
-        return judge(r, self._unit[0], np.asarray(x, dtype=float), W, wrench, tension, self._work)
+        return judge(r, np.asarray(x, dtype=float), W, wrench, tension, self._work)
 
 
 @kernel
@@ -86,16 +88,14 @@ def pose(
     t_max: Array,
     wider: float,
     basis: Array,
-    low: Array,
-    high: Array,
-    unit: Array,
+    limits: Array,
     tension: Array,
     work: Array,
 ) -> int:
     """Write low <= N x <= high for a library, N (m, r) line by line into `basis`; return r, or minus a status.
 
-    The limits are `wider` by this share of the largest one. `unit` (1,) receives the unit of x, N, a power of two, and
-    `tension` (m,) the admissible tensions of least norm. `work` keeps the form for `judge`.
+    `limits` (2, m) are low and high, `wider` by this share of the largest one, and `tension` (m,) receives the
+    admissible tensions of least norm. `work` keeps the form, and the unit of x in N, a power of two, for `judge`.
     """
     m = tension.shape[0]
     if t_min.shape[0] < m or t_max.shape[0] < m:
@@ -114,16 +114,16 @@ def pose(
     status = verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps
     if status != OK:
         return -status
-    unit[0] = _power_of_two(largest)
+    unit = work[m + 5, 0] = _power_of_two(largest)
     for i in range(m):
         moves = False
         for k in range(r):
             basis[i * r + k] = N[i, k]
             moves = moves or N[i, k] != 0.0
-        low[i], high[i] = -1.0, 1.0
+        limits[0, i], limits[1, i] = -1.0, 1.0
         if moves:
-            low[i] = (t_min[i] - box[0, i]) / unit[0] - wider
-            high[i] = (t_max[i] - box[0, i]) / unit[0] + wider
+            limits[0, i] = (t_min[i] - box[0, i]) / unit - wider
+            limits[1, i] = (t_max[i] - box[0, i]) / unit + wider
     return r
 
 
@@ -134,10 +134,11 @@ def _power_of_two(x: float) -> float:
 
 
 @kernel
-def judge(r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array, work: Array) -> int:
-    """Write the admissible tensions nearest to c + unit N x; return OK, or NOT_FOUND where x breaks the limits.
+def judge(r: int, x: Array, W: Array, wrench: Array, tension: Array, work: Array) -> int:
+    """Write the admissible tensions nearest to c + N x; return OK, or NOT_FOUND where x breaks the limits.
 
-    `tension` (m,) comes with admissible ones, which are the answer where they are the same but for round-off.
+    `tension` (m,) comes with admissible ones, those of least norm, which are the answer where x is the same but for
+    round-off.
     """
     m = tension.shape[0]
     N, box, least, active, point, rest = (
@@ -148,21 +149,25 @@ def judge(r: int, unit: float, x: Array, W: Array, wrench: Array, tension: Array
         work[m + 5, :m],
         work[m + 6 :],
     )
+    unit = point[0]
     for k in range(r):
         least[k] = unit * x[k]
     solution(N, r, box, least, point)
-    apart = 0.0
+    same = True
+    for i in range(m):
+        same = same and abs(point[i] - tension[i]) <= BELIEVED * unit
+    if same:
+        return OK
     for i in range(m):
         moves = False
         for k in range(r):
             moves = moves or N[i, k] != 0.0
         if moves and not max(box[1, i] - point[i], point[i] - box[2, i]) <= BELIEVED * unit:  # NaN, too
             return NOT_FOUND
-        apart = max(apart, abs(point[i] - tension[i]))
     for i in range(m):
         box[0, i] = point[i]
     if nearest(N, r, box, least, point, active, rest) >= 0 and verdict(W, wrench, N, r, box, least, point) == OK:
         for i in range(m):
             tension[i] = point[i]
         return OK
-    return OK if apart <= BELIEVED * unit else NOT_FOUND
+    return NOT_FOUND

@@ -43,13 +43,19 @@ def minimum_sum(
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
         return -r
+    cost(N, r, parameters, g)
+    steps = extreme(g, N, r, box, x, tension, active, rest)
+    return verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps
+
+
+@kernel
+def cost(N: Array, r: int, weights: Array, g: Array) -> None:
+    """Write what x (r,) costs, g . x, where tensions cost `weights` (m,): 0 where that is round-off."""
     for k in range(r):
         terms = 0.0
         g[k] = 0.0
-        for i in range(m):
-            g[k] += N[i, k] * parameters[i]
-            terms += abs(N[i, k] * parameters[i])
+        for i in range(weights.shape[0]):
+            g[k] += N[i, k] * weights[i]
+            terms += abs(N[i, k] * weights[i])
         if abs(g[k]) <= ROUNDING * terms:
             g[k] = 0.0  # no solution costs more than another in this direction, but for round-off
-    steps = extreme(g, N, r, box, x, tension, active, rest)
-    return verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps

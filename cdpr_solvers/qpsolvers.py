@@ -34,6 +34,8 @@ class Qpsolvers(LibrarySolver):
             )
         self._settings = {**_defaults(options.name), **options.settings}
         self._make = np.asarray if options.name in qpsolvers.dense_solvers else csc_matrix
+        # For each redundancy the constraints, filled by each call.
+        self._made = {r: (np.zeros((2 * robot.m, r)), np.zeros(2 * robot.m)) for r in range(1, robot.m + 1)}
         # Wrong settings show in any problem, such as a single x between limits.
         try:
             self._answer(np.ones((robot.m, 1)), np.zeros(robot.m), np.ones(robot.m))
@@ -41,13 +43,13 @@ class Qpsolvers(LibrarySolver):
             raise PluginError(f"solver 'qpsolvers' cannot use {options.name}: {describe(error)}") from error
 
     def _answer(self, N: Array, low: Array, high: Array) -> qpsolvers.Solution:
-        hessian, gradient = self._square[N.shape[1]]
-        problem = qpsolvers.Problem(
-            self._make(hessian),
-            gradient,
-            self._make(np.vstack([-N, N])),
-            np.concatenate([-low, high]),
-        )
+        m, r = N.shape
+        hessian, gradient = self._square[r]
+        G, h = self._made[r]
+        np.negative(N, out=G[:m])
+        np.negative(low, out=h[:m])
+        G[m:], h[m:] = N, high
+        problem = qpsolvers.Problem(self._make(hessian), gradient, self._make(G), h)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what it warns of, a status says or the check of the answer finds
             return qpsolvers.solve_problem(problem, self.options.name, **self._settings)

@@ -171,11 +171,15 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
     """Where columns are parallel, limits touched, sets thin or W singular, OK is true, and so is INFEASIBLE.
 
-    Asked of solvers that declare exact: true and respect the limits, on the problems of `cdpr.distribution.adversaries`
-    with rubbish in the solver's memory. Those closer to the edge than their band may be refused.
+    Asked of solvers that declare exact: true or coverage: full and respect the limits, on the problems of
+    `cdpr.distribution.adversaries` with rubbish in the solver's memory. Those closer to the edge than their band may be
+    refused.
     """
-    needs(subject.declares("exact") and subject.respects_bounds, "it does not declare itself exact within the limits")
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
+    needs(
+        (subject.declares("exact") or full) and subject.respects_bounds,
+        "it does not declare itself exact, or its coverage full, within the limits",
+    )
     asked = 0
     for found, problems in samples.misleading(FEW if subject.declares("slow") else MANY, seed=301):
         robot, slack = found.robot, found.slack

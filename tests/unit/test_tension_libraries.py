@@ -237,6 +237,14 @@ def test_qpsolvers_refuses_what_it_cannot_use(options, text):
     assert "\n" not in str(refusal.value)
 
 
+def test_what_qpsolvers_is_not_known_to_keep_is_not_declared():
+    entry = registry().get("solver", "qpsolvers")
+    for name, exact in (("daqp", True), ("quadprog", True), ("osqp", False), ("highs", False)):
+        declared = entry.properties(QpsolversOptions(name=name))
+        assert declared["exact"] == exact
+        assert (declared["coverage"] == "full") == exact
+
+
 def test_qpsolvers_is_no_extra_of_ours():
     entry = registry().get("solver", "qpsolvers")
     assert entry.remedy == "pip install qpsolvers"
