@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cdpr.errors import OutputError
+from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Written
 from cdpr.log.rows import LogRows
@@ -19,7 +20,7 @@ from cdpr.model.robot import Array
 class LogWriter:
     """Appends rows to a log file.
 
-    Each block goes to the operating system in one write, with no buffer in between: it outlives this process.
+    Each block goes to the operating system at once, with no buffer in between: it outlives this process.
     A block that is not yet full is written too, and written over as a longer one the next time; so the
     finished file does not depend on when it was flushed. After a failure every further call raises the same
     OutputError.
@@ -58,7 +59,7 @@ class LogWriter:
         while stop - self._rows >= BLOCK:
             self._append_block(rows, self._rows + BLOCK)
         if stop > self._rows:
-            self._put(self._format.block(_cut(rows, self._rows, stop), self._rows * self._every))
+            self._put_block(self._format.block(_cut(rows, self._rows, stop), self._rows * self._every))
 
     def close(self, rows: Array | LogRows, stop: int) -> None:
         """Bring the file up to row `stop` (excluded) and make it complete; the second time, do nothing.
@@ -98,7 +99,9 @@ class LogWriter:
     def _append_block(self, rows: Array | LogRows, stop: int) -> None:
         first = self._sample(rows, self._rows)
         written = Written(0, first, stop - self._rows, self._end)
-        self._append(self._format.block(_cut(rows, self._rows, stop), first), written)
+        data = self._format.block(_cut(rows, self._rows, stop), first)
+        self._put_block(data)
+        self._count_in(data, written)
         self._rows = stop
         if stop % PICTURE_ROWS == 0 and first % self._every == 0:
             self._append_pictures(rows)
@@ -111,15 +114,23 @@ class LogWriter:
 
     def _append(self, data: bytes | memoryview, *written: Written) -> None:
         self._put(data)
+        self._count_in(data, *written)
+
+    def _count_in(self, data: bytes | memoryview, *written: Written) -> None:
         self._end += len(data)
         self._chunks += written
 
-    def _put(self, data: bytes | memoryview) -> None:
+    def _put_block(self, data: memoryview) -> None:
+        """Write the rows, then the head that says how many: killed in between, the shorter block before it stays."""
+        self._put(data[CHUNK_HEAD.size :], CHUNK_HEAD.size)
+        self._put(data[: CHUNK_HEAD.size])
+
+    def _put(self, data: bytes | memoryview, beyond: int = 0) -> None:
         if self._failure is not None:
             raise self._failure
         rest = memoryview(data)
         try:
-            self._file.seek(self._end)
+            self._file.seek(self._end + beyond)
             while rest:
                 rest = rest[self._file.write(rest) :]
         except OSError as error:

@@ -7,6 +7,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
+from numba.core.registry import CPUDispatcher
 
 from cdpr.model import kernel_cache
 from cdpr.model.kernel_store import KernelStore
@@ -26,7 +27,8 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """
     if numba.config.DISABLE_JIT:
         return np.errstate(all="ignore")(function)
-    return cast("Callable[P, R]", _kept(numba.njit(error_model="numpy", _nrt=False)(function)))
+    options = {"nopython": True, "error_model": "numpy", "_nrt": False}
+    return cast("Callable[P, R]", _kept(_Kernel(function, targetoptions=options)))
 
 
 def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -41,6 +43,23 @@ def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P,
         return cast("Callable[P, R]", dispatcher)
 
     return compiled
+
+
+class _Kernel(CPUDispatcher):  # type: ignore[misc]
+    """What numba calls; one version, that for writable arrays, serves read-only arrays, too.
+
+    numba would compile another for each combination, and does so in the middle of a run where a caller's arrays are
+    read-only for the first time. The code is the same: that a kernel writes only what it says is its own duty.
+    """
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
+        given = [self.typeof_pyval(arg) for arg in args]
+        writable = [each.copy(readonly=False) if isinstance(each, numba.types.Array) else each for each in given]
+        if given == writable:
+            return super()._compile_for_args(*args, **kws)
+        entry = self.compile(tuple(writable))
+        self._insert([each._code for each in given], entry, False)
+        return entry
 
 
 def _kept(dispatcher: Any) -> Any:

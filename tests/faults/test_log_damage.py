@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
@@ -25,6 +26,7 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
+from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
 
 HEADER = make_header(2)
@@ -336,6 +338,41 @@ def test_a_killed_run_loses_nothing_that_was_flushed(tmp_path: Path, number: int
     assert len(run.rows) >= flushed
     truth: Array = make_rows(make_header(2), 40 * BLOCK)
     assert same_bits(run.rows, truth[: len(run.rows)])
+
+
+class Mortal(io.FileIO):
+    """A file whose process is killed once so many bytes more are written."""
+
+    left = sys.maxsize
+
+    def write(self, data):
+        done = super().write(memoryview(data)[: self.left])
+        self.left -= done
+        if not self.left:
+            raise KeyboardInterrupt
+        return done
+
+
+def test_killed_within_a_write_what_was_flushed_before_stays(tmp_path: Path) -> None:
+    """A block that was begun is written anew as a longer one; killed at any byte of that."""
+    path = tmp_path / "log.mcap"
+    for left in (1, 20, CHUNK_HEAD.size - 1, 1000, 30_000, 60_000):
+        writer = LogWriter(path, HEADER)
+        writer.write(ROWS, 100)
+        whole = path.stat().st_size
+        for stop, flushed in ((150, 100), (BLOCK + 10, 150)):
+            file = Mortal(writer._file.fileno(), "r+b", closefd=False)
+            file.left = left
+            writer._file, kept = file, writer._file
+            with pytest.raises(KeyboardInterrupt):
+                writer.write(ROWS, stop)
+            found = scan(path)
+            assert len(found.rows) >= flushed, (left, stop)
+            assert same_bits(found.rows, ROWS[: len(found.rows)])
+            writer._file = kept
+            writer.write(ROWS, 150)
+        kept.close()
+        assert path.stat().st_size > whole
 
 
 def test_a_run_json_that_is_not_ours(tmp_path: Path, whole: bytes) -> None:

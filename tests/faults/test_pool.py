@@ -89,7 +89,7 @@ def test_every_kind_of_end(monkeypatch):
     assert "in control" in said["crash"]  # where Python was
     assert said["exit"] == "the process of this case ended with exit code 7"
     assert said["kill"] == "the process of this case was ended by SIGKILL"
-    assert len(started) == 2 + 4  # each loss is replaced, nothing else
+    assert 2 + 3 <= len(started) <= 2 + 4  # each loss is replaced while cases wait, as they may not when one hung
     assert all(gone(pid) for pid in started)
 
 

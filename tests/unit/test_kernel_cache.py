@@ -175,8 +175,7 @@ def fresh():
 
 @compiled
 def test_each_signature_has_a_file_and_is_loaded_again(store, stranger):
-    one, two = np.array([1.0]), np.array([[1.0]])[0:1, 0:1].T[0]  # float64, and the same read-only
-    two.flags.writeable = False
+    one, two = np.array([1.0]), np.array([1])  # float64 and int64
     made = fresh()
     assert (made(one), made(two)) == (2.0, 2.0)
     assert len(list(store.glob("stranger.first-*"))) == 2
@@ -261,3 +260,18 @@ def test_constants_of_a_kernel_count_and_locks_of_editors_do_not(tmp_path, monke
         found.append(kernel_cache.digest())
     kernel_cache.digest.cache_clear()
     assert found[0] != found[1] == found[2]
+
+
+def test_read_only_arrays_make_no_second_version():
+    @jit.kernel
+    def double(a, b):
+        for i in range(len(a)):
+            b[i] = 2.0 * a[i]
+        return 0
+
+    given, result = np.arange(3.0), np.zeros(3)
+    for writeable in (False, True, False):
+        given.flags.writeable = writeable
+        double(given, result)
+    np.testing.assert_array_equal(result, [0.0, 2.0, 4.0])
+    assert len(getattr(double, "signatures", [1])) == 1
