@@ -221,7 +221,7 @@ def _case(
             versions[plugins] = versions_of(grid.scenario.plugins, plugins)
         return versions[plugins]
 
-    if key in ended:
+    if key in ended and not any(_names_a_file(change.value, grid.scenario.source) for change in changes):
         before, computed_by = ended[key]
         if before.given == given and here(before.plugins) == computed_by:
             return StudyCase(key, grid.name, point.labels, grid.scenario.source, "", here(before.plugins), before)
@@ -229,6 +229,14 @@ def _case(
     plugins, text = plugins_of(scenario), scenario.resolved_yaml()
     found = Checked(given, _digest(text), plugins)
     return StudyCase(key, grid.name, point.labels, scenario.source, text, here(plugins), found)
+
+
+def _names_a_file(value: object, scenario: str) -> bool:
+    """Whether a change names a file, such as another robot's: what is in it may be something else by now."""
+    if isinstance(value, str):
+        return os.path.exists(os.path.join(os.path.dirname(scenario), value))
+    inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
+    return any(_names_a_file(each, scenario) for each in inner)
 
 
 def _told(line: str, number: int, point: Point, count: int, total: int) -> str:

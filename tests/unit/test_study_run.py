@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 from dataclasses import replace
 
 import pytest
 from command_line import cdpr_here
+from conftest import ROOT
 from study_cases import TABLES, tables, write_study
 
 import cdpr
@@ -21,6 +23,8 @@ from cdpr.study.figures import FIGURES
 from cdpr.study.folder import StudyFolder, ended
 
 pytestmark = pytest.mark.usefixtures("warm_workers")
+
+SCENARIOS = ROOT / "scenarios"
 
 # Finished, diverged and infeasible: all of them results.
 KINDS = """
@@ -249,6 +253,26 @@ def test_a_resume_checks_only_what_has_no_result(tmp_path, monkeypatch):
     monkeypatch.setattr("cdpr.simulation.build.__version__", "9.9")
     assert load().digest == study.digest
     assert len(checked) == 4
+
+
+def test_a_file_that_an_axis_names_is_read_again(tmp_path):
+    """Results of another robot by the same name are not taken for those of this one."""
+    (tmp_path / "robots").mkdir()
+    for name in ("caroca", "other"):
+        shutil.copy(SCENARIOS / "robots" / "caroca.yaml", tmp_path / "robots" / f"{name}.yaml")
+    shutil.copy(SCENARIOS / "caroca.yaml", tmp_path)
+    path, out = tmp_path / "study.yaml", tmp_path / "out"
+    path.write_text("scenario: caroca.yaml\naxes:\n  - {key: robot, values: [robots/caroca.yaml, robots/other.yaml]}\n")
+    study = load_study(path)
+    folder = StudyFolder(out, study)
+    for case in study.cases:
+        folder.record(Outcome(case.id, "finished", "", "", {"samples": 1}, case.versions))
+    folder.close()
+    assert load_study(path, ended=ended(out)).digest == study.digest
+    robot = tmp_path / "robots" / "other.yaml"
+    robot.write_text(re.sub(r"mass: *[0-9.]+", "mass: 77.0", robot.read_text()))
+    with pytest.raises(OutputError, match="holds another study"):
+        StudyFolder(out, load_study(path, ended=ended(out)))
 
 
 def test_results_that_vanish_meanwhile_are_told(tmp_path):
