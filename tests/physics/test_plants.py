@@ -210,8 +210,8 @@ def test_open_and_close_leak_nothing(offset_robot, name, options):
 
     use(30)
     before = resident()
-    use(300)
-    assert resident() - before < 5.0
+    use(150)
+    assert resident() - before < 2.5
 
 
 @pytest.mark.slow

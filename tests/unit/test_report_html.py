@@ -224,6 +224,7 @@ def test_a_diverged_run_says_what_is_not_finite() -> None:
     assert row(render(diverged_run()), "Position error (mm)")[2] == "not finite"
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_wall_clock_times_stand_in_one_row_only() -> None:
     fast, slow = (render(replace(make_run(rows=200), timings={"loop_s": s})).splitlines() for s in (0.1, 7.0))
     different = [a for a, b in zip(fast, slow, strict=True) if a != b]
@@ -251,6 +252,7 @@ def test_the_file_is_small(tmp_path: Path) -> None:
     assert (tmp_path / "report.html").stat().st_size < 600_000
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"nowhere.*No such file"):
         write_report(make_run(rows=2), tmp_path / "nowhere" / "report.html")
