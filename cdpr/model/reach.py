@@ -14,6 +14,8 @@ from cdpr.model.robot import Array, Robot
 # A value that is told in decimals meets its limit to this share: exactly reached is not exceeded.
 REACH_TOLERANCE = 1e-9
 
+DIGITS = 9  # that a value needs at most to be told from its limit: REACH_TOLERANCE
+
 # What a cable is that leaves a limit, in a word for figures and in a sentence, and the unit.
 EXCEEDED = (
     ("shorter", "cables shorter", "m"),
@@ -41,8 +43,11 @@ class Exceeded:
         """One sentence; `names` are those of all cables."""
         more = f", and {len(self.cables) - 1} more" if len(self.cables) > 1 else ""
         count = f"{self.samples} sample{'s' * (self.samples > 1)}"
-        which = names[self.cables[0]]
-        return f"{self.words} than allowed: {which} {self.worst:.4g} of {self.limit:g} {self.unit}{more} ({count})"
+        which, digits = names[self.cables[0]], 4
+        while digits < DIGITS and float(f"{self.worst:.{digits}g}") == self.limit:
+            digits += 1
+        value = f"{'down' if self.name == 'shorter' else 'up'} to {self.worst:.{digits}g}"
+        return f"{self.words} than allowed: {which} {value} of {self.limit:g} {self.unit}{more} ({count})"
 
 
 def bounds_of(robot: Robot) -> Bounds:

@@ -7,6 +7,7 @@ import re
 from functools import lru_cache
 from typing import Any, Literal
 
+from cdpr.errors import ScenarioError
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import examples
@@ -50,7 +51,7 @@ def load_scenario(
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
     problems = Problems()
-    document = open_document(os.fspath(path), "scenario", problems, text=text)
+    document = open_document(_name(path), "scenario", problems, text=text)
     chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
     return _scenario(document, overrides, chosen, plugins or registry(), problems)
 
@@ -58,7 +59,15 @@ def load_scenario(
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
     """Load and check a robot file; arguments and errors as for `load_scenario`."""
     problems = Problems()
-    return _robot(open_document(os.fspath(path), "robot", problems, text=text), overrides, problems)
+    return _robot(open_document(_name(path), "robot", problems, text=text), overrides, problems)
+
+
+def _name(path: object) -> str:
+    """Return the name of a file."""
+    if isinstance(path, (str, os.PathLike)):
+        return os.fspath(path)
+    text = f"a file name is expected, not {type(path).__name__}: content goes into `text`, as YAML; see load_scenario"
+    raise ScenarioError([text])
 
 
 def load_any(
@@ -66,7 +75,7 @@ def load_any(
 ) -> Scenario | Robot:
     """Load and check a file that may be a scenario or a robot."""
     problems = Problems()
-    document = open_document(os.fspath(path), None, problems)
+    document = open_document(_name(path), None, problems)
     if _kind(document) == "robot":
         return _robot(document, overrides, problems)
     return _scenario(document, overrides, [], plugins or registry(), problems)

@@ -92,7 +92,8 @@ def _tell(event: ScenarioEvent, samples: int, marked: Mapping[int, Array], heade
             time, event.type, f"external force {_list(event.force)} N, moment {_list(event.moment)} N m{swing}", end
         )
     elif isinstance(event, CableFault):
-        known = first_sample(event.time + event.detected_after, step) * step
+        learns = first_sample(event.time + event.detected_after, step)
+        known = learns * step
         broken = isinstance(event, CableBreak)
         what = "breaks"
         if not broken and k in marked:
@@ -100,7 +101,7 @@ def _tell(event: ScenarioEvent, samples: int, marked: Mapping[int, Array], heade
             what = f"jams at {tension:.5g} N"
         text = f"cable '{event.cable}' {what}" + ("" if known > time else ", known at once")
         yield Event(time, event.type, text, cable=str(event.cable))
-        if known > time:
+        if known > time and learns < samples:
             what = "broken" if broken else "jammed"
             yield Event(known, "detected", f"the distribution learns that cable '{event.cable}' is {what}")
     elif isinstance(event, TensionLimits):

@@ -146,7 +146,8 @@ class Loop:
             self.stage.distribute()
             if self.row[self.status] not in ANSWERS and not self.stage.answered:
                 raise PluginError(
-                    f"solver '{parts.solver_name}' wrote no tensions: `solve` must write into the array it is given"
+                    f"solver '{parts.solver_name}' wrote no tensions, or NaN: `solve` must write "
+                    "into the array it is given"
                 )
             if real_time:
                 self.stage.warm_up_policy()

@@ -29,12 +29,19 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
         need = samples * rows.chunk_length(BLOCK) // BLOCK
         try:
             above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
-            have, where = shutil.disk_usage(above).free, f"the disk of {folder}"
+            disk, where = shutil.disk_usage(above), f"the disk of {folder}"
+            have = disk.free if disk.total else need  # none: no disk, and nothing that can be written to
         except OSError as error:  # as below a folder that may not be searched
             raise unwritable(folder, error) from error
     if need > have:
         text = (
             f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need "
-            f"{need / 1e9:.3g} GB, {where} has {have / 1e9:.3g} GB: shorten it or thin the log by log.step"
+            f"{_size(need)}, {where} has {_size(have)}: shorten it or thin the log by log.step"
         )
         raise ScenarioError([text])
+
+
+def _size(count: int) -> str:
+    """Bytes in a unit that people read."""
+    unit, name = next(each for each in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")) if count >= each[0] or each[0] == 1e3)
+    return f"{count / unit:.3g} {name}"

@@ -93,6 +93,9 @@ class TensionStage:
             status = self._solve()
         except (Exception, SystemExit) as error:
             raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
+        if isinstance(status, np.ndarray):  # such as the tensions
+            text = "`solve` writes into the array that it is given, and returns a status"
+            raise PluginError(f"solver '{self._name}' returned an array, which is no cdpr.tension.Status: {text}")
         answered = status == 0
         if answered:
             status = self._accept()

@@ -196,12 +196,12 @@ def test_a_preview_agrees_with_the_run():
 def test_exceeded_limits_and_infeasible_samples_are_named():
     slow = ["--set", "robot.cables[0].speed_max=1", "--set", "robot.cables[1].length.max=20"]
     told = figures(SCENARIOS / "point_mass.yaml", *slow)["motion"]
-    assert [text.split(" (")[0][:50] for text in told["exceeded"]] == [
-        "cables longer than allowed: cable_2 28.36 of 20 m",
-        "cables wound faster than allowed: cable_1 3.288 of",
+    assert [text.split(" (")[0][:56] for text in told["exceeded"]] == [
+        "cables longer than allowed: cable_2 up to 28.36 of 20 m",
+        "cables wound faster than allowed: cable_1 up to 3.288 of",
     ]
     text = info(SCENARIOS / "point_mass.yaml", *slow, "--set", "robot.tension.max=190").stdout
-    assert "exceeded: cables wound faster than allowed: cable_1 3.288 of 1 m/s (" in text
+    assert "exceeded: cables wound faster than allowed: cable_1 up to 3.288 of 1 m/s (" in text
     assert "first not at 0 s" in text
     assert "none: only tensions of" in text
     assert "fastest (m/s)        1, unknown, unknown" in text

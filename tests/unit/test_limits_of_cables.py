@@ -47,6 +47,15 @@ def test_what_is_counted_is_what_a_plain_look_finds():
                 assert (one.cables[0], one.worst) == (at[1], value[at])
 
 
+def test_a_value_is_told_from_its_limit():
+    reach = Reach(((1.0,), (1.8,), (None,)), 1)
+    reach.add(np.zeros(2), np.array([[1.80001], [0.9]]), np.zeros((2, 1)))
+    assert [one.text(["a"]) for one in reach.told()] == [
+        "cables shorter than allowed: a down to 0.9 of 1 m (1 sample)",
+        "cables longer than allowed: a up to 1.80001 of 1.8 m (1 sample)",
+    ]
+
+
 def test_a_limit_that_is_just_reached_is_kept():
     reach = Reach(((0.3,), (1.0,), (0.1 + 0.2,)), 1)
     assert not reach.add(np.zeros(2), np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]]))
@@ -64,7 +73,7 @@ def test_a_run_counts_them_and_says_so(more, tmp_path):
     assert run.summary()["beyond_limits_steps"] == {"shorter": 0, "longer": 0, "faster": wrong.sum()}
     (event,) = [event for event in run.events if event.kind == "limit"]
     assert event.time == pytest.approx(0.001 * np.argmax(wrong))
-    assert event.text.startswith("cables wound faster than allowed: cable_2 0.")
+    assert event.text.startswith("cables wound faster than allowed: cable_2 up to 0.")
     assert f"but {wrong.sum()} of 1001 samples had cables wound faster than allowed" in banner(run)
     assert load_run(tmp_path / "run").header.bounds == run.header.bounds
     assert "beyond_limits_steps" not in simulate(SCENARIO, overrides={"simulation.duration": 0.01}).summary()
@@ -72,7 +81,7 @@ def test_a_run_counts_them_and_says_so(more, tmp_path):
 
 def test_the_scenario_may_say_to_stop(tmp_path):
     with pytest.raises(
-        BeyondLimits, match=r"cables wound faster than allowed: cable_2 0.2\d* of 0.2 m/s .*limits: stop"
+        BeyondLimits, match=r"cables wound faster than allowed: cable_2 up to 0.2\d* of 0.2 m/s .*limits: stop"
     ) as stop:
         simulate(SCENARIO, overrides=SLOW | {"limits": "stop"}, out=tmp_path / "run")
     assert isinstance(stop.value, Infeasible)  # who catches that goes on to

@@ -57,6 +57,12 @@ def test_the_shortest_scenario_and_all_defaults():
     assert [cable.name for cable in robot.cables] == ["cable_1"]
 
 
+def test_what_is_no_file_name_is_told():
+    for loader in (load_scenario, load_robot):
+        with pytest.raises(ScenarioError, match="a file name is expected, not dict"):
+            loader({"robot": "caroca.yaml"})
+
+
 def test_the_physics_step_follows_the_control_step():
     simulation = load(changed(SHORT, "duration: 1", "duration: 1, control_step: 0.01")).simulation
     assert (simulation.physics_step, simulation.steps, simulation.substeps) == (0.01, 100, 1)

@@ -45,12 +45,15 @@ def test_a_run_that_can_never_fit_is_refused_at_its_line_before_its_folder_is_ma
         ScenarioError, match=r"caroca.yaml:\d+:\d+: simulation.duration: \d+ samples need .* GB, the mem"
     ):
         simulate(CAROCA)
-    monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 1000}))
+    monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 1000, "total": 9000}))
     with pytest.raises(
-        ScenarioError, match=r"simulation.duration: \d+ samples need .* GB, the disk of .*/a/run has 1e-06"
+        ScenarioError, match=r"simulation.duration: \d+ samples need .* MB, the disk of .*/a/run has 1 kB"
     ):
         simulate(CAROCA, out=tmp_path / "a" / "run")
     assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 0, "total": 0}))
+    short = {"simulation.duration": 0.01}
+    assert simulate(CAROCA, overrides=short, out=tmp_path / "run").status == "finished"  # no disk to speak of
 
 
 def test_a_folder_below_one_that_may_not_be_searched_is_refused(tmp_path, monkeypatch):

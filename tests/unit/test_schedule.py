@@ -127,6 +127,7 @@ def test_a_late_detection_leaves_the_load_to_the_plant():
     missing = late.tension[49, 1] * direction(late, 1)
     np.testing.assert_allclose(late.velocity[51] - late.velocity[50], -missing * H / MASS, rtol=1e-4, atol=1e-9)
     assert told(late) == [(0.05, "cable_break"), (0.07, "detected")]
+    assert told(run(break_of("cable_2", detected_after=20.0))) == [(0.05, "cable_break")]  # the run is over by then
 
 
 def direction(run, i, k=50):
