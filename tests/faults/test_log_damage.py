@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
-import signal
-import subprocess
-import sys
 import time
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +21,6 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.log.writer import LogWriter
-from cdpr.model.robot import Array
 
 HEADER = make_header(2)
 ROWS = make_rows(HEADER, 2 * BLOCK + 44)
@@ -300,79 +293,6 @@ def test_a_damage_in_the_middle_keeps_all_that_follows(tmp_path: Path, whole: by
     rest = report.torn.read_bytes()
     assert damaged.endswith(rest)
     assert len(rest) >= len(whole) // 2
-
-
-CHILD = """
-import sys, time
-from pathlib import Path
-sys.path.insert(0, {tests!r})
-from log_cases import make_header, make_rows
-from cdpr.log.recorder import BLOCK, Recorder
-from cdpr.log.run import Run
-from cdpr.log.run_folder import RunFolder
-header = make_header(2)
-rows = make_rows(header, 40 * BLOCK)
-folder = RunFolder(Path({out!r}), header)
-recorder = Recorder(header, len(rows), folder.path)
-recorder.rows[:-1] = rows
-print("ready", flush=True)
-for n in range(50, len(rows), 50):
-    recorder.flush(n)
-    print(n, flush=True)
-"""
-
-
-@pytest.mark.parametrize("number", [3, 77])
-def test_a_killed_run_loses_nothing_that_was_flushed(tmp_path: Path, number: int) -> None:
-    tests = str(Path(__file__).parent.parent)
-    script = CHILD.format(tests=tests, out=str(tmp_path / "run"))
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
-        assert child.stdout is not None
-        lines = [child.stdout.readline() for _ in range(number)]
-        child.send_signal(signal.SIGKILL)
-    flushed = int(lines[-1])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        run = load_run(tmp_path / "run")
-    assert run.status == "running"
-    assert len(run.rows) >= flushed
-    truth: Array = make_rows(make_header(2), 40 * BLOCK)
-    assert same_bits(run.rows, truth[: len(run.rows)])
-
-
-class Mortal(io.FileIO):
-    """A file whose process is killed once so many bytes more are written."""
-
-    left = sys.maxsize
-
-    def write(self, data):
-        done = super().write(memoryview(data)[: self.left])
-        self.left -= done
-        if not self.left:
-            raise KeyboardInterrupt
-        return done
-
-
-def test_killed_within_a_write_what_was_flushed_before_stays(tmp_path: Path) -> None:
-    """A block that was begun is written anew as a longer one; killed at any byte of that."""
-    path = tmp_path / "log.mcap"
-    for left in (1, 20, CHUNK_HEAD.size - 1, 1000, 30_000, 60_000):
-        writer = LogWriter(path, HEADER)
-        writer.write(ROWS, 100)
-        whole = path.stat().st_size
-        for stop, flushed in ((150, 100), (BLOCK + 10, 150)):
-            file = Mortal(writer._file.fileno(), "r+b", closefd=False)
-            file.left = left
-            writer._file, kept = file, writer._file
-            with pytest.raises(KeyboardInterrupt):
-                writer.write(ROWS, stop)
-            found = scan(path)
-            assert len(found.rows) >= flushed, (left, stop)
-            assert same_bits(found.rows, ROWS[: len(found.rows)])
-            writer._file = kept
-            writer.write(ROWS, 150)
-        kept.close()
-        assert path.stat().st_size > whole
 
 
 def test_a_run_json_that_is_not_ours(tmp_path: Path, whole: bytes) -> None:
