@@ -26,10 +26,11 @@ from mcap.opcode import Opcode
 from cdpr.errors import LogError
 from cdpr.log import run_json
 from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.event import Event
 from cdpr.log.mcap_file import FORMAT, MAGIC, METADATA, OPENING, LogFormat, Written
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.rows import IN_MEMORY, LogRows
-from cdpr.log.run import Event, Header, Run
+from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
 
 _CHANNEL = slice(CHUNK_HEAD.size + 9, CHUNK_HEAD.size + 11)  # of a chunk's first message

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cdpr.log.event import Event
 from cdpr.log.layout import FIELDS, Layout
 from cdpr.model import rotations
 from cdpr.model.reach import Bounds
@@ -75,17 +76,6 @@ NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": ()}
 
 # Ends that the scenario foresees: what such a run holds is a whole result.
 FORESEEN = ("finished", "infeasible", "beyond_limits")
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened in a run."""
-
-    time: float  # s
-    kind: str  # "infeasible", "diverged", "stopped", "interrupted", ...
-    text: str
-    until: float | None = None  # s, where it lasted
-    cable: str | None = None  # the one that it concerns
 
 
 @dataclass(frozen=True, eq=False)

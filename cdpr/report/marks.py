@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from itertools import cycle
 from typing import Any
 
-from cdpr.log.run import Event, Run
+from cdpr.log.event import Event
+from cdpr.log.run import Run
 from cdpr.tension import Status
 
 INK = "#222222"

@@ -39,7 +39,7 @@ class Scene:
             position=run.position,
             orientation=run.orientation,
             desired=run.desired_position,
-            broken=frozenset(event.cable for event in run.events if event.cable and event.kind == "cable_break"),
+            broken=frozenset(head.cables[i] for i, since in head.broken if len(run.time) and since <= run.time[-1]),
         )
 
     @classmethod

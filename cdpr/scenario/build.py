@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.document import Document
-from cdpr.scenario.event_checks import EventChecks, beyond, named
+from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.messages import explain
 from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS
@@ -55,7 +55,8 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     trajectory = complete(sections.trajectory, sections.initial)
     if isinstance(trajectory, Csv) and table:
         trajectory = trajectory.filled(table)
-    events = [named(event, [cable.name for cable in robot.cables]) for event in sections.events]
+    names = [cable.name for cable in robot.cables]
+    events = [event.named(names) for event in sections.events]
     return Scenario(
         sections=sections.model_copy(
             update={

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field
 
 from cdpr.model.robot import Array
 from cdpr.scenario.actuator_schema import Actuators
-from cdpr.scenario.event_schema import MAX_EVENTS, AnyEvent
+from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.fields import ZERO, Name, Position, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order

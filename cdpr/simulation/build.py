@@ -19,7 +19,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
 from cdpr.scenario import Scenario
-from cdpr.scenario.event_schema import broken
+from cdpr.scenario.events import broken
 from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.log.run import Event, Header
+from cdpr.log.event import Event
+from cdpr.log.run import Header
 from cdpr.model.reach import Reach
 from cdpr.model.robot import Array
-from cdpr.scenario.event_schema import CableBreak, CableFault, Load, ScenarioEvent, Sine, TensionLimits, first_sample
+from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loop import Parts
-from cdpr.simulation.schedule import power_off
 from cdpr.tension.command import BEYOND
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
@@ -63,7 +63,7 @@ def limit_events(reach: Reach, header: Header) -> list[Event]:
 
 def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:
     """Return the samples whose rows `scheduled_events` needs."""
-    return [first_sample(event.time, step) for event in scheduled if isinstance(event, CableFault)]
+    return [first_sample(event.time, step) for event in scheduled if event.wants_tensions]
 
 
 def scheduled_events(
@@ -73,48 +73,10 @@ def scheduled_events(
 
     `marked` holds the rows of those that `marks` names, as far as they were made.
     """
-    step = header.control_step
+    step, columns = header.control_step, header.layout.columns["tension"]
+
+    def tensions(k: int) -> dict[str, float]:
+        return dict(zip(header.cables, marked[k][columns].tolist(), strict=True)) if k in marked else {}
+
     came = [one for one in scheduled if round(one.time / step) < samples]
-    return [event for one in came for event in _tell(one, samples, marked, header)]
-
-
-def _tell(event: ScenarioEvent, samples: int, marked: Mapping[int, Array], header: Header) -> Iterator[Event]:
-    """Yield what there is to say of one event, each at the sample at which it acts."""
-    step = header.control_step
-    k = first_sample(event.time, step)
-    time = k * step
-    if isinstance(event, Load):
-        end = None
-        if event.duration is not None:
-            end = min(first_sample(event.time + event.duration, step), samples - 1) * step
-        swing = f" times a sine of {event.frequency:g} Hz" if isinstance(event, Sine) else ""
-        yield Event(
-            time, event.type, f"external force {_list(event.force)} N, moment {_list(event.moment)} N m{swing}", end
-        )
-    elif isinstance(event, CableFault):
-        learns = first_sample(event.time + event.detected_after, step)
-        known = learns * step
-        broken = isinstance(event, CableBreak)
-        what = "breaks"
-        if not broken and k in marked:
-            tension = marked[k][header.layout.columns["tension"]][header.cables.index(str(event.cable))]
-            what = f"jams at {tension:.5g} N"
-        text = f"cable '{event.cable}' {what}" + ("" if known > time else ", known at once")
-        yield Event(time, event.type, text, cable=str(event.cable))
-        if known > time and learns < samples:
-            what = "broken" if broken else "jammed"
-            yield Event(known, "detected", f"the distribution learns that cable '{event.cable}' is {what}")
-    elif isinstance(event, TensionLimits):
-        limits = [f"{key} {value:g} N" for key, value in (("min", event.min), ("max", event.max)) if value is not None]
-        whose = "all cables" if event.cable is None else f"cable '{event.cable}'"
-        yield Event(time, event.type, f"the tension limits of {whose} become {', '.join(limits)}")
-    else:
-        controlled = f", at rest within {event.stopping_time:g} s" if event.category != 0 else ""
-        yield Event(time, event.type, f"emergency stop of category {event.category}{controlled}")
-        if event.category != 2:
-            off = first_sample(power_off(event, step), step) * step
-            yield Event(off, "power_off", "the drives are without power: no tensions but in jammed cables")
-
-
-def _list(values: Sequence[float]) -> str:
-    return "[" + ", ".join(f"{value:g}" for value in values) + "]"
+    return [event for one in came for event in one.tell(step, samples, tensions(first_sample(one.time, step)))]

@@ -19,7 +19,7 @@ from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.scenario.event_schema import ScenarioEvent, broken
+from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import BeyondLimits, CdprError, Diverged, Infeasible, Interrupted, OutputError, PlantEnded, PluginError
+from cdpr.log.event import Event
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
-from cdpr.log.run import Event, Header, Run
+from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.reach import Reach
 from cdpr.model.robot import Array

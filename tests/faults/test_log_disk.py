@@ -18,13 +18,14 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from cdpr.errors import ExitCode, OutputError
 from cdpr.log import recorder as recorder_module
 from cdpr.log import run_json
+from cdpr.log.event import Event
 from cdpr.log.export import export
 from cdpr.log.mcap_file import BLOCK
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
 from cdpr.log.rows import LogRows
-from cdpr.log.run import Event, Run
+from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter
 

@@ -11,8 +11,9 @@ import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.errors import OutputError
+from cdpr.log.event import Event
 from cdpr.log.reader import load_run
-from cdpr.log.run import Event, Run
+from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 
 HEADER = make_header(2)

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cdpr.log.event import Event
 from cdpr.log.layout import Layout
-from cdpr.log.run import Event, Header, Run
+from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
 
 MASS = 60.0

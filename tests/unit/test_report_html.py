@@ -12,7 +12,8 @@ import pytest
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.errors import OutputError
-from cdpr.log.run import Event, Run
+from cdpr.log.event import Event
+from cdpr.log.run import Run
 from cdpr.report import plots
 from cdpr.report.canvas import inline_svg
 from cdpr.report.html import drawings, render, write_report

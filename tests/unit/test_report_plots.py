@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
-from cdpr.log.run import Event, Run
+from cdpr.log.event import Event
+from cdpr.log.run import Run
 from cdpr.report import plots, sketch
 from cdpr.report.canvas import Chart, inline_svg
 from cdpr.report.histories import roll_pitch_yaw

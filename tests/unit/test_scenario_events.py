@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_scenario_base import HOLD, TEXTS, line_of, load, problem, problems, whole
 
-from cdpr.scenario.event_schema import first_sample
+from cdpr.scenario.events import first_sample
 
 
 def with_events(*events):

@@ -1,0 +1,26 @@
+"""What may happen to a robot during a run: a file each, and this table. To add one, write its file and name it here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field
+
+from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample
+from cdpr.scenario.events.faults import CableBreak, CableJam
+from cdpr.scenario.events.limits import TensionLimits
+from cdpr.scenario.events.loads import Sine, Wrench
+from cdpr.scenario.events.stop import EmergencyStop
+
+__all__ = ["MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample"]
+
+MAX_EVENTS = 1000
+
+AnyEvent = Annotated[Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop, Field(discriminator="type")]
+
+
+def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:
+    """Return which of the `cables` break, counted from 0, and the times (s) of the samples from which they are."""
+    breaks = [event for event in events if isinstance(event, CableEvent) and event.breaks]
+    return tuple((cables.index(str(event.cable)), first_sample(event.time, step) * step) for event in breaks)

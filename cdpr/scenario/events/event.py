@@ -1,0 +1,165 @@
+"""What every event of a scenario is: a section, its checks, what it does in a run, and what is told of it.
+
+An event acts at the first sample at or after its time, k * control_step, and from then on whatever the engine: nothing
+happens within a control step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Protocol, Self
+
+from pydantic import Field
+
+from cdpr.log.event import Event
+from cdpr.scenario.fields import NonNegative, Section, unit
+from cdpr.scenario.problems import exact, nearest
+
+ROUNDING = 1e-9  # of a step: times are decimal fractions, which floats miss by rounding
+
+
+def first_sample(time: float, step: float) -> int:
+    """Return the number of the first sample at or after `time` (s); `step` is the time between two (s)."""
+    return math.ceil(time / step - ROUNDING * max(1.0, time / step))
+
+
+class Drives(Protocol):
+    """What an event may do to the cables, named; None stands for all of them. Tensions in N."""
+
+    def hold(self, cable: str, tension: float | None) -> None:
+        """From now on a cable has this tension, or where None is given that of the sample before."""
+
+    def lock(self, cable: str) -> None:
+        """The distribution learns which tension a cable is held at."""
+
+    def limit(self, cable: str | None, low: float | None, high: float | None) -> None:
+        """Change tension limits, but for None, of cables that the distribution does not know to be held."""
+
+    def cut_power(self) -> None:
+        """Leave all cables but those that are held without tension, and ask for none any more."""
+
+
+Action = Callable[[Drives], None]
+
+
+@dataclass(frozen=True)
+class Swing:
+    """An external wrench: amplitude times sin(angle * (k - first) + phase) at the samples `first` <= k < `end`."""
+
+    first: int
+    end: float
+    angle: float  # rad a sample; 0 for what does not swing
+    phase: float  # rad
+    amplitude: tuple[float, ...]  # (6,): force, N, and moment, N m, at the platform's origin, world axes
+
+
+@dataclass
+class History:
+    """What has happened before an event, for its checks.
+
+    Attributes:
+        unilateral: whether cables cannot push.
+        limits: present limits, N, of each cable by name; None where they are not known.
+        set_at: when a cable's `min` or `max` was last changed, s.
+        fate: of cables that no longer do what they are told: what has become of them, and when, s.
+        stopped: when the robot was stopped, s.
+    """
+
+    unilateral: bool
+    limits: dict[str, tuple[float, float]] | None = None
+    set_at: dict[tuple[str, str], float] = field(default_factory=dict)
+    fate: dict[str, tuple[str, float]] = field(default_factory=dict)
+    stopped: float | None = None
+
+
+class ScenarioEvent(Section):
+    """Something that happens at a time.
+
+    Attributes:
+        ideal_cables_only: whether it needs cables that pull what they are told.
+        overrides: whether it gives cables tensions that the distribution did not choose.
+        wants_tensions: whether `tell` needs the tensions of its first sample.
+    """
+
+    ideal_cables_only: ClassVar[bool] = False
+    overrides: ClassVar[bool] = False
+    wants_tensions: ClassVar[bool] = False
+
+    type: str
+    time: NonNegative = Field(
+        description="when it happens: it acts from the first sample at or after this time", json_schema_extra=unit("s")
+    )
+
+    def named(self, names: Sequence[str | None]) -> Self:
+        """Return the event with its cable's name in place of the number; `names` are those of all cables."""
+        return self
+
+    def check_cable(self, names: Sequence[str]) -> str:
+        """Return what is wrong with its cable; `names` are those of the robot."""
+        return ""
+
+    def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
+        """Yield key and text of what cannot be with this control step, s."""
+        return iter(())
+
+    def follow(self, history: History) -> Iterator[str]:
+        """Yield what cannot be after what has happened, and take part in it; asked in the order of time."""
+        return iter(())
+
+    def actions(self, step: float) -> Iterator[tuple[float, Action]]:
+        """Yield what it does to cables, and when, s."""
+        return iter(())
+
+    def swing(self, step: float) -> Swing | None:
+        """Return the external wrench that it is, if any."""
+        return None
+
+    def slowing(self, step: float) -> tuple[float, float] | None:
+        """Return when the desired motion begins to slow down, and how long until rest, s, if it does so."""
+        return None
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Yield what there is to say of it, each at the sample at which it acts.
+
+        Args:
+            step: control period, s.
+            samples: how many the run made.
+            tension: N, of each cable by name at its first sample, where it wants them and they are known.
+        """
+        raise NotImplementedError
+
+
+class CableEvent(ScenarioEvent):
+    """Something that happens to one cable, or where that may be left out to all.
+
+    Attributes:
+        breaks: whether the cable is no more from then on.
+    """
+
+    breaks: ClassVar[bool] = False
+
+    cable: str | int | None
+
+    def named(self, names: Sequence[str | None]) -> Self:
+        """Return the event with its cable's name in place of the number."""
+        return self.model_copy(update={"cable": names[self.cable - 1]}) if isinstance(self.cable, int) else self
+
+    def check_cable(self, names: Sequence[str]) -> str:
+        """Return what is wrong with its cable."""
+        if isinstance(self.cable, int) and not 1 <= self.cable <= len(names):
+            return f"cables are numbered from 1 to {len(names)}, got {self.cable}"
+        if isinstance(self.cable, str) and self.cable not in names:
+            return f"no cable is named '{self.cable}': {nearest(self.cable, names)}there are {', '.join(names)}"
+        return ""
+
+    def follow(self, history: History) -> Iterator[str]:
+        """Yield where the cable is no more, or held."""
+        what, since = ("", 0.0) if self.cable is None else history.fate.get(str(self.cable), ("", 0.0))
+        if what and not self.possible(what):
+            yield f"cable '{self.cable}' is {what} already, since {exact(since)} s"
+
+    def possible(self, fate: str) -> bool:
+        """Whether it may happen to a cable of this fate."""
+        return False

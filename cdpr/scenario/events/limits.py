@@ -1,0 +1,78 @@
+"""Tension limits that change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from cdpr.log.event import Event
+from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
+from cdpr.scenario.fields import Number, unit
+from cdpr.scenario.problems import exact
+
+
+class TensionLimits(CableEvent):
+    """The tension limits change. Cables that are broken or jammed keep what they have."""
+
+    type: Literal["limits"] = Field(description="the tension limits of one cable or of all change")
+    cable: str | int | None = Field(None, description="name of the cable, or its number from 1; all unless said")
+    min: Number | None = Field(
+        None, description="lowest admissible tension; unchanged unless said", json_schema_extra=unit("N")
+    )
+    max: Number | None = Field(
+        None, description="highest admissible tension; unchanged unless said", json_schema_extra=unit("N")
+    )
+
+    @model_validator(mode="after")
+    def _something(self) -> TensionLimits:
+        if self.min is None and self.max is None:
+            raise ValueError("min or max is missing, or both: the new limits (N)")
+        return self
+
+    def follow(self, history: History) -> Iterator[str]:
+        """Yield where the cable is no more, and where its limits would contradict each other."""
+        yield from super().follow(history)
+        if history.limits is None:
+            return
+        for name in history.limits if self.cable is None else (str(self.cable),):
+            text = self._contradiction(name, history, history.limits)
+            if text:
+                yield text
+                return  # limits of all cables that are wrong are one problem
+
+    def actions(self, step: float) -> Iterator[tuple[float, Action]]:
+        """The limits change at its time."""
+        cable = None if self.cable is None else str(self.cable)
+
+        def change(drives: Drives) -> None:
+            drives.limit(cable, self.min, self.max)
+
+        yield self.time, change
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Say which limits change."""
+        limits = [f"{key} {value:g} N" for key, value in self._given().items()]
+        whose = "all cables" if self.cable is None else f"cable '{self.cable}'"
+        text = f"the tension limits of {whose} become {', '.join(limits)}"
+        yield Event(first_sample(self.time, step) * step, self.type, text)
+
+    def _given(self) -> dict[str, float]:
+        return {key: value for key, value in (("min", self.min), ("max", self.max)) if value is not None}
+
+    def _contradiction(self, name: str, history: History, present: dict[str, tuple[float, float]]) -> str:
+        """Change the limits of one cable in `present`; return what is wrong with that, if anything."""
+        twice = [key for key in self._given() if history.set_at.get((name, key)) == self.time]
+        history.set_at.update({(name, key): self.time for key in self._given()})
+        low, high = present[name]
+        low, high = low if self.min is None else self.min, high if self.max is None else self.max
+        present[name] = low, high
+        if twice:
+            return f"{twice[0]} of cable '{name}' is set twice at {exact(self.time)} s"
+        if history.unilateral and low < 0:
+            return f"min must be at least 0 (N), got {exact(low)}: a cable cannot push"
+        if low > high or high <= 0:
+            found = f"{exact(low)} to {exact(high)}"
+            return f"cable '{name}' would have the limits {found} (N): min must not exceed max, max be positive"
+        return ""

@@ -1,0 +1,107 @@
+"""External wrenches: pushes, steps, constant loads and those that swing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from cdpr.log.event import Event
+from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
+from cdpr.scenario.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
+from cdpr.scenario.problems import exact
+
+QUARTER = 0.5 * math.pi  # the phase of what does not swing
+
+
+class Load(ScenarioEvent):
+    """A force and a moment on the platform. Those that act at the same time add up."""
+
+    time: NonNegative = Field(
+        0.0,
+        description="when it begins: it acts from the first sample at or after this time",
+        json_schema_extra=unit("s"),
+    )
+    duration: Positive | None = Field(
+        None,
+        description="how long it acts, at least control_step; until the end of the run unless said",
+        json_schema_extra=unit("s"),
+    )
+    force: Vector3 = Field(
+        ZERO,
+        description="force at the platform's origin, world axes; of a sine the amplitude",
+        json_schema_extra=unit("N"),
+    )
+    moment: Vector3 = Field(
+        ZERO, description="moment, world axes; of a sine the amplitude", json_schema_extra=unit("N m")
+    )
+
+    @model_validator(mode="after")
+    def _something(self) -> Load:
+        if not {"force", "moment"} & self.model_fields_set:
+            raise ValueError("force (N) or moment (N m) is missing, or both: three numbers each, world axes")
+        return self
+
+    def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
+        """Yield where it would end before it acts."""
+        if self.duration is not None and self.duration < step * (1.0 - 1e-9):
+            held = exact(self.duration)
+            text = f"must be at least control_step, {exact(step)} (s), for it is held so long, got {held}"
+            yield "duration", text
+
+    def swing(self, step: float) -> Swing:
+        """Return the wrench."""
+        end = math.inf if self.duration is None else float(first_sample(self.time + self.duration, step))
+        return Swing(first_sample(self.time, step), end, *self._oscillation(step), (*self.force, *self.moment))
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Say which wrench acts, and until when."""
+        end = None
+        if self.duration is not None:
+            end = min(first_sample(self.time + self.duration, step), samples - 1) * step
+        text = f"external force {_list(self.force)} N, moment {_list(self.moment)} N m{self._suffix()}"
+        yield Event(first_sample(self.time, step) * step, self.type, text, end)
+
+    def _oscillation(self, step: float) -> tuple[float, float]:
+        """Angle a sample and phase, rad."""
+        return 0.0, QUARTER
+
+    def _suffix(self) -> str:
+        return ""
+
+
+class Wrench(Load):
+    """A constant wrench: with a duration a push, without one a step, from time 0 a constant load."""
+
+    type: Literal["wrench"] = Field(description="a constant force and moment on the platform")
+
+
+class Sine(Load):
+    """A wrench that swings: force and moment times sin(2 pi frequency (t - begin) + phase)."""
+
+    type: Literal["sine"] = Field(
+        description="a force and moment on the platform that swing as a sine; sampled, and held over each control step"
+    )
+    frequency: Positive = Field(
+        description="frequency, less than half of the control rate", json_schema_extra=unit("Hz")
+    )
+    phase: Number = Field(0.0, description="phase at its first sample", json_schema_extra=unit("rad"))
+
+    def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
+        """Yield where samples could not show the frequency."""
+        yield from super().check_steps(step)
+        if self.frequency * step >= 0.5:
+            text = f"must be less than half of the control rate, {0.5 / step:g} (Hz), got {exact(self.frequency)}"
+            yield "frequency", text
+
+    def _oscillation(self, step: float) -> tuple[float, float]:
+        return 2.0 * math.pi * self.frequency * step, self.phase
+
+    def _suffix(self) -> str:
+        return f" times a sine of {self.frequency:g} Hz"
+
+
+def _list(values: Sequence[float]) -> str:
+    return "[" + ", ".join(f"{value:g}" for value in values) + "]"

@@ -1,0 +1,67 @@
+"""The emergency stop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from cdpr.log.event import Event
+from cdpr.scenario.events.event import Action, Drives, History, ScenarioEvent, first_sample
+from cdpr.scenario.fields import Positive, unit
+from cdpr.scenario.problems import exact
+
+
+class EmergencyStop(ScenarioEvent):
+    """The robot stops, in the sense of the stop categories of IEC 60204-1."""
+
+    overrides: ClassVar[bool] = True
+
+    type: Literal["emergency_stop"] = Field(description="the robot is stopped")
+    category: int = Field(
+        2,
+        ge=0,
+        le=2,
+        description="stop category of IEC 60204-1: 2 slows down along the path, then holds the pose; 1 does so and "
+        "then cuts the power; 0 cuts it at once. Without power all tensions are 0, and the controller and the "
+        "distribution are off",
+    )
+    stopping_time: Positive = Field(
+        0.5,
+        description="time from the motion to rest (categories 1 and 2): the pace along the path falls to 0 smoothly, "
+        "as 1 - 3 s^2 + 2 s^3 with s from 0 to 1, so half this time of the motion is still covered",
+        json_schema_extra=unit("s"),
+    )
+
+    def follow(self, history: History) -> Iterator[str]:
+        """Yield where the robot is stopped already."""
+        if history.stopped is not None:
+            yield f"the robot is stopped already at {exact(history.stopped)} s; one emergency stop is allowed"
+        history.stopped = self.time
+
+    def slowing(self, step: float) -> tuple[float, float] | None:
+        """A controlled stop slows the motion down."""
+        return None if self.category == 0 else (first_sample(self.time, step) * step, self.stopping_time)
+
+    def actions(self, step: float) -> Iterator[tuple[float, Action]]:
+        """Categories 0 and 1 cut the power."""
+
+        def cut(drives: Drives) -> None:
+            drives.cut_power()
+
+        if self.category != 2:
+            yield self._power_off(step), cut
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Say how it stops, and when the power is cut."""
+        controlled = f", at rest within {self.stopping_time:g} s" if self.category != 0 else ""
+        text = f"emergency stop of category {self.category}{controlled}"
+        yield Event(first_sample(self.time, step) * step, self.type, text)
+        if self.category != 2:
+            off = first_sample(self._power_off(step), step) * step
+            yield Event(off, "power_off", "the drives are without power: no tensions but in jammed cables")
+
+    def _power_off(self, step: float) -> float:
+        """Time, s, at which the power is cut."""
+        return self.time if self.category == 0 else first_sample(self.time, step) * step + self.stopping_time

@@ -1,0 +1,112 @@
+"""What is added most often takes one new file and one line in a table: done here to a copy of the program."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from cdpr.log.reader import load_run
+
+PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
+
+SCENARIO = """
+robot: caroca.yaml
+simulation: {duration: 0.02}
+initial: {position: [0, 0, 1.2]}
+events:
+- {type: gust, time: 0.005, speed: 12}
+"""
+
+EVENT = '''\
+"""Wind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Literal
+
+from pydantic import Field
+
+from cdpr.log.event import Event
+from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
+from cdpr.scenario.fields import Positive, unit
+
+
+class Gust(ScenarioEvent):
+    """Wind along x, from its time on."""
+
+    type: Literal["gust"] = Field(description="wind along x")
+    speed: Positive = Field(description="speed of the air", json_schema_extra=unit("m/s"))
+
+    def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
+        if self.speed > 60.0:
+            yield "speed", f"must be at most 60 (m/s), got {self.speed:g}"
+
+    def swing(self, step: float) -> Swing:
+        force = 0.5 * 1.2 * self.speed**2
+        return Swing(first_sample(self.time, step), math.inf, 0.0, 0.5 * math.pi, (force, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        yield Event(first_sample(self.time, step) * step, self.type, f"wind of {self.speed:g} m/s")
+'''
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the program, a function that adds to it, and one that calls its command line."""
+    folder = tmp_path_factory.mktemp("tree")
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def add(file, text, table, **lines):
+        """Write the file, and into the table what follows on certain words."""
+        (folder / file).write_text(text)
+        content = (folder / table).read_text()
+        for what, after in lines.values():
+            assert content.count(after) == 1
+            content = content.replace(after, after + what)
+        (folder / table).write_text(content)
+
+    def run(*arguments):
+        return subprocess.run(
+            [sys.executable, "-m", "cdpr", *map(str, arguments)],
+            env={**os.environ, "PYTHONPATH": str(folder)},
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+
+    return folder, add, run
+
+
+def test_an_event(tree):
+    folder, add, run = tree
+    add(
+        "cdpr/scenario/events/gust.py",
+        EVENT,
+        "cdpr/scenario/events/__init__.py",
+        imported=("from cdpr.scenario.events.gust import Gust\n", "import CableBreak, CableJam\n"),
+        named=("Gust | ", "AnyEvent = Annotated["),
+    )
+    scenario = folder / "gust.yaml"
+    scenario.write_text(SCENARIO)
+    shutil.copy(ROOT / "scenarios" / "robots" / "caroca.yaml", folder)
+    wrong = run("validate", scenario, "--set", "events[0].speed=99")
+    assert wrong.returncode == 2
+    assert "events[0].speed: must be at most 60 (m/s), got 99" in wrong.stderr
+    unknown = run("validate", scenario, "--set", "events[0].type=gist")
+    assert "did you mean 'gust'?" in unknown.stderr
+    done = run("run", scenario, "--no-report", "--out", folder / "run")
+    assert done.returncode == 0, done.stderr
+    assert "wind of 12 m/s" in done.stdout
+    told = load_run(folder / "run")
+    assert [(event.time, event.kind) for event in told.events] == [(0.005, "gust")]
+    np.testing.assert_allclose(told.external[[4, 5], 0], [0.0, 86.4])
