@@ -56,7 +56,6 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     }
     scene = Scene.of_robot(robot, np.zeros(1), at[None])
     if scenario is not None:
-        from cdpr.scenario.motion import make_trajectory
         from cdpr.simulation.schedule import Schedule, stopped
 
         simulation = scenario.simulation
@@ -66,7 +65,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
             return Schedule(events, period, robot, stage, tension, wrench, status, external, np.zeros(6))
 
-        trajectory = stopped(make_trajectory(scenario.trajectory), events, period)
+        trajectory = stopped(scenario.trajectory.make(), events, period)
         time = steps * period
         asked, desired = scenario.controlled, np.array([trajectory.sample(t) for t in time])
         solve = solver(asked, options).solve

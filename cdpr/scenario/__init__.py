@@ -5,16 +5,12 @@ A file is read in phases, and the problems of all of them are reported at once, 
 
 1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, merge keys, bombs);
 2. `overrides`: values set from outside are written into that data; a robot file is put where it is named;
-3. `schema`, `robot_schema`, `trajectory_schema`: types, units and ranges; `options`: the plugins' own models;
-4. `robot_checks`, `run_checks`, `motion_checks`, `guide_checks`, `event_checks`: what only several sections together
-   can show.
+3. `schema`, `robot_schema`, `motions`, `events`: types, units and ranges; `options`: the plugins' own models;
+4. `robot_checks`, `run_checks`, `motion_checks`, `event_checks`: what only several sections together can show.
 """
 
 from cdpr.scenario.loader import load_any, load_robot, load_scenario
-from cdpr.scenario.orientation import Euler, Orientation
-from cdpr.scenario.scenario import Scenario
-from cdpr.scenario.schema import Initial, Simulation, World
-from cdpr.scenario.trajectory_schema import (
+from cdpr.scenario.motions import (
     AngularLimits,
     Circle,
     Csv,
@@ -30,6 +26,9 @@ from cdpr.scenario.trajectory_schema import (
     Waypoint,
     Waypoints,
 )
+from cdpr.scenario.orientation import Euler, Orientation
+from cdpr.scenario.scenario import Scenario
+from cdpr.scenario.schema import Initial, Simulation, World
 
 __all__ = [
     "AngularLimits",

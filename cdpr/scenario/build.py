@@ -20,7 +20,6 @@ from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.scenario.trajectory_schema import Csv, complete
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -41,7 +40,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     sections = validate(ScenarioSection, data, document, problems)
     report_nulls(data, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
-    table = RunChecks(document, problems).run()
+    motion = RunChecks(document, problems).run()
     EventChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
@@ -52,9 +51,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     assert controller_options is not None
     assert solver_options is not None
     robot = sections.robot.named()
-    trajectory = complete(sections.trajectory, sections.initial)
-    if isinstance(trajectory, Csv) and table:
-        trajectory = trajectory.filled(table)
+    trajectory = (motion or sections.trajectory).complete(sections.initial)
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in sections.events]
     return Scenario(

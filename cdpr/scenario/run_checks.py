@@ -9,12 +9,11 @@ import numpy as np
 
 from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
-from cdpr.scenario.guide_checks import GuideChecks
 from cdpr.scenario.motion_checks import MotionChecks
+from cdpr.scenario.motions import Motion
 from cdpr.scenario.problems import Path, exact
 from cdpr.scenario.robot_schema import cable_name
 from cdpr.scenario.schema import Initial, Log, Simulation
-from cdpr.scenario.table import Table
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 MAX_STEPS = 1e8
@@ -23,12 +22,12 @@ MAX_STEPS = 1e8
 class RunChecks(Checks):
     """Checks everything of a scenario beyond the robot itself."""
 
-    def run(self) -> Table | None:
-        """Report everything that is wrong; return the table of a motion that is read from a file."""
+    def run(self) -> Motion | None:
+        """Report everything that is wrong; return the motion with what its files hold, None where there is none."""
         initial = self.section(Initial, ("initial",))
         simulation = self.section(Simulation, ("simulation",))
         motion = MotionChecks(self.document, self.problems)
-        motion.read()
+        motion.load()
         if initial:
             self._start(initial)
         if simulation:
@@ -37,11 +36,8 @@ class RunChecks(Checks):
             if log:
                 self._multiple(("log", "step"), log.step, simulation.control_step)
         motion.check(initial, simulation.duration if simulation else None)
-        guide = GuideChecks(self.document, self.problems)
-        guide.controlled()
-        if initial:
-            guide.check(initial, motion.motion)
-        return motion.table
+        motion.guided(initial)
+        return motion.motion
 
     def _start(self, initial: Initial) -> None:
         cables = list(self.cables(("robot",)))

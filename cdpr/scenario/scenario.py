@@ -16,8 +16,8 @@ from cdpr.plugins.registry import Registry
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.document import Document
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.motions import Motion
 from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
-from cdpr.scenario.trajectory_schema import Motion
 from cdpr.scenario.yaml_text import dump
 
 if TYPE_CHECKING:

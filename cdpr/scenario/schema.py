@@ -11,9 +11,9 @@ from cdpr.model.robot import Array
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.fields import ZERO, Name, Position, Positive, Section, Vector3, unit
+from cdpr.scenario.motions import AnyMotion, Hold
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
-from cdpr.scenario.trajectory_schema import Hold, Trajectory
 
 MAX_SEED = 2**63 - 1
 
@@ -104,7 +104,7 @@ class ScenarioSection(Section):
     world: World = Field(World(), description="what surrounds the robot")
     simulation: Simulation = Field(description="the engine and its times")
     initial: Initial = Field(description="state of the platform at time 0")
-    trajectory: Trajectory = Field(Hold(), description="the desired motion")
+    trajectory: AnyMotion = Field(Hold(), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
         description="directions in which the cables are asked to exert the wrench that the controller wants; in others "

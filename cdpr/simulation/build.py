@@ -20,7 +20,6 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
-from cdpr.scenario.motion import make_trajectory
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.loop import Parts
@@ -65,7 +64,7 @@ def build(scenario: Scenario) -> Parts:
         parts = Parts(
             robot=robot,
             controlled=scenario.controlled,
-            trajectory=stopped(make_trajectory(scenario.trajectory), scenario.events, simulation.control_step),
+            trajectory=stopped(scenario.trajectory.make(), scenario.events, simulation.control_step),
             controller=controller,
             solver=solver,
             solver_name=scenario.solver.type,

@@ -57,6 +57,55 @@ class Gust(ScenarioEvent):
         yield Event(first_sample(self.time, step) * step, self.type, f"wind of {self.speed:g} m/s")
 '''
 
+RISE = """
+robot: {}.yaml
+simulation: {{duration: 1.1}}
+initial: {{position: {}}}
+trajectory: {{type: rise, height: 0.1}}
+"""
+
+MOTION = '''\
+"""Straight and even, from one end to the other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.scenario.fields import Positive, unit
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Pose, Report, pose, posed
+from cdpr.scenario.problems import Path
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+
+class Rise(Motion):
+    """Straight up, and then held."""
+
+    type: Literal["rise"] = Field(description="straight up")
+    height: Positive = Field(description="how far", json_schema_extra=unit("m"))
+    at: Pose = Field(Pose(), description="where it begins")
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        return [(("at",), self.at)]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        if guide.held[2]:
+            report.say(("height",), f"{guide.free}, so it cannot rise")
+
+    def complete(self, initial: Initial) -> Self:
+        return self.model_copy(update={"at": posed(self.at, initial)})
+
+    def make(self) -> trajectory.Trajectory:
+        position, attitude = pose(self.at)
+        ends = [trajectory.Knot(0.0, position, attitude), trajectory.Knot(1.0, position + [0, 0, self.height], attitude)]
+        return trajectory.through(ends)
+'''
+
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
@@ -110,3 +159,23 @@ def test_an_event(tree):
     told = load_run(folder / "run")
     assert [(event.time, event.kind) for event in told.events] == [(0.005, "gust")]
     np.testing.assert_allclose(told.external[[4, 5], 0], [0.0, 86.4])
+
+
+def test_a_motion(tree):
+    folder, add, run = tree
+    add(
+        "cdpr/scenario/motions/rise.py",
+        MOTION,
+        "cdpr/scenario/motions/__init__.py",
+        imported=("from cdpr.scenario.motions.rise import Rise\n", "import Knot, Quintic\n"),
+        named=("Rise | ", "AnyMotion = Annotated[\n    "),
+    )
+    for robot, position in (("caroca", [0, 0, 1.2]), ("carriage", [0, 0, 0.5])):
+        shutil.copy(ROOT / "scenarios" / "robots" / f"{robot}.yaml", folder)
+        (folder / f"rise_{robot}.yaml").write_text(RISE.format(robot, position))
+    wrong = run("validate", folder / "rise_carriage.yaml")
+    assert wrong.returncode == 2
+    assert "trajectory.height: the robot moves along" in wrong.stderr
+    done = run("run", folder / "rise_caroca.yaml", "--no-report", "--out", folder / "rise")
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_allclose(load_run(folder / "rise").desired_position[-1], [0.0, 0.0, 1.3])

@@ -282,6 +282,6 @@ def test_a_run_without_a_sample_has_empty_figures() -> None:
 
 def test_a_broken_cable_is_gone_at_the_end():
     run = make_run()
-    gone = replace(run, events=(Event(0.1, "cable_break", "", cable=run.header.cables[1]),))
+    gone = replace(run, header=replace(run.header, broken=((1, 0.1),)))
     whole, seven = (len(sketch.robot(each).axes[0].lines) for each in (run, gone))
     assert seven == whole - 1

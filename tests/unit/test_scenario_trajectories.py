@@ -12,8 +12,7 @@ from test_scenario_base import PLUGINS, ROBOT, changed, line_of, load, problem, 
 
 from cdpr.errors import ScenarioError
 from cdpr.scenario import Circle, Csv, JerkLimited, PickAndPlace, load_scenario
-from cdpr.scenario.motion import make_trajectory
-from cdpr.scenario.table import MAX_ROWS, TableError, parse_table
+from cdpr.scenario.motions.table import MAX_ROWS, TableError, parse_table
 
 ARCH = "trajectory: {type: pick_and_place, duration: 2, to: {position: [1, 0, 1]}, height: 0.5}\n"
 CIRCLE = "trajectory: {type: circle, duration: 2, center: [0.5, 0.1, 1.2]}\n"
@@ -56,23 +55,23 @@ def test_the_initial_pose_is_filled_in_and_the_resolved_text_is_equal(text):
     assert np.array_equal(beginning.orientation.quaternion(), [1, 0, 0, 0])
     assert load(scenario.resolved_yaml()) == scenario
     assert pickle.loads(pickle.dumps(scenario)) == scenario
-    made = make_trajectory(motion)
+    made = motion.make()
     np.testing.assert_allclose(made.sample(0.0)[:7], [0, 0.1, 1.2, 1, 0, 0, 0])
 
 
 def test_what_the_sections_describe():
     arch = load(whole(ARCH)).trajectory
     assert isinstance(arch, PickAndPlace)
-    assert make_trajectory(arch).sample(1.0)[2] == pytest.approx(1.7)
-    np.testing.assert_allclose(make_trajectory(arch).sample(9.0)[:3], [1, 0, 1])
-    helix = make_trajectory(load(whole(HELIX)).trajectory)
+    assert arch.make().sample(1.0)[2] == pytest.approx(1.7)
+    np.testing.assert_allclose(arch.make().sample(9.0)[:3], [1, 0, 1])
+    helix = load(whole(HELIX)).trajectory.make()
     np.testing.assert_allclose(helix.sample(1.0)[:3], [1, 0.1, 1.3], atol=1e-11)
     tilted = changed(CIRCLE, "[0.5, 0.1, 1.2]", "[0.5, 0.1, 1.2], normal: [0, -3, 0], turns: -0.5")
-    half = make_trajectory(load(whole(tilted)).trajectory)
+    half = load(whole(tilted)).trajectory.make()
     np.testing.assert_allclose(half.sample(1.0)[:3], [0.5, 0.1, 1.7], atol=1e-11)
     jerk = load(whole(JERK)).trajectory
     assert isinstance(jerk, JerkLimited)
-    np.testing.assert_allclose(make_trajectory(jerk).sample(99.0)[:3], [1, 1, 1])
+    np.testing.assert_allclose(jerk.make().sample(99.0)[:3], [1, 1, 1])
 
 
 @pytest.mark.parametrize(
@@ -104,7 +103,7 @@ def test_what_is_refused(text, old, new, key, what):
 def test_turning_with_limits_is_allowed():
     turned = changed(JERK, "pause: 0.5", "orientation: {rpy: [0, 0, 1]}")
     text = turned + "  angular_limits: {velocity: 1, acceleration: 2, jerk: 20}\n"
-    assert make_trajectory(load(whole(text)).trajectory).sample(0.5)[12] != 0
+    assert load(whole(text)).trajectory.make().sample(0.5)[12] != 0
 
 
 # Guides
@@ -175,7 +174,7 @@ def test_a_file_is_followed(folder):
     motion = scenario.trajectory
     assert isinstance(motion, Csv)
     assert motion.sha256 == hashlib.sha256(ROWS.encode()).hexdigest()
-    made = make_trajectory(motion)
+    made = motion.make()
     np.testing.assert_allclose(made.sample(1.5)[:7], [0.5, 0, 1, 1, 0, 0, 0], atol=1e-12)
     np.testing.assert_allclose(made.sample(9.0), [1, 0, 1, 1, *[0] * 15], atol=1e-12)
     assert pickle.loads(pickle.dumps(scenario)).trajectory.table.lines == [3, 5, 6]
@@ -191,7 +190,7 @@ def test_every_column_is_used(folder):
     names = "ax,ay,az,t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
     row = "0.7,0.8,0.9,{},0.1,0.2,0.3,0.8,0,0.6,0,0.4,0.5,0.6,0.1,0.2,0.3"
     rows = "\r\n".join([names, *(row.format(k) for k in range(5))])
-    made = make_trajectory(read(folder, rows, changed(CSV, "csv,", "csv, start: 0,")).trajectory)
+    made = read(folder, rows, changed(CSV, "csv,", "csv, start: 0,")).trajectory.make()
     expected = [0.1, 0.2, 0.3, 0.8, 0, 0.6, 0, 0.4, 0.5, 0.6, 0.1, 0.2, 0.3, 0.7, 0.8, 0.9]
     np.testing.assert_allclose(made.sample(2.0)[:16], expected, atol=1e-12)
 

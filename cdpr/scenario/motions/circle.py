@@ -1,0 +1,121 @@
+"""Round a centre, also along the axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.scenario.checks import MIN_LENGTH
+from cdpr.scenario.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
+from cdpr.scenario.motions.guide import HELD, Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Report, begins, pose, posed
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.problems import Path, exact
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+MAX_TURNS = 1000
+
+
+class Circle(Motion):
+    """A circle, or an arc, passed from rest to rest, then its end is held."""
+
+    type: Literal["circle"] = Field(description="round a centre, from rest to rest")
+    start: NonNegative = begins()
+    duration: Positive = Field(description="time that all turns take", json_schema_extra=unit("s"))
+    position: Position = Field(
+        INITIAL,
+        description="where it begins, which gives the radius; the initial position unless said",
+        json_schema_extra=unit("m"),
+    )
+    orientation: Orientation = Field(INITIAL, description="attitude where it begins; the initial one unless said")
+    center: Position = Field(description="centre, in the plane of the beginning", json_schema_extra=unit("m"))
+    normal: Vector3 = Field((0.0, 0.0, 1.0), description="direction of the axis, of any length")
+    turns: float = Field(
+        1.0,
+        ge=-MAX_TURNS,
+        le=MAX_TURNS,
+        description="how many times round, also in part; right-handed about the normal, negative the other way",
+    )
+    turning: bool = Field(False, description="whether the platform turns with the path or keeps its attitude")
+
+    def climb(self) -> float:
+        """Return the way along the normal per turn, m."""
+        return 0.0
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return the beginning."""
+        return [((), self)]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Report what leaves the guide on the way, which goes where the plane does."""
+        if guide.held[:3].sum() > 1:
+            text = "so no circle can be passed; others move as they say: quintic, waypoints, jerk_limited"
+            report.say(("type",), f"{guide.free}, {text}")
+            return
+        normal = np.array(self.normal)
+        length = float(np.linalg.norm(normal))
+        if length == 0.0:
+            return
+        normal /= length
+        if (guide.held[:3] & (np.sqrt(np.maximum(1.0 - normal**2, 0.0)) > HELD)).any():
+            axes = ", ".join("xyz"[i] for i in np.flatnonzero(guide.held[:3]))
+            report.say(("normal",), f"{guide.free}, so the circle must not leave its plane: normal to {axes}")
+        if (guide.held[:3] & (np.abs(self.climb() * normal) > HELD)).any():
+            report.say(("pitch",), f"{guide.free}, so the path must not climb along the normal")
+        if self.turning and (guide.held[3:] & (np.abs(normal) > HELD)).any():
+            report.say(("turning",), f"{guide.free}, so the platform cannot turn about the normal")
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in the initial pose."""
+        return posed(self, initial)
+
+    def check_completed(self, report: Report) -> None:
+        """Report what is no circle."""
+        if self.turns == 0.0:
+            report.say(("turns",), "must not be 0; to stay, use type: hold")
+        length = float(np.linalg.norm(self.normal))
+        if length < MIN_LENGTH:
+            text = f"must not be zero; that of a level circle is [0, 0, 1], got {exact(length)}"
+            report.say(("normal",), text)
+            return
+        normal = np.array(self.normal) / length
+        arm = np.array(self.position) - self.center
+        climb = float(arm @ normal)
+        if np.linalg.norm(arm - climb * normal) < MIN_LENGTH:
+            report.say(("center",), "the circle has no radius: its beginning lies on its axis")
+        elif abs(climb) > MIN_LENGTH:
+            near = ", ".join(f"{value:.9g}" for value in self.center + climb * normal)
+            text = f"lies {abs(climb):.6g} m out of the plane of the circle's beginning; nearest in it: [{near}]"
+            report.say(("center",), text)
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        normal = np.array(self.normal)
+        return trajectory.circle(
+            self.start,
+            self.duration,
+            *pose(self),
+            np.array(self.center),
+            normal / np.linalg.norm(normal),
+            self.turns,
+            pitch=self.climb(),
+            turning=self.turning,
+        )
+
+
+class Helix(Circle):
+    """A circle that climbs along its axis."""
+
+    type: Literal["helix"] = Field(description="round an axis and along it, from rest to rest")  # type: ignore[assignment]
+    pitch: Number = Field(
+        description="way along the normal per turn; backwards for negative turns", json_schema_extra=unit("m")
+    )
+
+    def climb(self) -> float:
+        """Return the way along the normal per turn, m."""
+        return self.pitch

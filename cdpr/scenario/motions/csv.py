@@ -1,0 +1,115 @@
+"""A smooth path through the rows of a CSV file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+from pydantic import Field, PrivateAttr
+
+from cdpr import trajectory
+from cdpr.model.robot import Array
+from cdpr.scenario.fields import INITIAL, NonNegative
+from cdpr.scenario.motions.guide import HELD, RATES, Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Report, begins, posed
+from cdpr.scenario.motions.table import MAX_BYTES, Table, TableError, parse_table
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.problems import Path
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+FILE: Path = ("file",)
+
+
+class Csv(Motion):
+    """A smooth path through the rows of a CSV file, then the last one is held.
+
+    Rates that the file does not hold are chosen as those of waypoints: smooth at inner rows, zero at both ends.
+    """
+
+    type: Literal["csv"] = Field(description="a smooth path through the rows of a CSV file")
+    start: NonNegative = begins("time to which the file's times are added")
+    file: str = Field(
+        min_length=1,
+        description="name of the file, relative to this one; its first line names the columns: t (s), x, y, z (m), "
+        "and if wanted qw, qx, qy, qz, vx, vy, vz (m/s), wx, wy, wz (rad/s), ax, ay, az (m/s^2), world axes",
+    )
+    orientation: Orientation = Field(
+        INITIAL, description="attitude, where the file has no quaternions; the initial one unless said"
+    )
+    sha256: str | None = Field(
+        None, pattern="^[0-9a-f]{64}$", description="checksum; if given, the file must still have it"
+    )
+    _table: Table | None = PrivateAttr(None)
+
+    @property
+    def table(self) -> Table:
+        """What the file holds; present after loading."""
+        assert self._table is not None
+        return self._table
+
+    def load(self, report: Report) -> Self | None:
+        """Return a copy that holds what its file does."""
+        content = report.read(FILE, self.file, MAX_BYTES, (".csv",))
+        if content is None:
+            return None
+        try:
+            table = parse_table(content)
+        except TableError as error:
+            for line, column, text in error.faults:
+                report.say_of_file(FILE, self.file, line, column or 1, text)
+            return None
+        if self.sha256 not in (None, table.sha256):
+            report.say(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {table.sha256}")
+        copy = self.model_copy(update={"sha256": table.sha256})
+        copy._table = table
+        return copy
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return none: they are in the file."""
+        return []
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Report the first point of each kind that the guide does not allow."""
+        if self.orientation is not None:
+            guide.attitude(("trajectory", "orientation"), self.orientation)
+        table = self.table
+        away: list[tuple[str, Array, slice]] = [("position", table.columns["position"] - guide.home, slice(0, 3))]
+        attitudes = table.get("orientation")
+        if attitudes is not None:
+            away.append(("orientation", attitudes[:, 1:], slice(3, 6)))
+        for name, part in RATES:
+            rates = table.get(name)
+            if rates is not None:
+                away.append((name, rates, part))
+        for name, values, part in away:
+            wrong = np.flatnonzero((guide.held[part] & (np.abs(values) > HELD)).any(axis=1))
+            if len(wrong):
+                text = f"{name.replace('_', ' ')}: {guide.free}; see also {len(wrong) - 1} points more"
+                report.say_of_file(FILE, self.file, table.lines[wrong[0]], 1, text)
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in the initial attitude."""
+        return posed(self, initial)
+
+    def span(self) -> tuple[float | None, float | None]:
+        """Return when it begins and ends, s."""
+        first, last = (self.start + float(self.table.times[k]) for k in (0, -1))
+        return first, last
+
+    def check_rest(self, k: int, text: str, report: Report) -> None:
+        """Report where it is not at rest in its first or last point."""
+        for name in ("velocity", "angular_velocity"):
+            rates = self.table.get(name)
+            if rates is not None and rates[k].any():
+                report.say_of_file(FILE, self.file, self.table.lines[k], 1, f"{name.replace('_', ' ')}: {text}")
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        table = self.table
+        attitudes = table.get("orientation")
+        if attitudes is None:
+            attitudes = np.tile(self.orientation.quaternion(), (len(table.times), 1))
+        rates = [table.get(name) for name in ("velocity", "angular_velocity", "acceleration")]
+        return trajectory.interpolate(self.start + table.times, table.columns["position"], attitudes, *rates)

@@ -1,0 +1,44 @@
+"""One pose, held."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.scenario.fields import INITIAL, Position, unit
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Report, pose, posed
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.problems import Path
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+
+class Hold(Motion):
+    """One pose, held."""
+
+    type: Literal["hold"] = Field("hold", description="hold one pose")
+    position: Position = Field(
+        INITIAL,
+        description="position of the platform's origin; the initial one unless said",
+        json_schema_extra=unit("m"),
+    )
+    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return the pose."""
+        return [((), self)]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Do nothing: there is but the pose."""
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in the initial pose."""
+        return posed(self, initial)
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        return trajectory.hold(*pose(self))

@@ -1,0 +1,93 @@
+"""Straight moves from stop to stop, as fast as limits allow."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.model import rotations
+from cdpr.scenario.fields import INITIAL, NonNegative, Position, Positive, Section, unit
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.problems import Path
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+NO_TURN = 1e-9  # rad; attitudes nearer than this are one
+
+
+class Stop(Section):
+    """A pose to stop at, world axes."""
+
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+    pause: NonNegative = Field(0.0, description="time to stay there", json_schema_extra=unit("s"))
+
+
+class Limits(Section):
+    """Largest norms of a translation's derivatives."""
+
+    velocity: Positive = Field(description="largest speed of the origin", json_schema_extra=unit("m/s"))
+    acceleration: Positive = Field(description="largest acceleration of the origin", json_schema_extra=unit("m/s^2"))
+    jerk: Positive = Field(description="largest jerk of the origin", json_schema_extra=unit("m/s^3"))
+
+
+class AngularLimits(Section):
+    """Largest norms of a rotation's derivatives."""
+
+    velocity: Positive = Field(description="largest angular velocity", json_schema_extra=unit("rad/s"))
+    acceleration: Positive = Field(description="largest angular acceleration", json_schema_extra=unit("rad/s^2"))
+    jerk: Positive = Field(description="largest angular jerk", json_schema_extra=unit("rad/s^3"))
+
+
+class JerkLimited(Motion):
+    """Straight moves from stop to stop, as fast as the limits allow; the last pose is held."""
+
+    type: Literal["jerk_limited"] = Field(description="straight moves from stop to stop, as fast as limits allow")
+    start: NonNegative = begins()
+    from_: Pose = Field(Pose(), alias="from", description="where it begins; the initial pose unless said")
+    points: list[Stop] = Field(min_length=1, description="poses to stop at, in their order")
+    limits: Limits = Field(description="limits of the translation")
+    angular_limits: AngularLimits | None = Field(
+        None, description="limits of the rotation; required if the attitude changes"
+    )
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return where it begins, and the stops."""
+        return [(("from",), self.from_), *((("points", k), stop) for k, stop in enumerate(self.points))]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Do nothing: straight moves between poses that stay do so, too."""
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in the initial pose and attitude."""
+        stops = [posed(stop, initial) for stop in self.points]
+        return self.model_copy(update={"from_": posed(self.from_, initial), "points": stops})
+
+    def check_completed(self, report: Report) -> None:
+        """Report turns that have no limits."""
+        if self.angular_limits:
+            return
+        for (_, before), (path, after) in pairwise(self.poses()):
+            q = rotations.multiply(rotations.conjugate(before.orientation.quaternion()), after.orientation.quaternion())
+            if np.linalg.norm(rotations.rotation_vector(q)) > NO_TURN:
+                keys = "velocity, acceleration and jerk in rad/s, rad/s^2, rad/s^3"
+                text = f"required as the attitude changes on the way to point {path[-1]}: {keys}"
+                report.say(("angular_limits",), text)
+                return
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        stops = [trajectory.Stop(*pose(self.from_)), *(trajectory.Stop(*pose(p), p.pause) for p in self.points)]
+        angular = None if self.angular_limits is None else _limits(self.angular_limits)
+        return trajectory.stop_to_stop(self.start, stops, _limits(self.limits), angular)
+
+
+def _limits(section: Limits | AngularLimits) -> trajectory.Limits:
+    return trajectory.Limits(section.velocity, section.acceleration, section.jerk)

@@ -1,0 +1,55 @@
+"""An arch: up, across and down as one smooth motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.scenario.fields import NonNegative, Positive, unit
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
+from cdpr.scenario.problems import Path, exact
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+
+class PickAndPlace(Motion):
+    """Up, across and down as one motion with continuous acceleration, then its end is held."""
+
+    type: Literal["pick_and_place"] = Field(description="an arch: up, across and down as one smooth motion")
+    start: NonNegative = begins()
+    duration: Positive = Field(
+        description="time that the motion takes: one half to rise, one to sink", json_schema_extra=unit("s")
+    )
+    from_: Pose = Field(Pose(), alias="from", description="where it begins; the initial pose unless said")
+    to: Pose = Field(description="where it ends")
+    height: NonNegative = Field(
+        description="how far the top lies above the higher end, along world z", json_schema_extra=unit("m")
+    )
+    vertical: float = Field(
+        0.2,
+        ge=0,
+        le=0.49,
+        description="share of the duration, at each end, in which the motion is purely vertical and does not turn",
+    )
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return both ends."""
+        return [(("from",), self.from_), (("to",), self.to)]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Report an arch where the guide holds the height."""
+        if self.height > 0.0 and guide.held[2]:
+            report.say(("height",), f"{guide.free}, so 0 is expected, got {exact(self.height)}")
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in the initial pose."""
+        return self.model_copy(update={"from_": posed(self.from_, initial), "to": posed(self.to, initial)})
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        (p0, q0), (p1, q1) = pose(self.from_), pose(self.to)
+        return trajectory.arch(self.start, self.duration, (p0, p1), (q0, q1), self.height, self.vertical)

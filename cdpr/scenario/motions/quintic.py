@@ -1,0 +1,59 @@
+"""One move by polynomials of degree five."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.scenario.fields import ZERO, NonNegative, Positive, Vector3, unit
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, knot, posed
+from cdpr.scenario.problems import Path
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+
+class Knot(Pose):
+    """One end of a quintic: pose and derivatives, world axes. What is left out: the initial pose, at rest."""
+
+    velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
+    angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
+    acceleration: Vector3 = Field(ZERO, description="acceleration of the origin", json_schema_extra=unit("m/s^2"))
+    angular_acceleration: Vector3 = Field(ZERO, description="angular acceleration", json_schema_extra=unit("rad/s^2"))
+
+
+class Quintic(Motion):
+    """One move by polynomials of degree five, then its end is held."""
+
+    type: Literal["quintic"] = Field(description="one move by polynomials of degree five")
+    start: NonNegative = begins()
+    duration: Positive = Field(description="time that the move takes", json_schema_extra=unit("s"))
+    from_: Knot = Field(Knot(), alias="from", description="beginning of the move; the initial pose at rest unless said")
+    to: Knot = Field(description="end of the move, held afterwards")
+
+    @property
+    def end(self) -> float:
+        """Time at which the move ends, s."""
+        return self.start + self.duration
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return both ends."""
+        return [(("from",), self.from_), (("to",), self.to)]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Do nothing: between ends that stay, with rates that stay, so does the polynomial."""
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in the initial pose."""
+        return self.model_copy(update={"from_": posed(self.from_, initial), "to": posed(self.to, initial)})
+
+    def span(self) -> tuple[float | None, float | None]:
+        """Return when it begins and ends, s."""
+        return self.start, self.end
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        return trajectory.through([knot(self.start, self.from_), knot(self.end, self.to)])

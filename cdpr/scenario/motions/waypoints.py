@@ -1,0 +1,95 @@
+"""A smooth path through several poses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import Field
+
+from cdpr import trajectory
+from cdpr.scenario.fields import INITIAL, ZERO, NonNegative, Position, Section, Vector3, unit
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.motion import Motion, Report, begins, knot, posed
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.problems import Path, exact
+
+if TYPE_CHECKING:
+    from cdpr.scenario.schema import Initial
+
+DERIVATIVES = ("velocity", "angular_velocity", "acceleration", "angular_acceleration")
+
+
+class Waypoint(Section):
+    """A pose to pass at a time, world axes.
+
+    Derivatives left out are chosen smooth at inner points and are zero at the first and the last one: after
+    loading, None means "smooth".
+    """
+
+    time: NonNegative = Field(
+        description="time after `start`, greater than the previous point's", json_schema_extra=unit("s")
+    )
+    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
+    orientation: Orientation = Field(INITIAL, description="attitude; the initial one unless said")
+    velocity: Vector3 | None = Field(None, description="velocity of the origin", json_schema_extra=unit("m/s"))
+    angular_velocity: Vector3 | None = Field(None, description="angular velocity", json_schema_extra=unit("rad/s"))
+    acceleration: Vector3 | None = Field(
+        None, description="acceleration of the origin", json_schema_extra=unit("m/s^2")
+    )
+    angular_acceleration: Vector3 | None = Field(
+        None, description="angular acceleration", json_schema_extra=unit("rad/s^2")
+    )
+
+
+class Waypoints(Motion):
+    """A smooth path through poses at given times, then the last one is held."""
+
+    type: Literal["waypoints"] = Field(description="a smooth path through several poses")
+    start: NonNegative = begins()
+    points: list[Waypoint] = Field(
+        min_length=1,
+        description="poses in the order of time; the initial one, at rest, comes first unless one has time 0",
+    )
+
+    @property
+    def end(self) -> float:
+        """Time of the last point, s."""
+        return self.start + self.points[-1].time
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return the points."""
+        return [(("points", k), point) for k, point in enumerate(self.points)]
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Do nothing: between points that stay, with rates that stay, so does the spline."""
+
+    def complete(self, initial: Initial) -> Self:
+        """Fill in initial attitudes, the first waypoint, and rest at both ends."""
+        points = [posed(point, initial) for point in self.points]
+        if points[0].time > 0:
+            points.insert(0, Waypoint(time=0.0, position=initial.position, orientation=initial.orientation))
+        for end in (0, -1):
+            rest = {name: ZERO for name in DERIVATIVES if getattr(points[end], name) is None}
+            points[end] = points[end].model_copy(update=rest)
+        return self.model_copy(update={"points": points})
+
+    def check(self, report: Report) -> None:
+        """Report times that do not rise."""
+        times = [point.time for point in self.points]
+        for k in range(1, len(times)):
+            if times[k] <= times[k - 1]:
+                text = f"must be greater than the previous point's, {exact(times[k - 1])} (s), got {exact(times[k])}"
+                report.say(("points", k, "time"), text)
+        if times == [0.0]:
+            report.say(("points",), "a point with a time greater than 0 is expected; to stay, use type: hold")
+
+    def span(self) -> tuple[float | None, float | None]:
+        """Return when it begins and ends, s; what begins with the initial pose does so at rest."""
+        return (self.start if self.points[0].time == 0 else None), self.end
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        points = [knot(self.start + point.time, point) for point in self.points]
+        if len(points) > 1:
+            return trajectory.through(points)
+        return trajectory.hold(points[0].position, points[0].orientation)
