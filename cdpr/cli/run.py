@@ -87,7 +87,10 @@ def command(
             failure = _write_report(run)
             stop = stop or failure
         if as_json:
-            figures = {**run.summary(), "message": run.message, "folder": run.folder}
+            from cdpr.report.reservations import fallback, reservations
+
+            told = {"reservations": [*reservations(run), *fallback(run)], "message": run.message, "folder": run.folder}
+            figures = {**run.summary(), **told}
             click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
         else:
             _print(run)
@@ -172,7 +175,7 @@ def _print(run: Run) -> None:
 
 
 def _lines(run: Run) -> Iterator[str]:
-    from cdpr.report.reservations import reservations
+    from cdpr.report.reservations import fallback, reservations
     from cdpr.report.text import unit_for
 
     figures = run.summary()
@@ -210,6 +213,8 @@ def _lines(run: Run) -> Iterator[str]:
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
         if figures[key] or key == "infeasible_steps":
             yield f"{name:<20}{figures[key]} of {figures['samples']}"
+    for warning in fallback(run):
+        yield f"{'WARNING':<20}{warning}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
 
