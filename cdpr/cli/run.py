@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
-from cdpr.cli.names import change_keys, plugin_files, plugin_option
+from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
 from cdpr.hush import hushed
 
@@ -32,7 +32,7 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
-@click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
+@click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import click
@@ -23,6 +24,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
     """
     rows: list[dict[str, Any]] = []
     codes: set[ExitCode] = set()
+    told: set[str] = set()
     for file in files:
         name = click.format_filename(file)
         try:
@@ -30,11 +32,13 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
         except CdprError as error:
             codes.add(error.exit_code)
             rows.append({"file": name, "ok": False, "problems": str(error).splitlines()})
-            click.echo(str(error), err=True)
+            _tell(name, str(error).splitlines(), told)
         else:
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
+            if row["few_cables"]:
+                _tell(name, [f"{name}: note: {row['few_cables']}"], told)
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
@@ -44,18 +48,33 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
 
 def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
     """Load one file and return what there is to say of it."""
-    from cdpr.scenario import Scenario, load_any
+    from cdpr.cli.load import load_told
+    from cdpr.model.restraint import few_cables
+    from cdpr.scenario import Scenario
 
-    loaded = load_any(file, overrides=changes)
+    loaded = load_told(file, changes)
     if not isinstance(loaded, Scenario):
-        return {"kind": "robot", "name": loaded.name, "cables": loaded.m}
+        return {"kind": "robot", "name": loaded.name, "cables": loaded.m, "few_cables": few_cables(loaded)}
     return {
         "kind": "scenario",
         "name": loaded.name,
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
         "unused": list(loaded.unused),
+        "few_cables": few_cables(loaded.robot),
     }
+
+
+def _tell(name: str, lines: list[str], told: set[str]) -> None:
+    """Tell each mistake once: those of a robot file are those of all scenarios that name it, too."""
+    plain = {line: re.sub(r"\brobot\.", "", line) for line in lines}
+    fresh = [line for line in lines if plain[line] not in told]
+    told.update(plain.values())
+    for line in fresh:
+        click.echo(line, err=True)
+    if len(fresh) < len(lines):
+        known = len(lines) - len(fresh)
+        click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, told above", err=True)
 
 
 def _brief(row: dict[str, Any]) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from pydantic import TypeAdapter, ValidationError
 
+from cdpr.model import DOF_NAMES
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.event_schema import (
     AnyEvent,
@@ -38,6 +39,7 @@ class EventChecks(Checks):
         simulation = self.section(Simulation, ("simulation",))
         if simulation:
             self._against_steps(events, simulation.control_step)
+        self._against_guide(events)
         cables = list(self.cables(("robot",)))
         given = self.document.get(("robot", "cables"))
         if not isinstance(given, list) or len(cables) != len(given):
@@ -77,6 +79,18 @@ class EventChecks(Checks):
             if isinstance(event, Sine) and event.frequency * step >= 0.5:
                 text = f"must be less than half of the control rate, {0.5 / step:g} (Hz), got {exact(event.frequency)}"
                 self.say(("events", i, "frequency"), text)
+
+    def _against_guide(self, events: Places) -> None:
+        """Tell of wrenches that move nothing, for the guide takes all of them."""
+        dof = self.directions(("robot", "dof"))
+        for i, event in events:
+            if dof and isinstance(event, Load):
+                acts = [
+                    name for name, part in zip(DOF_NAMES, (*event.force, *event.moment), strict=True) if part != 0.0
+                ]
+                if acts and not set(acts) & set(dof):
+                    text = f"acts along {', '.join(acts)} only, which the guide takes entirely: it has no effect"
+                    self.warn(("events", i), f"{text}; the robot moves along {', '.join(dof)}")
 
     def _cable_exists(self, i: int, event: ScenarioEvent, names: Sequence[str]) -> bool:
         cable = getattr(event, "cable", None)

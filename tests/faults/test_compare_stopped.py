@@ -30,6 +30,7 @@ def endless(folder):
 
 COMMANDS = {
     "compare": lambda folder: ("compare", CAROCA, "--backends", ENGINES[0], *LONG),
+    "compare --out": lambda folder: (*COMMANDS["compare"](folder), "--out", str(folder / "tmp" / "kept")),
     "save": lambda folder: ("baseline", "save", CAROCA, "--out", str(folder / "kept"), *LONG),
     "check": lambda folder: ("baseline", "check", endless(folder)),
 }
@@ -40,6 +41,7 @@ COMMANDS = {
     [
         ("compare", signal.SIGTERM, 143),
         ("compare", signal.SIGINT, 130),
+        ("compare --out", signal.SIGINT, 130),
         ("save", signal.SIGTERM, 143),
         ("check", signal.SIGHUP, 143),
     ],
