@@ -16,7 +16,7 @@ from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
 from conftest import TRAPS
 
 from cdpr.cli.compare import command
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, ExitCode
 from cdpr.report.compare_text import lines
 from cdpr.simulation.cases import Outcome
 
@@ -108,6 +108,21 @@ def test_an_interrupt_leaves_the_folder_to_the_next_comparison(tmp_path, monkeyp
         cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", folder)
         assert sorted(path.name for path in folder.iterdir()) == ["compare.html", "compare.json", "runs"]
         shutil.rmtree(folder)
+
+
+def test_a_full_disk_is_no_disagreement(tmp_path, monkeypatch):
+    def full(cases, *, done, **options):
+        done(
+            Outcome(
+                cases[0].key, "failed", "log.mcap: cannot be written: No space left", "", code=ExitCode.NOT_WRITABLE
+            )
+        )
+
+    monkeypatch.setattr("cdpr.compare.runs.run_cases", full)
+    done = cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", tmp_path / "out", code=8)
+    assert done.stderr.splitlines()[-1] == "log.mcap: cannot be written: No space left"
+    assert "DISAGREE" not in done.stdout
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_of_others_is_not_emptied_by_an_interrupt(tmp_path):
