@@ -74,6 +74,7 @@ def command(
                     jobs=jobs,
                     timeout=timeout,
                     progress=count,
+                    say=progress.say,
                 )
             except KeyboardInterrupt:
                 free = "" if out is None else f", and {out} can be used again"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from typing import Any
 
@@ -37,8 +38,8 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
-            if row["few_cables"]:
-                _tell(name, [f"{name}: note: {row['few_cables']}"], told)
+            for note in row["notes"]:
+                click.echo(note, err=True)
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
@@ -48,26 +49,29 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
 
 def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
     """Load one file and return what there is to say of it."""
-    from cdpr.cli.load import load_told
     from cdpr.model.restraint import few_cables
-    from cdpr.scenario import Scenario
+    from cdpr.scenario import Scenario, load_any
 
-    loaded = load_told(file, changes)
+    notes: list[str] = []
+    loaded = load_any(file, overrides=changes, notes=notes)
+    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    if few := few_cables(robot):
+        notes.append(f"{click.format_filename(file)}: note: {few}")
     if not isinstance(loaded, Scenario):
-        return {"kind": "robot", "name": loaded.name, "cables": loaded.m, "few_cables": few_cables(loaded)}
+        return {"kind": "robot", "name": robot.name, "cables": robot.m, "notes": notes}
     return {
         "kind": "scenario",
         "name": loaded.name,
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
         "unused": list(loaded.unused),
-        "few_cables": few_cables(loaded.robot),
+        "notes": notes,
     }
 
 
 def _tell(name: str, lines: list[str], told: set[str]) -> None:
     """Tell each mistake once: those of a robot file are those of all scenarios that name it, too."""
-    plain = {line: re.sub(r"\brobot\.", "", line) for line in lines}
+    plain = {line: _plain(line) for line in lines}
     fresh = [line for line in lines if plain[line] not in told]
     told.update(plain.values())
     for line in fresh:
@@ -75,6 +79,12 @@ def _tell(name: str, lines: list[str], told: set[str]) -> None:
     if len(fresh) < len(lines):
         known = len(lines) - len(fresh)
         click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, told above", err=True)
+
+
+def _plain(line: str) -> str:
+    """The same text for the same mistake, whichever file led to it."""
+    source, colon, text = line.partition(":")
+    return os.path.normpath(source) + colon + re.sub(r"\brobot\.", "", text)
 
 
 def _brief(row: dict[str, Any]) -> str:

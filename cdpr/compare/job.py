@@ -6,7 +6,7 @@ import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,7 @@ def compare_scenario(
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Progress = lambda done, total: None,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run a scenario on several engines and judge them.
 
@@ -62,11 +63,14 @@ def compare_scenario(
         jobs: processes at a time, one a core by default.
         timeout: s that a run may take.
         progress: called with the number of runs made and their total.
+        say: called with each of the scenario's notes.
 
     Raises ScenarioError, PluginError or OutputError as `cdpr.simulate` does, and CdprError where only one engine is
     left.
     """
     scenario = load_scenario(path, overrides=list(changes))
+    for note in scenario.notes:
+        say(note)
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))
     for name in names:

@@ -152,7 +152,7 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         hint = nearest(str(fault.value), _words(fault.context["expected"]))
         return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
     if fault.kinds:
-        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_decimal(fault.value)}")
+        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_decimal(fault)}")
     if fault.type == "finite_number":
         return Message(path, f"a finite number expected{unit}, got {found}")
     if fault.type in BOUNDS:
@@ -167,9 +167,10 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
     return Message(path, f"{fault.message[:1].lower()}{fault.message[1:]}{unit}, got {found}")
 
 
-def _decimal(value: Any) -> str:
+def _decimal(fault: _Fault) -> str:
     """Say how a number with a decimal comma is written."""
-    return f"; write {value.replace(',', '.')}, with a point" if DECIMAL.fullmatch(str(value)) else ""
+    meant = "a number" in fault.kinds and DECIMAL.fullmatch(str(fault.value))
+    return f"; write {fault.value.replace(',', '.')}, with a point" if meant else ""
 
 
 def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:

@@ -12,6 +12,7 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 
+from cdpr.errors import ScenarioError
 from cdpr.model.restraint import few_cables
 from cdpr.scenario import load_robot, load_scenario
 from cdpr.scenario.angle_checks import in_degrees
@@ -48,10 +49,13 @@ def test_an_empty_name_of_results_is_refused(command, tmp_path):
 @pytest.mark.parametrize("value", ["1,5", "-1,5", "1,5e3"])
 def test_a_decimal_comma_is_told_how_to_write(value):
     meant = value.replace(",", ".")
-    with pytest.raises(Exception, match=rf"mass: a number expected \(kg\), got '{value}'; write {meant}, with a point"):
+    with pytest.raises(
+        ScenarioError, match=rf"mass: a number expected \(kg\), got '{value}'; write {meant}, with a point"
+    ):
         load_scenario(CAROCA, overrides=[f"robot.platform.mass={value}"])
-    with pytest.raises(Exception, match=r"got 'a,5'$"):
-        load_scenario(CAROCA, overrides=["robot.platform.mass=a,5"])
+    for other in ("robot.platform.mass=a,5", f"robot.platform.center_of_mass={value}"):
+        with pytest.raises(ScenarioError, match=r"expected .*, got '[^']*'$"):
+            load_scenario(CAROCA, overrides=[other])
 
 
 @pytest.mark.parametrize(
@@ -146,7 +150,9 @@ def test_robots_with_few_cables_are_told():
     assert few_cables(replace(three, unilateral=False)) == ""
     assert few_cables(replace(two, unilateral=False)).startswith("2 legs for 3")
     name = SCENARIOS / "robots" / "point_mass.yaml"
-    assert "note: 3 cables for 3 degrees of freedom" in cdpr_here("validate", name).stderr
+    done = cdpr_here("validate", name, "--json")
+    assert json.loads(done.stdout)[0]["notes"] == done.stderr.splitlines()
+    assert "note: 3 cables for 3 degrees of freedom" in done.stderr
     assert "3 cables for 3 degrees of freedom: cables only pull" in cdpr_here("info", name).stdout
 
 
@@ -154,7 +160,9 @@ def test_a_mistake_in_a_robot_file_is_told_once(tmp_path):
     (tmp_path / "robots").mkdir()
     for name in ("caroca.yaml", "robots/caroca.yaml"):
         shutil.copy(SCENARIOS / name, tmp_path / name)
-    shutil.copy(tmp_path / "caroca.yaml", tmp_path / "other.yaml")
+    text = (tmp_path / "caroca.yaml").read_text()
+    (tmp_path / "other.yaml").write_text(text.replace("robots/caroca.yaml", "robots/../robots/caroca.yaml"))
+    assert "robots/../" in (tmp_path / "other.yaml").read_text()
     robot = tmp_path / "robots" / "caroca.yaml"
     robot.write_text(re.sub(r"mass: \d+", "mass: -1", robot.read_text()))
     files = ("caroca.yaml", "robots/caroca.yaml", "other.yaml")
@@ -163,6 +171,13 @@ def test_a_mistake_in_a_robot_file_is_told_once(tmp_path):
     assert said[1:] == [f"{name}: 1 problem, told above" for name in files[1:]]
     rows = json.loads(cdpr_here("validate", *files, "--json", cwd=tmp_path, code=2).stdout)
     assert [len(row["problems"]) for row in rows] == [1, 1, 1]  # each file has its own
+
+
+def test_an_inertia_without_value_is_told_once():
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(CAROCA, overrides={"robot.platform.inertia": None})
+    (line,) = caught.value.problems
+    assert "no value is given" in line
 
 
 def test_file_names_after_set_start_at_the_scenario(tmp_path):

@@ -119,7 +119,9 @@ def test_a_full_disk_is_no_disagreement(tmp_path, monkeypatch):
         )
 
     monkeypatch.setattr("cdpr.compare.runs.run_cases", full)
-    done = cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", tmp_path / "out", code=8)
+    phase = ("--set", 'events=[{"type": "sine", "time": 0, "force": [1, 0, 0], "frequency": 1, "phase": 90}]')
+    done = cdpr_here("compare", CAROCA, *ONE, *SHORT, *phase, "--out", tmp_path / "out", code=8)
+    assert "events[0].phase: 90 rad is more than a whole turn" in done.stderr  # compare tells the scenario's notes
     assert done.stderr.splitlines()[-1] == "log.mcap: cannot be written: No space left"
     assert "DISAGREE" not in done.stdout
     assert not list(tmp_path.iterdir())
