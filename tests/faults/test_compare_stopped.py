@@ -39,10 +39,10 @@ COMMANDS = {
 @pytest.mark.parametrize(
     ("command", "number", "code"),
     [
-        ("compare", signal.SIGTERM, 143),
+        pytest.param("compare", signal.SIGTERM, 143, marks=pytest.mark.slow),
         ("compare", signal.SIGINT, 130),
-        ("compare --out", signal.SIGINT, 130),
-        ("save", signal.SIGTERM, 143),
+        pytest.param("compare --out", signal.SIGINT, 130, marks=pytest.mark.slow),
+        pytest.param("save", signal.SIGTERM, 143, marks=pytest.mark.slow),
         ("check", signal.SIGHUP, 143),
     ],
 )

@@ -184,5 +184,5 @@ def test_file_names_after_set_start_at_the_scenario(tmp_path):
     assert cdpr_here("validate", CAROCA, "--set", "robot=robots/nine.yaml", cwd=tmp_path).stdout.count("9 cables")
     for command in ("run", "validate", "compare"):
         assert "start, as those in the file, at the folder of the file" in " ".join(
-            cdpr_here(command, "-h").stdout.split()
+            cdpr_here(command, "--help").stdout.split()
         )
