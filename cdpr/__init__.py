@@ -34,6 +34,7 @@ _HOME = {
     "Scenario": "cdpr.scenario",
     "ScenarioError": "cdpr.errors",
     "SimulationStopped": "cdpr.errors",
+    "Unanswered": "cdpr.errors",
     "admissible": "cdpr.distribution",
     "compare_scenario": "cdpr.compare.job",
     "distribute": "cdpr.distribution",
@@ -62,6 +63,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SimulationStopped",
+    "Unanswered",
     "__version__",
     "admissible",
     "bench",
@@ -101,6 +103,7 @@ if TYPE_CHECKING:
         PluginError,
         ScenarioError,
         SimulationStopped,
+        Unanswered,
     )
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run

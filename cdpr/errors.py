@@ -88,7 +88,11 @@ class Infeasible(SimulationStopped):
 
 
 class BeyondLimits(Infeasible):
-    """A cable left its length or winding speed and the scenario says to stop then: the motion is not feasible."""
+    """A cable left its length or winding speed, or a command its tensions, and the scenario says to stop then."""
+
+
+class Unanswered(Infeasible):
+    """The solver gave no valid answer and the scenario says to stop then: whether there is one is not known."""
 
 
 class Diverged(SimulationStopped):

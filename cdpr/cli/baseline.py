@@ -7,7 +7,7 @@ import json
 
 import click
 
-from cdpr.cli.names import change_keys, names, plugin_files, plugin_option
+from cdpr.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import ExitCode
 
@@ -19,7 +19,7 @@ def command() -> None:
 
 @command.command("save")
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path())
-@click.option("--out", required=True, type=click.Path(), help="Folder for the baselines, one file each.")
+@click.option("--out", required=True, type=OutPath(), help="Folder for the baselines, one file each.")
 @plugin_option("--backends", "backend", metavar="A,B", help="Which engines, instead of each scenario's own.")
 @change_keys("Change a key of all; repeatable.")
 @plugin_files

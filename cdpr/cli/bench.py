@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from cdpr.cli.names import names, plugin_files, plugin_option
+from cdpr.cli.names import OutPath, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
 from cdpr.hush import hushed
@@ -38,7 +38,7 @@ def command() -> None:
     "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."
 )
 @plugin_files
-@click.option("--out", type=click.Path(), help="Folder for bench.json, bench.html and the figures.")
+@click.option("--out", type=OutPath(), help="Folder for bench.json, bench.html and the figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def solvers(
     robots: tuple[str, ...],

@@ -6,7 +6,7 @@ import json
 
 import click
 
-from cdpr.cli.names import change_keys, names, plugin_files, plugin_option
+from cdpr.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode, PluginError
 
@@ -20,7 +20,7 @@ from cdpr.errors import CdprError, ExitCode, PluginError
 @click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
 @click.option("--jobs", type=click.IntRange(1), help="Processes at a time (default: one a core).")
 @click.option("--timeout", type=click.FloatRange(1.0), help="Seconds that a run may take (default: no limit).")
-@click.option("--out", type=click.Path(), help="Folder for compare.json, compare.html and the runs.")
+@click.option("--out", type=OutPath(), help="Folder for compare.json, compare.html and the runs.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     what: tuple[str, ...],
@@ -36,7 +36,8 @@ def command(
     """Run SCENARIO closed loop on several engines, or take finished RUNs, and tell whether they agree.
 
     The engine of highest order judges. One of the same scheme must agree with it but for round-off; of any other half
-    the step must take its share of the distance. The exit code is 7 where one disagrees.
+    the step must take its share of the distance. The exit code is 7 where one disagrees or none could be judged; 0 says
+    that engines agree.
     """
     from pathlib import Path
 
@@ -54,18 +55,31 @@ def command(
     else:
         from cdpr.compare import job
 
+        made = (0, 0)
+
+        def count(done: int, total: int) -> None:
+            nonlocal made
+            made = (done, total)
+            progress(done, total)
+
         with terminating(), Progress("runs") as progress:
-            result = job.compare_scenario(
-                what[0],
-                changes=changes,
-                backends=None if backends == "all" else names(backends),
-                solvers=None if solvers is None else names(solvers),
-                refine=refine,
-                out=None if out is None else Path(out),
-                jobs=jobs,
-                timeout=timeout,
-                progress=progress,
-            )
+            try:
+                result = job.compare_scenario(
+                    what[0],
+                    changes=changes,
+                    backends=None if backends == "all" else names(backends),
+                    solvers=None if solvers is None else names(solvers),
+                    refine=refine,
+                    out=None if out is None else Path(out),
+                    jobs=jobs,
+                    timeout=timeout,
+                    progress=count,
+                    say=progress.say,
+                )
+            except KeyboardInterrupt:
+                free = "" if out is None else f", and {out} can be used again"
+                progress.say(f"interrupted after {made[0]} of {made[1]} runs: nothing of the comparison is kept{free}")
+                raise
     if out is not None:
         from cdpr.report.compare import write_comparison
 
@@ -82,5 +96,5 @@ def command(
             click.echo(line)
         if out is not None:
             click.echo(out)
-    if result.figures["agrees"] is False:
+    if result.figures["agrees"] is not True:
         raise click.exceptions.Exit(ExitCode.DISAGREES)

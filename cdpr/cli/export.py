@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from cdpr.cli.names import OutPath
+
 
 @click.command("export")
 @click.argument("run", type=click.Path())
@@ -16,7 +18,7 @@ import click
     required=True,
     help="Format; mat and parquet need the extra `data`.",
 )
-@click.option("--out", type=click.Path(path_type=Path), help="File; default: run.FORMAT beside the log.")
+@click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(run: str, to: str, out: Path | None, force: bool, as_json: bool) -> None:

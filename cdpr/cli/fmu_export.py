@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
-from cdpr.cli.names import change_keys, plugin_files
+from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 
 
 @click.command("export")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
-@click.option("--out", "-o", required=True, type=click.Path(path_type=Path), help="The FMU to write.")
+@click.option("--out", "-o", required=True, type=OutPath(path_type=Path), help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
 @click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
 @click.option(
@@ -44,9 +44,10 @@ def command(
     1 ms. All are parameters of the FMU. The C source is inside; the binary for this platform is made from it by the C
     compiler, $CC or cc. The FMU joins the list of trusted ones (cdpr fmu trust).
     """
-    from cdpr.scenario import Scenario, World, load_any
+    from cdpr.cli.load import load_told
+    from cdpr.scenario import Scenario, World
 
-    loaded = load_any(file, overrides=changes)
+    loaded = load_told(file, changes)
     import numpy as np
 
     from cdpr.fmu.export import Actuator, Plant, write_fmu

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.cli.names import change_keys, plugin_files
+from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
@@ -21,7 +21,7 @@ MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
 @change_keys("Change any key of the file.")
-@click.option("--out", type=click.Path(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
+@click.option("--out", type=OutPath(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | None, as_json: bool) -> None:
@@ -30,9 +30,10 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
     is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
     """
-    from cdpr.scenario import Scenario, load_any
+    from cdpr.cli.load import load_told
+    from cdpr.scenario import Scenario
 
-    loaded = load_any(file, overrides=changes)
+    loaded = load_told(file, changes)
     # Only a sound file is worth the time that these take to import.
     import numpy as np
 

@@ -12,6 +12,7 @@ from cdpr.model.properties import home_pose
 from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.model.rotations import from_rpy, held_upright
 from cdpr.scenario import Scenario, World
+from cdpr.scenario.angle_checks import in_degrees
 
 
 def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:
@@ -36,6 +37,8 @@ def parse_pose(text: str, robot: Robot) -> Array:
     if len(numbers) not in (3, 6):
         hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad) are expected, such as 0,0,1.5"
         raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--pose")
+    if text := in_degrees(numbers[3:]):
+        click.echo(f"warning: --pose: {text}", err=True)
     q = from_rpy(*(numbers[3:] or (0.0, 0.0, 0.0)))
     if not held_upright(robot.dof, q):
         hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -18,6 +19,16 @@ if TYPE_CHECKING:
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 PLUGIN_FILES = "cdpr.plugin_files"  # where a context keeps what was given with --plugin
+
+
+class OutPath(click.Path):
+    """Where results go: any name but none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path; an empty one, as of a variable that is not set, would mean the working folder."""
+        if not os.fspath(value):
+            self.fail("a name is expected, got an empty one; write . for this folder", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 def again(context: click.Context, out: object) -> str:
@@ -51,6 +62,7 @@ def names(text: str) -> list[str]:
 
 def change_keys(text: str) -> Decorator:
     """Return the option --set with this help; a shell completes its keys."""
+    text = f"{text} File names in it start, as those in the file, at the folder of the file."
     return click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, shell_complete=keys, help=text)
 
 

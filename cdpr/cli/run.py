@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
-from cdpr.cli.names import change_keys, plugin_files, plugin_option
+from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
 from cdpr.hush import hushed
 
@@ -32,7 +32,7 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
-@click.option("--out", type=click.Path(), help="Folder for the results (default: a new one in runs/).")
+@click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
@@ -87,7 +87,10 @@ def command(
             failure = _write_report(run)
             stop = stop or failure
         if as_json:
-            figures = {**run.summary(), "message": run.message, "folder": run.folder}
+            from cdpr.report.reservations import fallback, reservations
+
+            told = {"reservations": [*reservations(run), *fallback(run)], "message": run.message, "folder": run.folder}
+            figures = {**run.summary(), **told}
             click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
         else:
             _print(run)
@@ -172,7 +175,7 @@ def _print(run: Run) -> None:
 
 
 def _lines(run: Run) -> Iterator[str]:
-    from cdpr.report.reservations import reservations
+    from cdpr.report.reservations import fallback, reservations
     from cdpr.report.text import unit_for
 
     figures = run.summary()
@@ -210,6 +213,8 @@ def _lines(run: Run) -> Iterator[str]:
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
         if figures[key] or key == "infeasible_steps":
             yield f"{name:<20}{figures[key]} of {figures['samples']}"
+    for warning in fallback(run):
+        yield f"{'WARNING':<20}{warning}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.cli.names import again, change_keys, plugin_files
+from cdpr.cli.names import OutPath, again, change_keys, plugin_files
 from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ ROWS = 40  # of the table that are printed
     metavar="S",
     help="Seconds after which a case counts as hung.",
 )
-@click.option("--out", type=click.Path(), help="Folder; one that holds a part of this study is completed.")
+@click.option("--out", type=OutPath(), help="Folder; one that holds a part of this study is completed.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, such as tcp://host:8786.")
 @click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
 @click.option("--report/--no-report", default=True, help="Write study.html (needs the extra 'plot').")

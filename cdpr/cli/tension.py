@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.cli.names import change_keys, plugin_files, plugin_option
+from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.errors import PluginError
 from cdpr.hush import hushed
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     "--solver", "solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]"
 )
 @change_keys("Change any key of the file.")
-@click.option("--out", type=click.Path(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@click.option("--out", type=OutPath(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -47,9 +47,10 @@ def command(
     is the robot's home, or the scenario's initial one, unless --pose is given. Every answer is checked. With
     redundant cables there is a picture: all admissible tensions, or the range of each with more than two too many.
     """
-    from cdpr.scenario import Scenario, load_any
+    from cdpr.cli.load import load_told
+    from cdpr.scenario import Scenario
 
-    loaded = load_any(file, overrides=changes)
+    loaded = load_told(file, changes)
     # Only a sound file is worth the time that these take to import.
     from cdpr.cli.look import look, parse_wrench
     from cdpr.cli.progress import tell_of_compilation

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 from typing import Any
 
 import click
@@ -23,6 +25,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
     """
     rows: list[dict[str, Any]] = []
     codes: set[ExitCode] = set()
+    told: set[str] = set()
     for file in files:
         name = click.format_filename(file)
         try:
@@ -30,11 +33,13 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
         except CdprError as error:
             codes.add(error.exit_code)
             rows.append({"file": name, "ok": False, "problems": str(error).splitlines()})
-            click.echo(str(error), err=True)
+            _tell(name, str(error).splitlines(), told)
         else:
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
+            for note in row["notes"]:
+                click.echo(note, err=True)
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
@@ -44,18 +49,42 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
 
 def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
     """Load one file and return what there is to say of it."""
+    from cdpr.model.restraint import few_cables
     from cdpr.scenario import Scenario, load_any
 
-    loaded = load_any(file, overrides=changes)
+    notes: list[str] = []
+    loaded = load_any(file, overrides=changes, notes=notes)
+    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    if few := few_cables(robot):
+        notes.append(f"{click.format_filename(file)}: note: {few}")
     if not isinstance(loaded, Scenario):
-        return {"kind": "robot", "name": loaded.name, "cables": loaded.m}
+        return {"kind": "robot", "name": robot.name, "cables": robot.m, "notes": notes}
     return {
         "kind": "scenario",
         "name": loaded.name,
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
         "unused": list(loaded.unused),
+        "notes": notes,
     }
+
+
+def _tell(name: str, lines: list[str], told: set[str]) -> None:
+    """Tell each mistake once: those of a robot file are those of all scenarios that name it, too."""
+    plain = {line: _plain(line) for line in lines}
+    fresh = [line for line in lines if plain[line] not in told]
+    told.update(plain.values())
+    for line in fresh:
+        click.echo(line, err=True)
+    if len(fresh) < len(lines):
+        known = len(lines) - len(fresh)
+        click.echo(f"{name}: {known} {'more ' * bool(fresh)}problem{'s' * (known > 1)}, told above", err=True)
+
+
+def _plain(line: str) -> str:
+    """The same text for the same mistake, whichever file led to it."""
+    source, colon, text = line.partition(":")
+    return os.path.normpath(source) + colon + re.sub(r"\brobot\.", "", text)
 
 
 def _brief(row: dict[str, Any]) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +48,7 @@ def compare_scenario(
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Progress = lambda done, total: None,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run a scenario on several engines and judge them.
 
@@ -55,25 +58,29 @@ def compare_scenario(
         backends: which engines, all that are installed by default; the judge runs in any case.
         solvers: which tension solvers instead of the scenario's; engines are held against each other with each.
         refine: measure the orders, too.
-        out: new or empty folder, in which the runs are kept under `runs`.
+        out: new or empty folder, in which the runs are kept under `runs`; it is again what it was where the comparison
+            does not come to its end.
         jobs: processes at a time, one a core by default.
         timeout: s that a run may take.
         progress: called with the number of runs made and their total.
+        say: called with each of the scenario's notes.
 
     Raises ScenarioError, PluginError or OutputError as `cdpr.simulate` does, and CdprError where only one engine is
     left.
     """
     scenario = load_scenario(path, overrides=list(changes))
+    for note in scenario.notes:
+        say(note)
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))
     for name in names:
         scenario.with_changes(solver=name)  # what is wrong with a solver is told before anything runs
     with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
         folder = Path(temporary) if out is None else out
-        claim(folder, RESERVED)
-        runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
-        groups = compare(runs, chosen, names, named=backends is not None)
-        orders = {name: measure_orders(runs, chosen, name) for name in names} if refine else {}
+        with _claimed(folder):
+            runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
+            groups = compare(runs, chosen, names, named=backends is not None)
+            orders = {name: measure_orders(runs, chosen, name) for name in names} if refine else {}
     simulation = scenario.simulation
     figures = {
         "scenario": scenario.name,
@@ -85,6 +92,22 @@ def compare_scenario(
         "absent": chosen.absent,
     }
     return summarise(figures, groups, orders)
+
+
+@contextlib.contextmanager
+def _claimed(folder: Path) -> Iterator[None]:
+    """Take a folder; what an end in the midst of it leaves there is ours, and goes: part of a comparison is none."""
+    new = not folder.exists()
+    claim(folder, RESERVED)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(folder / RUNS, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            (folder / RESERVED).unlink()
+            if new:
+                folder.rmdir()
+        raise
 
 
 def summarise(

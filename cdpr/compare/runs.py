@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from cdpr.errors import ExitCode, OutputError
 from cdpr.log.reader import load_run
 from cdpr.log.run import FORESEEN, Run
 from cdpr.log.run_folder import safe_name
@@ -119,7 +120,12 @@ class Runs:
 
 
 def read(outcome: Outcome) -> Made:
-    """Load the run of a case that has ended, however it ended."""
+    """Load the run of a case that has ended, however it ended.
+
+    Raises OutputError where it could not be written: a full disk says nothing of an engine.
+    """
+    if outcome.code == ExitCode.NOT_WRITABLE:
+        raise OutputError(outcome.reason)
     complete = outcome.status in (*FORESEEN, "diverged")
     run = load_run(outcome.folder) if complete else None
     return Made(run, outcome.status, outcome.message, bool(outcome.summary.get("samples")))

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from cdpr.errors import OutputError, PluginError
-from cdpr.log.files import replacing
+from cdpr.log.files import make_folder, replacing
 from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
 
@@ -50,7 +50,7 @@ _WRENCH = [f"{{}}_force_{axis}_N" for axis in "xyz"] + [f"{{}}_moment_{axis}_Nm"
 
 
 def export(run: Run, to: str, out: Path, force: bool = False) -> None:
-    """Write `run` to the file `out`.
+    """Write `run` to the file `out`, its folder made if need be.
 
     `to` is one of `EXPORTS`: "csv" and "parquet" have one column for each column of the rows, named with its
     unit; "npz" and "mat" one array for each field, named as in `Run`, beside the run's header as JSON.
@@ -64,6 +64,7 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
         raise OutputError(f"{out}: is no regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
+    make_folder(out.parent)
     with replacing(out) as file:
         write(run, file)
 

@@ -75,7 +75,7 @@ NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": ()}
 
 
 # Ends that the scenario foresees: what such a run holds is a whole result.
-FORESEEN = ("finished", "infeasible", "beyond_limits")
+FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits")
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,8 @@ class Run:
     Where the scenario's `log.step` thins the log, row k was sampled at k * log_step, the last one at the end of the
     run; `summary` and `events` count every sample all the same. Frames and signs as `cdpr.model` says. `status` is
     "finished", "ended" (as the plant asked), "diverged", "infeasible" (no admissible tensions, and the scenario says to
-    stop then), "beyond_limits" (likewise for a cable's length or speed; "infeasible" in logs of earlier versions),
+    stop then), "unanswered" (likewise where the solver gave no valid answer), "beyond_limits" (likewise for a cable's
+    length or speed or the tension that is commanded; these two are "infeasible" in logs of earlier versions),
     "interrupted", "failed" or "running" (killed while it ran). Arrays are read-only: copy what is to be changed.
     """
 

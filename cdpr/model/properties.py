@@ -20,19 +20,6 @@ MIN_LENGTH = 1e-6
 # Anchors whose heights differ by less than this share of their extent count as lying in one level.
 LEVEL = 0.1
 
-RESTRAINTS = {
-    "IRPM": "incompletely restrained positioning mechanism, m <= n",
-    "CRPM": "completely restrained positioning mechanism, m = n + 1",
-    "RRPM": "redundantly restrained positioning mechanism, m > n + 1",
-}
-
-
-def restraint(robot: Robot) -> str:
-    """Return the class by number, a key of RESTRAINTS (Ming and Higuchi, Int. J. Japan Soc. Prec. Eng. 28, 1994)."""
-    if robot.m <= robot.n:
-        return "IRPM"
-    return "CRPM" if robot.m == robot.n + 1 else "RRPM"
-
 
 def check_lengths(robot: Robot, pose: Array) -> None:
     """Raise CdprError where a cable has no length, hence no direction, at a pose (7,)."""

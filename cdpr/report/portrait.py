@@ -38,6 +38,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     legs = "" if robot["unilateral"] else " (rigid legs, which also push)"
     yield row("cables", f"m = {robot['m']}{legs}, redundancy r = m - n = {robot['redundancy']}")
     yield row("restraint by number", f"{robot['restraint']}: {robot['restraint_meaning']}")
+    if robot["few_cables"]:
+        yield row("", robot["few_cables"])
     yield row("platform", f"{platform['mass_kg']:g} kg, {_shape(platform['shape_m'])}")
     yield row("centre of mass", f"{vector(platform['center_of_mass_m'])} m from the origin")
     if any(name.startswith("r") for name in robot["dof"]):

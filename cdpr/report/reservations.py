@@ -7,6 +7,10 @@ from collections.abc import Iterator
 from cdpr.log.run import Run
 from cdpr.model.reach import EXCEEDED
 from cdpr.tension.command import BEYOND
+from cdpr.tension.policy import CLIPPED, FALLBACK
+
+# Of the samples: from here on a run shows what the fallback does rather than the solver.
+LARGE_SHARE = 0.1
 
 
 def reservations(run: Run) -> Iterator[str]:
@@ -26,3 +30,13 @@ def reservations(run: Run) -> Iterator[str]:
     for name, words, _ in EXCEEDED:
         if bad := beyond.get(name):
             yield f"{bad} of {total} samples had {words} than allowed"
+
+
+def fallback(run: Run) -> Iterator[str]:
+    """Yield the sentence that must be said where a large share of the tensions were not the solver's."""
+    figures = run.summary()
+    bad, total = figures["infeasible_steps"] + figures["unanswered_steps"], figures["samples"]
+    used = [text for text in (*FALLBACK.values(), CLIPPED) if any(f"; {text}" in f"; {one.text}" for one in run.events)]
+    if used and bad >= LARGE_SHARE * total:
+        share = f"all {total}" if bad == total else f"{bad} of {total}"
+        yield f"the fallback alone gave the tensions at {share} samples: {' and '.join(used)}"

@@ -13,7 +13,7 @@ from cdpr.report.histories import histories
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.page import table
-from cdpr.report.reservations import reservations
+from cdpr.report.reservations import fallback, reservations
 from cdpr.report.text import number, unit_for
 
 MOST_EVENTS = 200
@@ -23,6 +23,7 @@ BANNERS = {
     "ended": ("good", "Ended by the plant"),
     "diverged": ("bad", "Diverged"),
     "infeasible": ("bad", "Stopped as infeasible"),
+    "unanswered": ("bad", "Stopped where the solver gave no valid answer"),
     "beyond_limits": ("bad", "Stopped where a cable left its limits"),
     "interrupted": ("warn", "Interrupted"),
     "failed": ("bad", "Failed"),
@@ -33,7 +34,7 @@ BANNERS = {
 def banner(run: Run) -> str:
     """How the run ended, and its message."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
-    said = list(reservations(run))
+    said = [*reservations(run), *fallback(run)]
     if mood == "good" and said:
         mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
     message = f": {escape(run.message)}" if run.message else ""

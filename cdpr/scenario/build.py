@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry
+from cdpr.scenario.angle_checks import AngleChecks
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.messages import explain
@@ -29,6 +30,7 @@ def build_robot(document: Document, problems: Problems) -> Robot:
     section = validate(RobotSection, document.data, document, problems)
     report_nulls(document.data, (), document, problems)
     RobotChecks(document, problems).run(())
+    AngleChecks(document, problems).run()
     problems.raise_any()
     assert section is not None
     return section.to_robot()
@@ -42,6 +44,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
     RobotChecks(document, problems).run(("robot",))
     motion = RunChecks(document, problems).run()
     EventChecks(document, problems).run()
+    AngleChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
@@ -72,7 +75,7 @@ def build_scenario(document: Document, plugins: Registry, problems: Problems) ->
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),
-        notes=tuple(document.notes),
+        notes=(*document.notes, *document.warnings),
         _backend_options=backend_options,
         _document=document,
         _plugins=plugins,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from pydantic import TypeAdapter, ValidationError
 
+from cdpr.model import DOF_NAMES
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
@@ -29,6 +30,7 @@ class EventChecks(Checks):
             for i, event in events:
                 for key, text in event.check_steps(simulation.control_step):
                     self.say(("events", i, key), text)
+        self._against_guide(events)
         cables = list(self.cables(("robot",)))
         given = self.document.get(("robot", "cables"))
         if not isinstance(given, list) or len(cables) != len(given):
@@ -55,6 +57,17 @@ class EventChecks(Checks):
             except ValidationError:
                 continue  # has been reported
         return events
+
+    def _against_guide(self, events: Places) -> None:
+        """Tell of wrenches that move nothing, for the guide takes all of them."""
+        dof = self.directions(("robot", "dof"))
+        for i, event in events:
+            swing = event.swing(1.0)
+            if dof and swing is not None:
+                acts = [name for name, part in zip(DOF_NAMES, swing.amplitude, strict=True) if part != 0.0]
+                if acts and not set(acts) & set(dof):
+                    text = f"acts along {', '.join(acts)} only, which the guide takes entirely: it has no effect"
+                    self.warn(("events", i), f"{text}; the robot moves along {', '.join(dof)}")
 
     def _cable_exists(self, i: int, event: ScenarioEvent, names: Sequence[str]) -> bool:
         text = event.check_cable(names)

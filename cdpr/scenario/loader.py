@@ -44,8 +44,8 @@ def load_scenario(
     `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after
     `--set` ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes
     the type of the solver or controller, those options of the old one that the new one does not take are left
-    out and listed in `Scenario.unused`; `Scenario.notes` says what was kept. With `text`, that is read in place
-    of the file; `path` then only names it in messages, and its folder is where relative file names start.
+    out and listed in `Scenario.unused`; `Scenario.notes` says what was kept, and warns. With `text`, that is read
+    in place of the file; `path` then only names it in messages, and its folder is where relative file names start.
     `plugins` are the installed ones unless given.
 
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
@@ -71,14 +71,23 @@ def _name(path: object) -> str:
 
 
 def load_any(
-    path: str | os.PathLike[str], *, overrides: Overrides = (), plugins: Registry | None = None
+    path: str | os.PathLike[str],
+    *,
+    overrides: Overrides = (),
+    plugins: Registry | None = None,
+    notes: list[str] | None = None,
 ) -> Scenario | Robot:
-    """Load and check a file that may be a scenario or a robot."""
+    """Load and check a file that may be a scenario or a robot; `notes` takes what `Scenario.notes` would hold."""
     problems = Problems()
     document = open_document(_name(path), None, problems)
+    loaded: Scenario | Robot
     if _kind(document) == "robot":
-        return _robot(document, overrides, problems)
-    return _scenario(document, overrides, [], plugins or registry(), problems)
+        loaded = _robot(document, overrides, problems)
+    else:
+        loaded = _scenario(document, overrides, [], plugins or registry(), problems)
+    if notes is not None:
+        notes += [*document.notes, *document.warnings]
+    return loaded
 
 
 def change_scenario(

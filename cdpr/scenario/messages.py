@@ -6,6 +6,7 @@ allowed keys. Here a union yields the errors of the branch that was meant, or on
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -33,6 +34,8 @@ KINDS = {
     "literal_error": "",
     "none_required": "null",
 }
+
+DECIMAL = re.compile(r"[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?")  # a number with a decimal comma
 
 BOUNDS = {
     "greater_than": ("greater than", "gt"),
@@ -149,7 +152,7 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         hint = nearest(str(fault.value), _words(fault.context["expected"]))
         return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
     if fault.kinds:
-        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}")
+        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_decimal(fault)}")
     if fault.type == "finite_number":
         return Message(path, f"a finite number expected{unit}, got {found}")
     if fault.type in BOUNDS:
@@ -162,6 +165,12 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
     if "error" in fault.context:  # a ValueError of one of the models' own checks
         return Message(path, str(fault.context["error"]))
     return Message(path, f"{fault.message[:1].lower()}{fault.message[1:]}{unit}, got {found}")
+
+
+def _decimal(fault: _Fault) -> str:
+    """Say how a number with a decimal comma is written."""
+    meant = "a number" in fault.kinds and DECIMAL.fullmatch(str(fault.value))
+    return f"; write {fault.value.replace(',', '.')}, with a point" if meant else ""
 
 
 def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:

@@ -45,13 +45,14 @@ class RobotChecks(Checks):
             return
         platform, inertia = (*self.root, "platform"), (*self.root, "platform", "inertia")
         turns = [name for name in dof if name.startswith("r")]
-        if turns and isinstance(self.document.get(platform), dict) and self.document.get(inertia) is None:
+        given = self.document.get(platform)
+        if turns and isinstance(given, dict) and given.get("inertia") is None and not self.problems.has(inertia):
             self.say(inertia, "required but not given: [ixx, iyy, izz, ixy, ixz, iyz] (kg m^2), for the platform turns")
         section = self.section(PlatformSection, platform)
-        given = section.inertia if section else None
-        if given is not None and not set(turns) <= set(moments_about(given)):  # what is 0 is needed
+        moments = section.inertia if section else None
+        if moments is not None and not set(turns) <= set(moments_about(moments)):  # what is 0 is needed
             try:
-                of_a_body(given)
+                of_a_body(moments)
             except ValueError as error:
                 self.say(inertia, f"{error} where it turns about {', '.join(turns)}")
         home = self.section(Home, (*self.root, "home"))

@@ -35,7 +35,8 @@ class Scenario:
         solver_options: the same for the tension solver.
         source: the file that it came from.
         unused: dotted keys that are given but that a run does not use.
-        notes: what became of the options of a controller or solver that was replaced, a sentence each.
+        notes: what became of the options of a controller or solver that was replaced, and warnings of what is allowed
+            and seldom meant, a sentence each.
     """
 
     sections: ScenarioSection

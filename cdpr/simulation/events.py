@@ -14,6 +14,7 @@ from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loop import Parts
 from cdpr.tension.command import BEYOND
+from cdpr.tension.policy import CLIPPED, FALLBACK
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 
@@ -21,20 +22,12 @@ from cdpr.tension.status import Status
 MOST = 200
 
 
-ANSWERS = {
-    "best_effort": "the nearest wrench within the limits instead",
-    "hold_tension": "the tensions before held instead",
-    "stop": "stopped",
-}
-CLIPPED = "the solver minds no limits, its tensions were clipped to them"
-
-
 def tension_events(status: NDArray[np.generic], step: float, parts: Parts) -> list[Event]:
     """One event for each uninterrupted span of samples with the same status that is not OK.
 
     `status` is (K,), `step` is the control period, s, for which a sample's tensions are held.
     """
-    meaning = {kind: f"{text}; {ANSWERS[parts.policy]}" for kind, text in MEANING.items()}
+    meaning = {kind: f"{text}; {FALLBACK.get(parts.policy, 'stopped')}" for kind, text in MEANING.items()}
     if parts.output == "command":
         meaning[Status.NOT_FOUND] = f"{BEYOND}; it was clipped"
     elif not parts.respects_bounds and parts.policy == "best_effort":

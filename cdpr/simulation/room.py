@@ -6,7 +6,7 @@ import os
 import shutil
 from pathlib import Path
 
-from cdpr.errors import ScenarioError
+from cdpr.errors import OutputError, ScenarioError
 from cdpr.log.files import unwritable
 from cdpr.log.mcap_file import BLOCK, LogFormat
 from cdpr.log.run import Header
@@ -18,12 +18,13 @@ FLOAT = 8  # bytes
 def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
     """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit.
 
-    Raises OutputError where the disk of `folder` cannot be asked.
+    Raises OutputError where it would on a disk of its own, but the disk of `folder` is too full, or cannot be asked.
     """
     samples = scenario.simulation.steps // header.log_every + 1
     if folder is None:
         need = samples * FLOAT * header.layout.width
         have, where = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), "the memory of this machine"
+        most = have
     else:
         rows = LogFormat(header).templates[0]
         need = samples * rows.chunk_length(BLOCK) // BLOCK
@@ -31,6 +32,7 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
             above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
             disk, where = shutil.disk_usage(above), f"the disk of {folder}"
             have = disk.free if disk.total else need  # none: no disk, and nothing that can be written to
+            most = disk.total
         except OSError as error:  # as below a folder that may not be searched
             raise unwritable(folder, error) from error
     if need > have:
@@ -38,7 +40,7 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
             f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need "
             f"{_size(need)}, {where} has {_size(have)}: shorten it or thin the log by log.step"
         )
-        raise ScenarioError([text])
+        raise OutputError(f"{text}, or make room there") if need <= most else ScenarioError([text])
 
 
 def _size(count: int) -> str:

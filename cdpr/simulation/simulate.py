@@ -10,7 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import BeyondLimits, CdprError, Diverged, Infeasible, Interrupted, OutputError, PlantEnded, PluginError
+from cdpr.errors import (
+    BeyondLimits,
+    CdprError,
+    Diverged,
+    Infeasible,
+    Interrupted,
+    OutputError,
+    PlantEnded,
+    PluginError,
+    Unanswered,
+)
 from cdpr.log.event import Event
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
@@ -31,6 +41,7 @@ STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
     Infeasible: "infeasible",
     BeyondLimits: "beyond_limits",
+    Unanswered: "unanswered",
     Interrupted: "interrupted",
     PlantEnded: "ended",
 }
@@ -63,8 +74,8 @@ def simulate(
         ScenarioError: the scenario is wrong.
         PluginError: a plugin is missing or broken.
         OutputError: `out` cannot be written.
-        SimulationStopped: the run ended early: Infeasible (BeyondLimits where cables left theirs), Diverged or
-            (from `progress`) Interrupted.
+        SimulationStopped: the run ended early: Infeasible (BeyondLimits where cables left theirs, Unanswered where
+            the solver gave no valid answer), Diverged or (from `progress`) Interrupted.
 
     The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to there.
     """

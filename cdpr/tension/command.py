@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.errors import Diverged, Infeasible
+from cdpr.errors import BeyondLimits, Diverged
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
@@ -61,13 +61,13 @@ class CommandStage:
     def distribute(self) -> None:
         """Write tensions, wrench and report for the present command.
 
-        Raises Diverged where the command is not finite, Infeasible under the policy `stop`.
+        Raises Diverged where the command is not finite, BeyondLimits under the policy `stop`.
         """
         status = self._take()
         if status == BAD_INPUT:
             raise Diverged("the controller put out a command that is not finite")
         if status != OK and self._stop:
-            raise Infeasible(f"{BEYOND} (policy stop)")
+            raise BeyondLimits(f"{BEYOND} (policy stop)")
 
 
 @kernel

@@ -14,6 +14,13 @@ Policy = Literal["best_effort", "hold_tension", "stop"]
 
 NEAREST, HOLD, CLIP = range(3)
 
+# What a run says of the samples where a policy replaced the solver's answer.
+FALLBACK = {
+    "best_effort": "the nearest wrench within the limits instead",
+    "hold_tension": "the tensions before held instead",
+}
+CLIPPED = "the solver minds no limits, its tensions were clipped to them"
+
 
 def action(policy: Policy, respects_bounds: bool) -> int:
     """Return what `fall_back` is to do under a policy, for a solver that minds the limits or does not."""

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from cdpr.model.kinematics import make_state
-from cdpr.model.properties import RESTRAINTS, check_lengths, conditioning, free_wrench_matrix, restraint, unresisted
+from cdpr.model.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
 from cdpr.model.reach import Reach, bounds_of
+from cdpr.model.restraint import RESTRAINTS, few_cables, restraint
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
 from cdpr.tension.closure import positive_null_vector
@@ -37,6 +38,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
         "redundancy": robot.m - robot.n,
         "restraint": kind,
         "restraint_meaning": RESTRAINTS[kind],
+        "few_cables": few_cables(robot),
         "unilateral": robot.unilateral,
         "characteristic_length_m": robot.characteristic_length,
         "platform": {

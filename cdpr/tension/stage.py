@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.errors import Diverged, Infeasible, PluginError
+from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
@@ -84,8 +84,8 @@ class TensionStage:
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.
 
-        Raises Infeasible under the policy `stop`, Diverged where the wrench is not finite, PluginError where the
-        solver raised or returned something that is no status.
+        Raises Infeasible or Unanswered under the policy `stop`, Diverged where the wrench is not finite, PluginError
+        where the solver raised or returned something that is no status.
         """
         if self._select is not None:
             self._select()
@@ -127,5 +127,7 @@ class TensionStage:
         if not fall_back(self._actions[answered], status.value, *self._arguments):
             raise Diverged("the controller put out a wrench that is not finite")
         if self._stop:
-            raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
+            if status == Status.INFEASIBLE:
+                raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
+            raise Unanswered(f"solver '{self._name}' gave no valid answer: {MEANING[status]} (policy stop)")
         self._answer[:] = self._tension  # what the solver finds as the tensions of the step before

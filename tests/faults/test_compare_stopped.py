@@ -30,6 +30,7 @@ def endless(folder):
 
 COMMANDS = {
     "compare": lambda folder: ("compare", CAROCA, "--backends", ENGINES[0], *LONG),
+    "compare --out": lambda folder: (*COMMANDS["compare"](folder), "--out", str(folder / "tmp" / "kept")),
     "save": lambda folder: ("baseline", "save", CAROCA, "--out", str(folder / "kept"), *LONG),
     "check": lambda folder: ("baseline", "check", endless(folder)),
 }
@@ -40,6 +41,7 @@ COMMANDS = {
     [
         pytest.param("compare", signal.SIGTERM, 143, marks=pytest.mark.slow),
         ("compare", signal.SIGINT, 130),
+        pytest.param("compare --out", signal.SIGINT, 130, marks=pytest.mark.slow),
         pytest.param("save", signal.SIGTERM, 143, marks=pytest.mark.slow),
         ("check", signal.SIGHUP, 143),
     ],

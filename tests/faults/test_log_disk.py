@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import cdpr_here
+from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.errors import ExitCode, OutputError
@@ -251,3 +254,18 @@ def test_numbers_that_are_not_finite_become_null_in_run_json(tmp_path: Path) -> 
     content = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in strict JSON"))
     assert content["header"]["tension_max"] == [None, 1.0]
     assert content["status"] == "diverged"
+
+
+def test_the_command_ends_with_eight_where_the_disk_fills_up(tmp_path: Path) -> None:
+    words = ("run", ROOT / "scenarios" / "caroca.yaml", "--no-report", "--set", "simulation.duration=0.3")
+    whole = cdpr_here(
+        *words, "--out", tmp_path / "whole", "--json"
+    )  # what imports and compiles does not meet the limit
+    size = (tmp_path / "whole" / "log.mcap").stat().st_size
+    with file_size_limit(size // 2):
+        done = cdpr_here(*words, "--out", tmp_path / "run", code=ExitCode.NOT_WRITABLE)
+    assert re.search(r"stopped: .*log\.mcap: cannot be written: File too large", done.stderr)
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert told["status"] == "failed"
+    assert "File too large" in told["message"]
+    assert json.loads(whole.stdout)["status"] == "finished"

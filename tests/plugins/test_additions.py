@@ -102,8 +102,8 @@ class Rise(Motion):
 
     def make(self) -> trajectory.Trajectory:
         position, attitude = pose(self.at)
-        ends = [trajectory.Knot(0.0, position, attitude), trajectory.Knot(1.0, position + [0, 0, self.height], attitude)]
-        return trajectory.through(ends)
+        top = trajectory.Knot(1.0, position + [0, 0, self.height], attitude)
+        return trajectory.through([trajectory.Knot(0.0, position, attitude), top])
 '''
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from command_line import cdpr_here
@@ -14,8 +16,9 @@ from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
 from conftest import TRAPS
 
 from cdpr.cli.compare import command
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, ExitCode
 from cdpr.report.compare_text import lines
+from cdpr.simulation.cases import Outcome
 
 CAROCA = str(SCENARIOS / "caroca.yaml")
 SHORT = ("--set", "simulation.duration=0.1")
@@ -67,7 +70,7 @@ def test_page_needs_nothing_else(compared):
 
 def test_runs_are_kept_and_can_be_compared_again(compared):
     runs = [compared[1] / "runs" / name for name in ("reference_qp", f"{ENGINES[0]}_qp")]
-    said = cdpr_here("compare", *runs).stdout
+    said = cdpr_here("compare", *runs, code=7).stdout  # a gate must not take for agreement what nobody judged
     assert said.startswith("not judged: caroca")
     assert f"{ENGINES[0]}_qp: not judged: no other run has its scheme" in " ".join(said.split())
 
@@ -81,6 +84,54 @@ def test_all_is_all_that_are_installed():
 
 def test_a_folder_that_is_taken_is_refused(compared):
     assert "not empty" in cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", compared[1], code=8).stderr
+
+
+def test_an_interrupt_leaves_the_folder_to_the_next_comparison(tmp_path, monkeypatch):
+    """Whether it was there before or not."""
+
+    def interrupted(cases, *, done, **options):
+        for case in cases[:1]:
+            (Path(case.out)).mkdir(parents=True)
+            done(Outcome(case.key, "finished", "", case.out))
+        raise KeyboardInterrupt
+
+    for folder in (tmp_path / "new", tmp_path / "there"):
+        with monkeypatch.context() as patch:
+            patch.setattr("cdpr.compare.runs.run_cases", interrupted)
+            if folder.name == "there":
+                folder.mkdir()
+            done = cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", folder, code=130)
+        assert not done.stdout
+        told = f"interrupted after 1 of 3 runs: nothing of the comparison is kept, and {folder} can be used again"
+        assert done.stderr.splitlines()[-1] == told
+        assert [path.name for path in tmp_path.iterdir()] == [folder.name] * (folder.name == "there")
+        cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", folder)
+        assert sorted(path.name for path in folder.iterdir()) == ["compare.html", "compare.json", "runs"]
+        shutil.rmtree(folder)
+
+
+def test_a_full_disk_is_no_disagreement(tmp_path, monkeypatch):
+    def full(cases, *, done, **options):
+        done(
+            Outcome(
+                cases[0].key, "failed", "log.mcap: cannot be written: No space left", "", code=ExitCode.NOT_WRITABLE
+            )
+        )
+
+    monkeypatch.setattr("cdpr.compare.runs.run_cases", full)
+    phase = ("--set", 'events=[{"type": "sine", "time": 0, "force": [1, 0, 0], "frequency": 1, "phase": 90}]')
+    done = cdpr_here("compare", CAROCA, *ONE, *SHORT, *phase, "--out", tmp_path / "out", code=8)
+    assert "events[0].phase: 90 rad is more than a whole turn" in done.stderr  # compare tells the scenario's notes
+    assert done.stderr.splitlines()[-1] == "log.mcap: cannot be written: No space left"
+    assert "DISAGREE" not in done.stdout
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_of_others_is_not_emptied_by_an_interrupt(tmp_path):
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "mine").write_text("years of work")
+    cdpr_here("compare", CAROCA, *ONE, *SHORT, "--out", tmp_path, code=8)
+    assert (tmp_path / "runs" / "mine").read_text() == "years of work"
 
 
 def test_a_trap_ends_with_seven(tmp_path):

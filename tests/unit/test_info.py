@@ -17,7 +17,8 @@ from cdpr.cli.info import command
 from cdpr.errors import CdprError, OutputError, ScenarioError
 from cdpr.model import rotations
 from cdpr.model.kinematics import make_state, wrench_matrix
-from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, restraint, unresisted
+from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, unresisted
+from cdpr.model.restraint import restraint
 from cdpr.scenario import load_robot
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.portrait import describe_pose

@@ -150,3 +150,6 @@ def test_no_answer_and_no_admissible_tensions_are_two_sentences():
     none = simulate(SCENARIO, overrides={"simulation.duration": 0.2, "robot.platform.mass": 5000.0})
     assert none.summary()["unanswered_steps"] == 0
     assert f"{none.summary()['infeasible_steps']} of 201 samples had no admissible tensions" in banner(none)
+    for run in (gave_up, none):
+        assert "the fallback alone gave the tensions at" in banner(run)
+        assert banner(run).count("the nearest wrench within the limits instead") == 1

@@ -53,6 +53,14 @@ def test_csv(run: Run, tmp_path: Path) -> None:
     assert same_bits(np.array([[float(text) for text in line] for line in lines]), run.rows)
 
 
+def test_the_folder_of_the_file_is_made(run: Run, tmp_path: Path) -> None:
+    export(run, "csv", tmp_path / "a" / "b" / "c.csv")
+    assert (tmp_path / "a" / "b" / "c.csv").read_text().startswith("t,")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match=r"file/b: cannot be written: Not a directory"):
+        export(run, "csv", tmp_path / "file" / "b" / "c.csv")
+
+
 def test_csv_quotes_names(tmp_path: Path) -> None:
     header = make_header(2, cables=('a "b", c', "d"))
     export(Run(header, make_rows(header, 1)), "csv", tmp_path / "run.csv")

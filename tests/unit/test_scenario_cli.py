@@ -67,6 +67,7 @@ def test_json(folder):
         "cables": 8,
         "duration": 100.0,
         "unused": [],
+        "notes": [],
     }
     assert (robot["kind"], robot["cables"]) == ("robot", 8)
     assert bad["ok"] is False

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from cdpr.errors import OutputError, ScenarioError
+from cdpr.errors import ExitCode, OutputError, ScenarioError
 from cdpr.scenario import load_scenario
 from cdpr.simulation import simulate
 
@@ -50,6 +50,10 @@ def test_a_run_that_can_never_fit_is_refused_at_its_line_before_its_folder_is_ma
         ScenarioError, match=r"simulation.duration: \d+ samples need .* MB, the disk of .*/a/run has 1 kB"
     ):
         simulate(CAROCA, out=tmp_path / "a" / "run")
+    monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 1000, "total": 10**12}))
+    with pytest.raises(OutputError, match=r"has 1 kB: shorten it .*, or make room there") as full:  # it would fit there
+        simulate(CAROCA, out=tmp_path / "a" / "run")
+    assert full.value.exit_code == ExitCode.NOT_WRITABLE
     assert not list(tmp_path.iterdir())
     monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 0, "total": 0}))
     short = {"simulation.duration": 0.01}
