@@ -1,9 +1,20 @@
-"""Packages that import a name or a module of theirs when it is first used."""
+"""Names that are imported when they are first used: of a package's own modules, and of rooms above."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from typing import Any
+
+# What users expect in one room though a room above it makes it. No room imports one above: it is looked for when it is
+# called, here and nowhere else.
+LATE = {"Run.plot": "cdpr.report.plots:overview"}
+
+
+def late(name: str) -> Any:
+    """Return what stands behind a name in `LATE`."""
+    module, _, attribute = LATE[name].partition(":")
+    return getattr(import_module(module), attribute)
 
 
 def lazily(package: str, homes: Mapping[str, str] = {}) -> Callable[[str], object]:

@@ -67,13 +67,13 @@ class Template:
             for path, runs in topic.columns.items():
                 place = body + places[path]
                 for run in runs:
-                    size = 8 * (run.stop - run.start)
-                    values.append((place, 8 * run.start, size))
-                    place += size
+                    values.append((place, 8 * run.start, 8 * (run.stop - run.start)))
+                    place += values[-1][2]
+        copies = _joined(values)
         self.group = group
         self.row = np.frombuffer(data, np.uint8)
         self.head_to, self.head_from = _view(heads, 0, len(data)), _view(heads, 1, _HEAD.itemsize)
-        self.values_to, self.values_from = _view(values, 0, len(data)), _view(values, 1, 8 * group.width)
+        self.values_to, self.values_from = _view(copies, 0, len(data)), _view(copies, 1, 8 * group.width)
 
     def chunk_length(self, n: int) -> int:
         """Return the length of a chunk's record with n rows, in bytes."""
@@ -84,10 +84,20 @@ class Template:
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 
     def decode(self, records: bytes | memoryview) -> Array:
-        """Return the source rows (n, width) in the records of n rows; columns that no message holds are 0."""
-        source = np.zeros((len(records) // self.row.size, self.group.width))
+        """Return the source rows (n, width) in the records of n rows; columns that no message holds are NaN."""
+        source = np.full((len(records) // self.row.size, self.group.width), np.nan)
         source.view(self.values_from)[:, 0] = np.frombuffer(records, self.values_to)
         return source
+
+
+def _joined(copies: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+    """The same copies (to byte, from byte, how many), neighbours on both sides in one."""
+    joined: list[tuple[int, int, int]] = []
+    for to, start, size in copies:
+        if joined and (to, start) == (joined[-1][0] + joined[-1][2], joined[-1][1] + joined[-1][2]):
+            to, start, size = joined[-1][0], joined[-1][1], joined.pop()[2] + size
+        joined.append((to, start, size))
+    return joined
 
 
 def _view(copies: list[tuple[int, int, int]], side: int, size: int) -> np.dtype[np.void]:

@@ -20,34 +20,6 @@ from cdpr.model.robot import Array
 PIECE = 16_384  # rows that are in memory at a time
 MAT_LIMIT = 2**31  # B, of a variable in a MATLAB file of version 5, which the run becomes
 
-# Where a column stands for one component or one cable of a field, {} is its name.
-_COLUMNS = {
-    "time": "t",
-    "position": "position_{}_m",
-    "orientation": "orientation_{}",
-    "velocity": "velocity_{}_m_per_s",
-    "angular_velocity": "angular_velocity_{}_rad_per_s",
-    "desired_position": "desired_position_{}_m",
-    "desired_orientation": "desired_orientation_{}",
-    "desired_velocity": "desired_velocity_{}_m_per_s",
-    "desired_angular_velocity": "desired_angular_velocity_{}_rad_per_s",
-    "desired_acceleration": "desired_acceleration_{}_m_per_s2",
-    "desired_angular_acceleration": "desired_angular_acceleration_{}_rad_per_s2",
-    "tension": "tension_{}_N",
-    "length": "length_{}_m",
-    "rate": "rate_{}_m_per_s",
-    "status": "status",
-    "residual": "residual_N",
-    "margin": "margin_N",
-    "at_limit": "at_limit",
-    "kinetic": "kinetic_J",
-    "potential": "potential_J",
-    "cable_work": "cable_work_J",
-    "external_work": "external_work_J",
-    "cable_tension": "cable_tension_{}_N",
-}
-_WRENCH = [f"{{}}_force_{axis}_N" for axis in "xyz"] + [f"{{}}_moment_{axis}_Nm" for axis in "xyz"]
-
 
 def export(run: Run, to: str, out: Path, force: bool = False) -> None:
     """Write `run` to the file `out`, its folder made if need be.
@@ -71,14 +43,9 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
 
 def column_names(header: Header) -> list[str]:
     """Return the names of a row's columns, with their units; the time is `t`."""
-    names: list[str] = []
-    for field, width in header.layout.fields:
-        parts = header.cables if width == 0 else tuple("wxyz" if width == 4 else "xyz"[:width])
-        if width == 6:
-            names += [name.format(field) for name in _WRENCH]
-        else:
-            names += [_COLUMNS[field].format(part) for part in parts]
-    return names
+    fields = list(header.layout.fields.values())
+    names = [heading for column in fields for heading in column.headings(header.cables)]
+    return ["t" if name == "time_s" else name for name in names]
 
 
 def _pieces(run: Run) -> Iterator[Array]:
@@ -162,7 +129,7 @@ class _Field:
 
 
 def _fields(run: Run) -> dict[str, Any]:
-    fields: dict[str, Any] = {name: _Field(run, name) for name, _ in run.header.layout.fields}
+    fields: dict[str, Any] = {name: _Field(run, name) for name in run.header.layout.fields}
     fields["solver_status"] = fields.pop("status")
     known = {"header": json.dumps(run.header.to_dict()), "cables": list(run.header.cables)}
     return fields | known | {"status": run.status, "message": run.message}

@@ -5,57 +5,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-# (name, width); 0 stands for the number of cables. state, desired and cable are contiguous, so that the loop can hand
-# out one view of each.
-FIELDS: tuple[tuple[str, int], ...] = (
-    ("time", 1),
-    ("position", 3),
-    ("orientation", 4),
-    ("velocity", 3),
-    ("angular_velocity", 3),
-    ("desired_position", 3),
-    ("desired_orientation", 4),
-    ("desired_velocity", 3),
-    ("desired_angular_velocity", 3),
-    ("desired_acceleration", 3),
-    ("desired_angular_acceleration", 3),
-    ("wrench", 6),
-    ("tension", 0),
-    ("length", 0),
-    ("rate", 0),
-    ("status", 1),
-    ("residual", 1),
-    ("margin", 1),
-    ("at_limit", 1),
-    ("external", 6),
-    ("kinetic", 1),
-    ("potential", 1),
-    ("cable_work", 1),
-    ("external_work", 1),
-)
-# Besides, where cables are not ideal: there a tension is not what was commanded.
-WINCHED: tuple[tuple[str, int], ...] = (("cable_tension", 0),)
+from cdpr.columns import FIRST, WINCHED, Column
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Columns of a row for a robot with m cables, ideal ones or not."""
+    """Columns of a row for a robot with m cables, ideal ones or not, and what the run has beyond `FIRST`."""
 
     m: int
     ideal: bool = True
+    more: tuple[Column, ...] = ()
 
-    @property
-    def fields(self) -> tuple[tuple[str, int], ...]:
-        """Names and widths in the order of the columns; 0 stands for m."""
-        return FIELDS if self.ideal else FIELDS + WINCHED
+    @cached_property
+    def fields(self) -> dict[str, Column]:
+        """What stands in a row, in this order, by name."""
+        fields = FIRST if self.ideal else FIRST + WINCHED
+        return {column.name: column for column in fields + self.more}
 
     @cached_property
     def columns(self) -> dict[str, slice]:
         """Columns of each field by name."""
         columns: dict[str, slice] = {}
         start = 0
-        for name, width in self.fields:
-            stop = start + (width or self.m)
+        for name, column in self.fields.items():
+            stop = start + (column.width or self.m)
             columns[name] = slice(start, stop)
             start = stop
         return columns
@@ -63,8 +36,13 @@ class Layout:
     @property
     def width(self) -> int:
         """Number of columns."""
-        return sum(width or self.m for _, width in self.fields)
+        return sum(column.width or self.m for column in self.fields.values())
 
     def span(self, first: str, last: str) -> slice:
         """Columns from the field `first` to the field `last`, both included."""
         return slice(self.columns[first].start, self.columns[last].stop)
+
+    @property
+    def added(self) -> slice:
+        """Columns of `more`, which are the last ones."""
+        return slice(self.width - sum(column.width or self.m for column in self.more), self.width)

@@ -130,8 +130,7 @@ def scan(log: Path) -> Scan:
     """
     try:
         with log.open("rb") as file:
-            header, text = _read_header(file, log)
-            form = LogFormat(header, text)
+            header, form = _read_header(file, log)
             file.seek(0)
             intact = file.read(len(form.description)) == form.description
             walk = _Walk(file, form)
@@ -143,7 +142,7 @@ def scan(log: Path) -> Scan:
     return Scan(header, rows, problem, form, tuple(walk.chunks), walk.position)
 
 
-def _read_header(file: BinaryIO, log: Path) -> tuple[Header, str]:
+def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
     opening = file.read(len(OPENING))
     if not opening:
         raise LogError(f"{log}: is empty: the run ended before it wrote anything")
@@ -166,7 +165,8 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, str]:
     if version != FORMAT:
         raise LogError(f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it")
     try:
-        return Header.from_dict(json.loads(text)), text
+        header = Header.from_dict(json.loads(text))
+        return header, LogFormat(header, text)
     except (KeyError, TypeError, ValueError) as error:
         raise LogError(f"{log}: was written by another version of cdpr: {error}") from error
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 
+from cdpr.columns import FIRST, Column
+from cdpr.lazy import late
 from cdpr.log.event import Event
-from cdpr.log.layout import FIELDS, Layout
+from cdpr.log.layout import Layout
 from cdpr.model import rotations
 from cdpr.model.reach import Bounds
 from cdpr.model.robot import Array, read_only
@@ -46,6 +48,7 @@ class Header:
     log_every: int = 1  # samples from one row of the run to the next
     bounds: Bounds = ()  # of lengths and winding speeds, where there are any
     broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
+    columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
 
     @property
     def log_step(self) -> float:
@@ -55,7 +58,7 @@ class Header:
     @property
     def layout(self) -> Layout:
         """Columns of the rows."""
-        return Layout(len(self.cables), self.cable_model == "ideal")
+        return Layout(len(self.cables), self.cable_model == "ideal", self.columns)
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON; what is new only where it says something: older versions read the rest."""
@@ -67,15 +70,35 @@ class Header:
         """Undo `to_dict` after a passage through JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
         tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken") if key in data}
-        return cls(**{**data, **tuples, **{key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}})
+        tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
+        columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
+        return cls(**{**data, **tuples, **tables, "columns": tuple(columns)})
 
 
 # Keys that logs of earlier versions have not, and what that meant.
-NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": ()}
+NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": (), "columns": ()}
 
 
 # Ends that the scenario foresees: what such a run holds is a whole result.
 FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits")
+
+
+_FIRST = {column.name: column for column in FIRST}
+
+
+class Quantity(property):
+    """An array of a run by the name of its column, documented by the table of columns."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(lambda run: run[name], doc=_FIRST[name].sentence)
+
+    if TYPE_CHECKING:
+
+        @overload
+        def __get__(self, run: None, kind: type, /) -> Self: ...
+        @overload
+        def __get__(self, run: object, kind: type | None = None, /) -> Array: ...
+        def __get__(self, run: object, kind: type | None = None, /) -> Self | Array: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +125,31 @@ class Run:
     counted: dict[str, Any] | None = field(default=None, repr=False)  # figures of all samples, where rows are not all
     start: Array | None = field(default=None, repr=False)  # first row of the run that this is a part of
 
+    time = Quantity("time")
+    position = Quantity("position")
+    orientation = Quantity("orientation")
+    velocity = Quantity("velocity")
+    angular_velocity = Quantity("angular_velocity")
+    desired_position = Quantity("desired_position")
+    desired_orientation = Quantity("desired_orientation")
+    desired_velocity = Quantity("desired_velocity")
+    desired_angular_velocity = Quantity("desired_angular_velocity")
+    desired_acceleration = Quantity("desired_acceleration")
+    desired_angular_acceleration = Quantity("desired_angular_acceleration")
+    wrench = Quantity("wrench")
+    tension = Quantity("tension")
+    length = Quantity("length")
+    rate = Quantity("rate")
+    solver_status = Quantity("status")  # not of the run, but of the solver's answer
+    residual = Quantity("residual")
+    margin = Quantity("margin")
+    at_limit = Quantity("at_limit")
+    external = Quantity("external")
+    kinetic = Quantity("kinetic")
+    potential = Quantity("potential")
+    cable_work = Quantity("cable_work")
+    external_work = Quantity("external_work")
+
     def __post_init__(self) -> None:
         """Protect the rows: who edits a result edits a copy."""
         if isinstance(self.rows, np.ndarray):
@@ -123,37 +171,12 @@ class Run:
 
     def __getitem__(self, name: str) -> Array:
         """Return a field by name: (K,) where it has one column, else (K, columns)."""
-        if name not in self.header.layout.columns:
-            raise KeyError(f"no field is named {name!r}; there are {', '.join(self.header.layout.columns)}")
-        columns = self.header.layout.columns[name]
-        block = self.rows[:, columns]
+        layout = self.header.layout
+        if name not in layout.fields:
+            raise KeyError(f"no field is named {name!r}; there are {', '.join(layout.fields)}")
+        block = self.rows[:, layout.columns[name]]
         block.flags.writeable = False
-        return block[:, 0] if name in SCALARS else block
-
-    @property
-    def time(self) -> Array:
-        """Time of each sample, (K,), s."""
-        return self["time"]
-
-    @property
-    def position(self) -> Array:
-        """Platform origin, (K, 3), m, world."""
-        return self["position"]
-
-    @property
-    def orientation(self) -> Array:
-        """Attitude quaternion w, x, y, z, (K, 4)."""
-        return self["orientation"]
-
-    @property
-    def velocity(self) -> Array:
-        """Velocity of the origin, (K, 3), m/s, world."""
-        return self["velocity"]
-
-    @property
-    def angular_velocity(self) -> Array:
-        """Angular velocity, (K, 3), rad/s, world."""
-        return self["angular_velocity"]
+        return block[:, 0] if layout.fields[name].width == 1 else block
 
     @property
     def acceleration(self) -> Array:
@@ -166,36 +189,6 @@ class Run:
         return self._quotient(self.angular_velocity)
 
     @property
-    def desired_position(self) -> Array:
-        """Desired platform origin, (K, 3), m, world."""
-        return self["desired_position"]
-
-    @property
-    def desired_orientation(self) -> Array:
-        """Desired attitude quaternion w, x, y, z, (K, 4)."""
-        return self["desired_orientation"]
-
-    @property
-    def desired_velocity(self) -> Array:
-        """Desired velocity of the origin, (K, 3), m/s, world."""
-        return self["desired_velocity"]
-
-    @property
-    def desired_angular_velocity(self) -> Array:
-        """Desired angular velocity, (K, 3), rad/s, world."""
-        return self["desired_angular_velocity"]
-
-    @property
-    def desired_acceleration(self) -> Array:
-        """Desired acceleration of the origin, (K, 3), m/s^2, world."""
-        return self["desired_acceleration"]
-
-    @property
-    def desired_angular_acceleration(self) -> Array:
-        """Desired angular acceleration, (K, 3), rad/s^2, world."""
-        return self["desired_angular_acceleration"]
-
-    @property
     def position_error(self) -> Array:
         """Desired minus actual position, (K, 3), m, world."""
         return self.desired_position - self.position
@@ -206,79 +199,14 @@ class Run:
         return rotations.between(self.orientation, self.desired_orientation)
 
     @property
-    def wrench(self) -> Array:
-        """Wrench that the controller asked for: force, moment about the origin, (K, 6), N and N m, world."""
-        return self["wrench"]
-
-    @property
-    def tension(self) -> Array:
-        """Tension that is commanded of each cable, held until the next sample, (K, m), N."""
-        return self["tension"]
-
-    @property
     def cable_tension(self) -> Array:
         """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
         return self["tension" if self.header.cable_model == "ideal" else "cable_tension"]
 
     @property
-    def length(self) -> Array:
-        """Cable lengths, (K, m), m."""
-        return self["length"]
-
-    @property
-    def rate(self) -> Array:
-        """Rates of the cable lengths, (K, m), m/s."""
-        return self["rate"]
-
-    @property
-    def solver_status(self) -> Array:
-        """What the solver's answer was found to be, a `cdpr.tension.Status`, (K,)."""
-        return self["status"]
-
-    @property
-    def residual(self) -> Array:
-        """Norm of W tension - wrench in the controlled directions, moments by the characteristic length, (K,), N."""
-        return self["residual"]
-
-    @property
-    def margin(self) -> Array:
-        """Smallest distance of a tension from its limits, negative outside, (K,), N."""
-        return self["margin"]
-
-    @property
-    def at_limit(self) -> Array:
-        """Number of cables at a limit, (K,)."""
-        return self["at_limit"]
-
-    @property
-    def external(self) -> Array:
-        """External wrench on the platform at its origin, held until the next sample, (K, 6), N and N m, world."""
-        return self["external"]
-
-    @property
-    def kinetic(self) -> Array:
-        """Kinetic energy of the platform, (K,), J."""
-        return self["kinetic"]
-
-    @property
-    def potential(self) -> Array:
-        """Potential energy of the platform, 0 with its centre of mass at the world's origin, (K,), J."""
-        return self["potential"]
-
-    @property
     def potential_change(self) -> Array:
         """Change of the potential energy since the first sample, (K,), J."""
         return self.potential - self._at_first("potential")
-
-    @property
-    def cable_work(self) -> Array:
-        """Work of the cables on the platform since the first sample, (K,), J."""
-        return self["cable_work"]
-
-    @property
-    def external_work(self) -> Array:
-        """Work of the external wrench on the platform since the first sample, (K,), J."""
-        return self["external_work"]
 
     @property
     def cable_power(self) -> Array:
@@ -308,9 +236,8 @@ class Run:
 
     def plot(self) -> Figure:
         """Draw the run; needs the extra `plot`."""
-        from cdpr.report.plots import overview
-
-        return overview(self)
+        drawn: Figure = late("Run.plot")(self)
+        return drawn
 
     def _at_first(self, name: str) -> Array:
         """A field of one column at the first sample of all, (1,); of no rows (0,)."""
@@ -326,6 +253,3 @@ class Run:
         else:  # the last period may be shorter
             quotient[:-1] = (changes.T / np.diff(self.time)).T
         return quotient
-
-
-SCALARS = tuple(name for name, width in FIELDS if width == 1)

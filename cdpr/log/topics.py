@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from cdpr.columns import ARRAY, TOPICS, Column
 from cdpr.log.layout import Layout
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
@@ -36,64 +37,49 @@ class Group:
 
 
 def run_topics(header: Header) -> Group:
-    """Return the topics that together hold every column of every row.
+    """Return the topics that together hold every column of every row, as `cdpr.columns` places them.
 
     The time column is not among them: it is k * control_step, k the sequence number of the messages.
     """
     layout = header.layout
-    m, c = len(header.cables), layout.columns
-    joints = {**STAMPED, "name": header.cables}
-    topics = (
-        Topic("/clock", "rosgraph_msgs/Clock", {}, stamps=("clock",)),
-        Topic(
-            "/cdpr/cable_states",
-            "sensor_msgs/JointState",
-            {**joints, "position": [0.0] * m, "velocity": [0.0] * m, "effort": [0.0] * m},
-            {"position": (c["length"],), "velocity": (c["rate"],), "effort": (c.get("cable_tension", c["tension"]),)},
-        ),
-        # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
-        Topic(
-            "/cdpr/cable_commands",
-            "sensor_msgs/JointState",
-            {**joints, "effort": [0.0] * m},
-            {"effort": (c["tension"],)},
-        ),
-        _pose("pose", layout, ""),
-        _pose("pose_desired", layout, "desired_"),
-        _pair("twist", "Twist", layout.span("velocity", "angular_velocity")),
-        _pair("twist_desired", "Twist", layout.span("desired_velocity", "desired_angular_velocity")),
-        _pair(
-            "acceleration_desired",
-            "Accel",
-            layout.span("desired_acceleration", "desired_angular_acceleration"),
-        ),
-        _pair("wrench", "Wrench", c["wrench"]),
-        _scalars("solver", layout, ("status", "residual", "margin", "at_limit")),
-        _pair("external_wrench", "Wrench", c["external"]),
-        _scalars("energy", layout, ("kinetic", "potential", "cable_work", "external_work")),
-    )
+    held: dict[str, dict[str, list[Column]]] = {topic: {} for topic in TOPICS}
+    for column in layout.fields.values():
+        for topic, path in column.topics:
+            paths = held.setdefault(topic, {})
+            paths[path] = [*paths.get(path, []), column] if _kind(topic) == ARRAY else [column]
+    topics = tuple(_topic(topic, paths, header) for topic, paths in held.items())
     return Group(topics, channel=1, width=layout.width, every=header.log_every, source=lambda rows: rows)
 
 
-def ros_pose(layout: Layout, prefix: str = "") -> tuple[slice, ...]:
+def _kind(topic: str) -> str:
+    return TOPICS.get(topic, ARRAY)
+
+
+def _topic(name: str, held: dict[str, list[Column]], header: Header) -> Topic:
+    kind, layout = _kind(name), header.layout
+    if kind == "rosgraph_msgs/Clock":
+        return Topic(name, kind, {}, stamps=("clock",))
+    columns = {path: tuple(run for column in held[path] for run in _runs(column, layout, kind)) for path in held}
+    if kind == ARRAY:
+        labels = [label for column in held["data"] for label in column.labels(header.cables)]
+        size = len(labels)
+        dimension = {"label": ", ".join(labels), "size": size, "stride": size}
+        return Topic(name, kind, {"layout": {"dim": [dimension]}, "data": [0.0] * size}, columns, stamps=())
+    joints: dict[str, Any] = {}
+    if kind == "sensor_msgs/JointState":
+        joints = {"name": header.cables, **{path: [0.0] * layout.m for path in held}}
+    return Topic(name, kind, {**STAMPED, **joints}, columns)
+
+
+def _runs(column: Column, layout: Layout, kind: str) -> tuple[slice, ...]:
+    """Columns of a field in the order of the message: ROS has a quaternion as x, y, z, w."""
+    place = layout.columns[column.name]
+    if kind == ARRAY or not (column.width == 4 and column.frame):
+        return (place,)
+    return slice(place.start + 1, place.stop), slice(place.start, place.start + 1)
+
+
+def ros_pose(layout: Layout) -> tuple[slice, ...]:
     """Columns of position and attitude in the order of ROS: x, y, z; x, y, z, w."""
-    w = layout.columns[prefix + "orientation"]
-    return layout.columns[prefix + "position"], slice(w.start + 1, w.stop), slice(w.start, w.start + 1)
-
-
-def _pose(name: str, layout: Layout, prefix: str) -> Topic:
-    columns = {"pose": ros_pose(layout, prefix)}
-    return Topic(f"/cdpr/platform/{name}", "geometry_msgs/PoseStamped", STAMPED, columns)
-
-
-def _pair(name: str, kind: str, columns: slice) -> Topic:
-    """A message of two vectors that stand side by side in the rows too."""
-    return Topic(f"/cdpr/platform/{name}", f"geometry_msgs/{kind}Stamped", STAMPED, {kind.lower(): (columns,)})
-
-
-def _scalars(name: str, layout: Layout, fields: tuple[str, ...]) -> Topic:
-    """Fields of one column each that stand side by side in the rows."""
-    size = len(fields)
-    value = {"layout": {"dim": [{"label": ", ".join(fields), "size": size, "stride": size}]}, "data": [0.0] * size}
-    columns = layout.span(fields[0], fields[-1])
-    return Topic(f"/cdpr/{name}", "std_msgs/Float64MultiArray", value, {"data": (columns,)}, stamps=())
+    kind, fields = "geometry_msgs/Pose", layout.fields
+    return *_runs(fields["position"], layout, kind), *_runs(fields["orientation"], layout, kind)

@@ -14,9 +14,9 @@ from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.cli.export import command as export_command
 from cdpr.cli.repair import command as repair_command
+from cdpr.columns import FIRST
 from cdpr.errors import ExitCode, OutputError, PluginError
 from cdpr.log.export import EXPORTS, column_names, export
-from cdpr.log.layout import FIELDS
 from cdpr.log.run import Header, Run
 
 HEADER = make_header(3)
@@ -75,7 +75,7 @@ def test_npz(run: Run, tmp_path: Path) -> None:
         assert Header.from_dict(json.loads(str(data["header"]))) == HEADER
         assert data["cables"].tolist() == list(HEADER.cables)
         assert (str(data["status"]), str(data["message"])) == ("infeasible", "no tensions")
-        for name, _ in FIELDS:
+        for name in (column.name for column in FIRST):
             attribute = "solver_status" if name == "status" else name
             assert same_bits(data[attribute], np.ascontiguousarray(getattr(run, attribute)))
 

@@ -8,9 +8,9 @@ import yaml
 from conftest import ROOT
 
 import cdpr
+from cdpr.columns import FIRST
 from cdpr.errors import PluginError, ScenarioError
 from cdpr.log.export import column_names
-from cdpr.log.layout import FIELDS
 from cdpr.plugins.registry import registry
 
 WINCHES = ROOT / "scenarios" / "robots" / "caroca_winches.yaml"
@@ -48,7 +48,7 @@ def test_ideal_cables_have_no_such_columns():
     ideal = run(overrides={"robot.cable.model": "ideal"})
     plain = run(overrides={"robot": yaml.safe_load((ROOT / "scenarios" / "robots" / "caroca.yaml").read_text())})
     np.testing.assert_array_equal(ideal.rows, plain.rows)
-    assert tuple(ideal.header.layout.columns) == tuple(name for name, _ in FIELDS)
+    assert tuple(ideal.header.layout.columns) == tuple(column.name for column in FIRST)
     np.testing.assert_array_equal(ideal.cable_tension, ideal.tension)
     assert {"robot.winch", "robot.cable.axial_stiffness", "robot.cable.damping"} <= set(ideal.unused)
     assert "robot.winch" not in run().unused

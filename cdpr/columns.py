@@ -1,0 +1,259 @@
+"""The one table of what a row of a run holds: layout, log, exports, `cdpr.Run` and docs/columns.md follow from it.
+
+A new quantity is one line in `LATER`, and the one place that writes it: `run["name"]` reads it. What `FIRST` holds is
+in every log and its order and places are part of the log's format; the header of a log lists every other column, so
+that a reader takes each log by its own table and never by the reader's.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+CABLES = 0  # width of a column for each cable
+WORLD = "world"
+
+ARRAY = "std_msgs/Float64MultiArray"
+# The topics of a log and their messages, in the order in which a chunk has them; any other is an ARRAY and follows.
+TOPICS = {
+    "/clock": "rosgraph_msgs/Clock",
+    "/cdpr/cable_states": "sensor_msgs/JointState",
+    "/cdpr/cable_commands": "sensor_msgs/JointState",
+    "/cdpr/platform/pose": "geometry_msgs/PoseStamped",
+    "/cdpr/platform/pose_desired": "geometry_msgs/PoseStamped",
+    "/cdpr/platform/twist": "geometry_msgs/TwistStamped",
+    "/cdpr/platform/twist_desired": "geometry_msgs/TwistStamped",
+    "/cdpr/platform/acceleration_desired": "geometry_msgs/AccelStamped",
+    "/cdpr/platform/wrench": "geometry_msgs/WrenchStamped",
+    "/cdpr/solver": ARRAY,
+    "/cdpr/platform/external_wrench": "geometry_msgs/WrenchStamped",
+    "/cdpr/energy": ARRAY,
+}
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")  # what MATLAB takes as a field, of 31 letters at most
+# Components of what has a frame, by width: a vector, a quaternion, a wrench.
+_COMPONENTS = {
+    3: ("x", "y", "z"),
+    4: ("w", "x", "y", "z"),
+    6: ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"),
+}
+# What exports hold besides columns.
+_TAKEN = ("header", "cables", "message", "solver_status")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One logged quantity: a number, some numbers, or one number for each cable.
+
+    Attributes:
+        name: a letter, then up to 30 letters, digits and _.
+        width: how many numbers, or `CABLES`.
+        unit: SI, "" for none; of a wrench those of force and moment, "N, N m".
+        text: what it is, in a few words that begin a sentence.
+        frame: axes of a vector (width 3), a quaternion w, x, y, z (4) or a wrench (6); "" for all others.
+        places: topics of the log and fields of their messages, "/TOPIC/FIELD"; unless given, a topic of its own. Of two
+            columns in one place, which only an array has room for, the later one stands there.
+        owner: role of the plugin that writes it; "" where it is ours.
+
+    Raises ValueError or TypeError where that makes no sense.
+    """
+
+    name: str
+    width: int
+    unit: str
+    text: str
+    frame: str = ""
+    places: tuple[str, ...] = ()
+    owner: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what no log or export could hold."""
+        for key in ("name", "unit", "text", "frame", "owner"):
+            if not isinstance(getattr(self, key), str):
+                raise TypeError(f"{key} of a column must be a text, got {getattr(self, key)!r}")
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(
+                f"the name of a column must be a letter and up to 30 letters, digits and _, got {self.name!r}"
+            )
+        if not isinstance(self.width, int) or isinstance(self.width, bool) or self.width < 0:
+            raise ValueError(f"column '{self.name}': width must be a number from 1 on, or CABLES, got {self.width!r}")
+        if self.frame and self.width not in _COMPONENTS:
+            raise ValueError(
+                f"column '{self.name}': only a vector (3), a quaternion (4) and a wrench (6) have a frame, "
+                f"got a width of {self.width}"
+            )
+        if ", " in self.unit and not (self.frame and self.width == 6):
+            raise ValueError(f"column '{self.name}': only a wrench has two units, got {self.unit!r}")
+
+    @property
+    def topics(self) -> tuple[tuple[str, str], ...]:
+        """Topics of the log and the fields of their messages that hold it."""
+        own = f"/cdpr/{'plugins/' if self.owner else ''}{self.name}/data"
+        pairs = (place.rpartition("/") for place in self.places or (own,))
+        return tuple((topic, field) for topic, _, field in pairs)
+
+    @property
+    def shape(self) -> str:
+        """Shape of the array in a run of K rows and m cables, as documentation writes it."""
+        return "(K,)" if self.width == 1 else f"(K, {self.width or 'm'})"
+
+    @property
+    def sentence(self) -> str:
+        """Text, shape, unit and frame, in one."""
+        return ", ".join(filter(None, (self.text, self.shape, self.unit.replace(", ", " and "), self.frame))) + "."
+
+    def headings(self, cables: Sequence[str]) -> list[str]:
+        """Return what its numbers are called, each with its unit, in tables for other programs."""
+        units = self.unit.split(", ")
+        names = self.labels(cables)
+        words = [_word(units[i * len(units) // len(names)]) for i in range(len(names))]
+        return [f"{name}_{unit}" if unit else name for name, unit in zip(names, words, strict=True)]
+
+    def labels(self, cables: Sequence[str]) -> list[str]:
+        """Return what its numbers are called."""
+        if self.width == 1:
+            return [self.name]
+        numbered = [str(i + 1) for i in range(self.width)]
+        parts = cables if self.width == CABLES else _COMPONENTS[self.width] if self.frame else numbered
+        return [f"{self.name}_{part}" for part in parts]
+
+
+def _word(unit: str) -> str:
+    """A unit without signs: m/s^2 is m_per_s2."""
+    return unit.replace("/", "_per_").replace("^", "").replace(" ", "")
+
+
+_COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
+_PLATFORM, _SOLVER, _ENERGY = "/cdpr/platform", ("/cdpr/solver/data",), ("/cdpr/energy/data",)
+
+# state, desired and what the tension stage reports are contiguous: the loop hands out one view of each.
+FIRST: tuple[Column, ...] = (
+    Column("time", 1, "s", "Time of each sample", places=("/clock/clock",)),
+    Column("position", 3, "m", "Platform origin", WORLD, (f"{_PLATFORM}/pose/pose.position",)),
+    Column("orientation", 4, "", "Attitude quaternion w, x, y, z", WORLD, (f"{_PLATFORM}/pose/pose.orientation",)),
+    Column("velocity", 3, "m/s", "Velocity of the origin", WORLD, (f"{_PLATFORM}/twist/twist.linear",)),
+    Column("angular_velocity", 3, "rad/s", "Angular velocity", WORLD, (f"{_PLATFORM}/twist/twist.angular",)),
+    Column("desired_position", 3, "m", "Desired platform origin", WORLD, (f"{_PLATFORM}/pose_desired/pose.position",)),
+    Column(
+        "desired_orientation",
+        4,
+        "",
+        "Desired attitude quaternion w, x, y, z",
+        WORLD,
+        (f"{_PLATFORM}/pose_desired/pose.orientation",),
+    ),
+    Column(
+        "desired_velocity",
+        3,
+        "m/s",
+        "Desired velocity of the origin",
+        WORLD,
+        (f"{_PLATFORM}/twist_desired/twist.linear",),
+    ),
+    Column(
+        "desired_angular_velocity",
+        3,
+        "rad/s",
+        "Desired angular velocity",
+        WORLD,
+        (f"{_PLATFORM}/twist_desired/twist.angular",),
+    ),
+    Column(
+        "desired_acceleration",
+        3,
+        "m/s^2",
+        "Desired acceleration of the origin",
+        WORLD,
+        (f"{_PLATFORM}/acceleration_desired/accel.linear",),
+    ),
+    Column(
+        "desired_angular_acceleration",
+        3,
+        "rad/s^2",
+        "Desired angular acceleration",
+        WORLD,
+        (f"{_PLATFORM}/acceleration_desired/accel.angular",),
+    ),
+    Column(
+        "wrench",
+        6,
+        "N, N m",
+        "Wrench that the controller asked for: force, moment about the origin",
+        WORLD,
+        (f"{_PLATFORM}/wrench/wrench",),
+    ),
+    # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
+    Column(
+        "tension",
+        CABLES,
+        "N",
+        "Tension that is commanded of each cable, held until the next sample",
+        places=(f"{_COMMANDS}/effort", f"{_STATES}/effort"),
+    ),
+    Column("length", CABLES, "m", "Cable lengths", places=(f"{_STATES}/position",)),
+    Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(f"{_STATES}/velocity",)),
+    Column("status", 1, "", "What the solver's answer was found to be, a `cdpr.tension.Status`", places=_SOLVER),
+    Column(
+        "residual",
+        1,
+        "N",
+        "Norm of W tension - wrench in the controlled directions, moments by the characteristic length",
+        places=_SOLVER,
+    ),
+    Column("margin", 1, "N", "Smallest distance of a tension from its limits, negative outside", places=_SOLVER),
+    Column("at_limit", 1, "", "Number of cables at a limit", places=_SOLVER),
+    Column(
+        "external",
+        6,
+        "N, N m",
+        "External wrench on the platform at its origin, held until the next sample",
+        WORLD,
+        (f"{_PLATFORM}/external_wrench/wrench",),
+    ),
+    Column("kinetic", 1, "J", "Kinetic energy of the platform", places=_ENERGY),
+    Column(
+        "potential",
+        1,
+        "J",
+        "Potential energy of the platform, 0 with its centre of mass at the world's origin",
+        places=_ENERGY,
+    ),
+    Column("cable_work", 1, "J", "Work of the cables on the platform since the first sample", places=_ENERGY),
+    Column(
+        "external_work", 1, "J", "Work of the external wrench on the platform since the first sample", places=_ENERGY
+    ),
+)
+# Besides, where cables are not ideal: there a tension is not what was commanded.
+WINCHED: tuple[Column, ...] = (
+    Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(f"{_STATES}/effort",)),
+)
+# Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
+LATER: tuple[Column, ...] = ()
+
+
+def check_declared(columns: object) -> None:
+    """Refuse what a plugin must not declare as its columns; TypeError or ValueError."""
+    if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
+        raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
+    ours = {column.name for column in (*FIRST, *WINCHED, *LATER)}.union(_TAKEN)
+    for i, column in enumerate(columns):
+        if column.places or column.owner:
+            raise ValueError(f"column '{column.name}': where it stands and whose it is, is not the plugin's to say")
+        if column.name in ours:
+            raise ValueError(f"column '{column.name}': a run has something of that name already; call it otherwise")
+        if column.name in (other.name for other in columns[:i]):
+            raise ValueError(f"column '{column.name}' is declared twice")
+
+
+def doubles(columns: Iterable[Column], cables: Sequence[str]) -> list[tuple[Column, Column, str]]:
+    """Return the pairs of columns that a table could not tell apart, and the heading that both have."""
+    seen: dict[str, Column] = {}
+    found = []
+    for column in columns:
+        for heading in (column.name, *column.headings(cables)):
+            other = seen.setdefault(heading, column)
+            if other is not column:
+                found.append((other, column, heading))
+                break
+    return found
