@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from cdpr.columns import LATER, Column
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
@@ -20,6 +21,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent, broken
+from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
@@ -54,6 +56,7 @@ class Parts:
     events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
     limits: Literal["warn", "stop"] = "warn"  # where a cable leaves its length or speed_max
     ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
+    columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
 
 
 class Loop:
@@ -69,8 +72,10 @@ class Loop:
         self.parts = parts
         self.count = 0
         robot, backend = parts.robot, parts.backend
-        layout = Layout(robot.m, parts.ideal_cables)
+        layout = Layout(robot.m, parts.ideal_cables, parts.columns)
         self.row = row = np.zeros(layout.width)
+        self.added = row[layout.added]
+        hand_out(layout, row, {"backend": backend, "controller": parts.controller, "solver": parts.solver})
 
         def view(first: str, last: str | None = None) -> Array:
             return row[layout.span(first, last or first)]
@@ -161,6 +166,7 @@ class Loop:
         except SimulationStopped:
             pass  # the run itself will say so, at its proper time
         self.row[:] = 0.0
+        self.added[:] = np.nan  # until somebody writes
         self.stage.forget()
         parts.controller.reset()
         parts.solver.reset()
