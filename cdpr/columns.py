@@ -104,7 +104,9 @@ class Column:
         return ", ".join(filter(None, (self.text, self.shape, self.unit.replace(", ", " and "), self.frame))) + "."
 
     def headings(self, cables: Sequence[str]) -> list[str]:
-        """Return what its numbers are called, each with its unit, in tables for other programs."""
+        """Return what its numbers are called, each with its unit, in tables for other programs; the time is `t`."""
+        if self.name == "time":
+            return ["t"]
         units = self.unit.split(", ")
         names = self.labels(cables)
         words = [_word(units[i * len(units) // len(names)]) for i in range(len(names))]
@@ -124,109 +126,49 @@ def _word(unit: str) -> str:
     return unit.replace("/", "_per_").replace("^", "").replace(" ", "")
 
 
+# Where a message holds what: topic and field.
+_POSE, _POSE_DESIRED = "/cdpr/platform/pose/pose", "/cdpr/platform/pose_desired/pose"
+_TWIST, _TWIST_DESIRED = "/cdpr/platform/twist/twist", "/cdpr/platform/twist_desired/twist"
+_ACCEL = "/cdpr/platform/acceleration_desired/accel"
+_WRENCH, _EXTERNAL = ("/cdpr/platform/wrench/wrench",), ("/cdpr/platform/external_wrench/wrench",)
 _COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
-_PLATFORM, _SOLVER, _ENERGY = "/cdpr/platform", ("/cdpr/solver/data",), ("/cdpr/energy/data",)
+_SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
+_BY_LENGTH = "moments by the characteristic length"
+_HELD = "held until the next sample"
 
 # state, desired and what the tension stage reports are contiguous: the loop hands out one view of each.
 FIRST: tuple[Column, ...] = (
     Column("time", 1, "s", "Time of each sample", places=("/clock/clock",)),
-    Column("position", 3, "m", "Platform origin", WORLD, (f"{_PLATFORM}/pose/pose.position",)),
-    Column("orientation", 4, "", "Attitude quaternion w, x, y, z", WORLD, (f"{_PLATFORM}/pose/pose.orientation",)),
-    Column("velocity", 3, "m/s", "Velocity of the origin", WORLD, (f"{_PLATFORM}/twist/twist.linear",)),
-    Column("angular_velocity", 3, "rad/s", "Angular velocity", WORLD, (f"{_PLATFORM}/twist/twist.angular",)),
-    Column("desired_position", 3, "m", "Desired platform origin", WORLD, (f"{_PLATFORM}/pose_desired/pose.position",)),
-    Column(
-        "desired_orientation",
-        4,
-        "",
-        "Desired attitude quaternion w, x, y, z",
-        WORLD,
-        (f"{_PLATFORM}/pose_desired/pose.orientation",),
-    ),
-    Column(
-        "desired_velocity",
-        3,
-        "m/s",
-        "Desired velocity of the origin",
-        WORLD,
-        (f"{_PLATFORM}/twist_desired/twist.linear",),
-    ),
-    Column(
-        "desired_angular_velocity",
-        3,
-        "rad/s",
-        "Desired angular velocity",
-        WORLD,
-        (f"{_PLATFORM}/twist_desired/twist.angular",),
-    ),
-    Column(
-        "desired_acceleration",
-        3,
-        "m/s^2",
-        "Desired acceleration of the origin",
-        WORLD,
-        (f"{_PLATFORM}/acceleration_desired/accel.linear",),
-    ),
-    Column(
-        "desired_angular_acceleration",
-        3,
-        "rad/s^2",
-        "Desired angular acceleration",
-        WORLD,
-        (f"{_PLATFORM}/acceleration_desired/accel.angular",),
-    ),
-    Column(
-        "wrench",
-        6,
-        "N, N m",
-        "Wrench that the controller asked for: force, moment about the origin",
-        WORLD,
-        (f"{_PLATFORM}/wrench/wrench",),
-    ),
+    Column("position", 3, "m", "Platform origin", WORLD, (_POSE + ".position",)),
+    Column("orientation", 4, "", "Attitude quaternion w, x, y, z", WORLD, (_POSE + ".orientation",)),
+    Column("velocity", 3, "m/s", "Velocity of the origin", WORLD, (_TWIST + ".linear",)),
+    Column("angular_velocity", 3, "rad/s", "Angular velocity", WORLD, (_TWIST + ".angular",)),
+    Column("desired_position", 3, "m", "Desired platform origin", WORLD, (_POSE_DESIRED + ".position",)),
+    Column("desired_orientation", 4, "", "Desired attitude quaternion", WORLD, (_POSE_DESIRED + ".orientation",)),
+    Column("desired_velocity", 3, "m/s", "Desired velocity of the origin", WORLD, (_TWIST_DESIRED + ".linear",)),
+    Column("desired_angular_velocity", 3, "rad/s", "Desired angular velocity", WORLD, (_TWIST_DESIRED + ".angular",)),
+    Column("desired_acceleration", 3, "m/s^2", "Desired acceleration", WORLD, (_ACCEL + ".linear",)),
+    Column("desired_angular_acceleration", 3, "rad/s^2", "Desired angular acceleration", WORLD, (_ACCEL + ".angular",)),
+    Column("wrench", 6, "N, N m", "Wrench that the controller asked for, about the origin", WORLD, _WRENCH),
     # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
-    Column(
-        "tension",
-        CABLES,
-        "N",
-        "Tension that is commanded of each cable, held until the next sample",
-        places=(f"{_COMMANDS}/effort", f"{_STATES}/effort"),
-    ),
-    Column("length", CABLES, "m", "Cable lengths", places=(f"{_STATES}/position",)),
-    Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(f"{_STATES}/velocity",)),
+    Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(_COMMANDS + "/effort", _STATES + "/effort")),
+    Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
+    Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
     Column("status", 1, "", "What the solver's answer was found to be, a `cdpr.tension.Status`", places=_SOLVER),
     Column(
-        "residual",
-        1,
-        "N",
-        "Norm of W tension - wrench in the controlled directions, moments by the characteristic length",
-        places=_SOLVER,
+        "residual", 1, "N", f"Norm of W tension - wrench in the controlled directions, {_BY_LENGTH}", places=_SOLVER
     ),
     Column("margin", 1, "N", "Smallest distance of a tension from its limits, negative outside", places=_SOLVER),
     Column("at_limit", 1, "", "Number of cables at a limit", places=_SOLVER),
-    Column(
-        "external",
-        6,
-        "N, N m",
-        "External wrench on the platform at its origin, held until the next sample",
-        WORLD,
-        (f"{_PLATFORM}/external_wrench/wrench",),
-    ),
+    Column("external", 6, "N, N m", f"External wrench on the platform at its origin, {_HELD}", WORLD, _EXTERNAL),
     Column("kinetic", 1, "J", "Kinetic energy of the platform", places=_ENERGY),
-    Column(
-        "potential",
-        1,
-        "J",
-        "Potential energy of the platform, 0 with its centre of mass at the world's origin",
-        places=_ENERGY,
-    ),
+    Column("potential", 1, "J", "Potential energy, 0 with the centre of mass at the world's origin", places=_ENERGY),
     Column("cable_work", 1, "J", "Work of the cables on the platform since the first sample", places=_ENERGY),
-    Column(
-        "external_work", 1, "J", "Work of the external wrench on the platform since the first sample", places=_ENERGY
-    ),
+    Column("external_work", 1, "J", "Work of the external wrench since the first sample", places=_ENERGY),
 )
 # Besides, where cables are not ideal: there a tension is not what was commanded.
 WINCHED: tuple[Column, ...] = (
-    Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(f"{_STATES}/effort",)),
+    Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(_STATES + "/effort",)),
 )
 # Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
 LATER: tuple[Column, ...] = ()
@@ -246,14 +188,14 @@ def check_declared(columns: object) -> None:
             raise ValueError(f"column '{column.name}' is declared twice")
 
 
-def doubles(columns: Iterable[Column], cables: Sequence[str]) -> list[tuple[Column, Column, str]]:
-    """Return the pairs of columns that a table could not tell apart, and the heading that both have."""
-    seen: dict[str, Column] = {}
-    found = []
+def clash(columns: Iterable[Column], cables: Sequence[str]) -> tuple[Column, Column, str] | None:
+    """Return the first two columns that a table could not tell apart, and the heading that both have."""
+    names: dict[str, Column] = {}
+    headings: dict[str, Column] = {}
     for column in columns:
-        for heading in (column.name, *column.headings(cables)):
-            other = seen.setdefault(heading, column)
-            if other is not column:
-                found.append((other, column, heading))
-                break
-    return found
+        for seen, words in ((names, [column.name]), (headings, column.headings(cables))):
+            for word in words:
+                other = seen.setdefault(word, column)
+                if other is not column:
+                    return other, column, word
+    return None

@@ -43,9 +43,7 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
 
 def column_names(header: Header) -> list[str]:
     """Return the names of a row's columns, with their units; the time is `t`."""
-    fields = list(header.layout.fields.values())
-    names = [heading for column in fields for heading in column.headings(header.cables)]
-    return ["t" if name == "time_s" else name for name in names]
+    return [name for column in header.layout.fields.values() for name in column.headings(header.cables)]
 
 
 def _pieces(run: Run) -> Iterator[Array]:

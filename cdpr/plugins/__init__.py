@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cdpr.columns import CABLES, Column
 from cdpr.plugins.info import INTERFACE_VERSION, FileName, PluginInfo, PluginOptions, hookimpl
 
 _INTERFACES = {
@@ -37,8 +38,10 @@ else:  # an interface when it is first asked for, so that plugin rows stay light
     __getattr__ = lazily(__name__, _INTERFACES)
 
 __all__ = [
+    "CABLES",
     "INTERFACE_VERSION",
     "Backend",
+    "Column",
     "CompiledSolver",
     "Controller",
     "FileName",

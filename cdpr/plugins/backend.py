@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,15 @@ class Backend(ABC):
         It serves to notice an engine that reset itself.
         """
         return None
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name; called once in a simulation.
+
+        They are live: whatever stands in them when `reset` and `step` return is recorded; NaN until something is
+        written. Outside simulations nobody calls this, and a first `reset` may come before: start with arrays of your
+        own.
+        """
+        raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
     def snapshot(self) -> object:
         """Return all that the plant's future depends on, for `restore`.

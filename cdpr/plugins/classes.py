@@ -1,7 +1,8 @@
 """Plugins that are not installed: a class given to `simulate`, or the classes of a file named after --plugin.
 
 A class that derives from an interface becomes a plugin of its own name. It may say what `PluginInfo` would: its
-docstring begins with the summary, `properties` is a mapping of what it declares, `Options` the model of its options.
+docstring begins with the summary, `properties` is a mapping of what it declares, `columns` are those that it writes,
+`Options` is the model of its options.
 """
 
 from __future__ import annotations
@@ -121,6 +122,7 @@ def describe_class(role: Role, item: Any) -> PluginInfo:
             summary=(inspect.getdoc(item) or item.__name__).partition("\n")[0],
             properties=getattr(item, "properties", {}),
             options=getattr(item, "Options", PluginOptions),
+            columns=getattr(item, "columns", ()),
         )
     except (TypeError, ValueError) as error:
         raise PluginError(f"{role} {item.__name__}: {error}") from error

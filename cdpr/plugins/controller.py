@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, Literal
 
+from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
@@ -46,6 +48,14 @@ class Controller(ABC):
         their limits (N) and the number of cables at one; zeros before the first step. Where the status is not OK, the
         cables did not do what was asked: an integral must not wind up then.
         """
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name; called once in a simulation.
+
+        They are live: whatever stands in them after `control` is recorded; NaN until something is written.
+        Outside simulations nobody calls this, and a first `reset` may come before: start with arrays of your own.
+        """
+        raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""

@@ -13,6 +13,8 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import with_info_after_validator_function
 
+from cdpr.columns import Column, check_declared
+
 INTERFACE_VERSION = 1
 
 Role = Literal["backend", "controller", "solver"]
@@ -60,7 +62,8 @@ class PluginInfo:
     it needs and `extra` the pip extra that brings them, such as "cdpr[mujoco]". `properties` are declared facts (a
     backend's order, a solver's continuity, ...), true of the default options (see `PluginOptions.declares`), shown by
     `cdpr plugins` and checked by the conformance kit. `aliases` are other names of the field for the same, each with
-    its source; a scenario may use them where no plugin has that name.
+    its source; a scenario may use them where no plugin has that name. `columns` are quantities of its own that a run
+    records: the plugin gets the arrays to write them into by its method `log`.
     """
 
     name: str
@@ -72,6 +75,7 @@ class PluginInfo:
     options: type[PluginOptions] = PluginOptions
     interface: int = INTERFACE_VERSION
     aliases: Mapping[str, str] = field(default_factory=dict)
+    columns: tuple[Column, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what would only fail later, when all plugins are listed."""
@@ -86,6 +90,7 @@ class PluginInfo:
             raise TypeError(f"PluginInfo.properties must be a mapping, got {self.properties!r}")
         if not isinstance(self.aliases, Mapping):
             raise TypeError(f"PluginInfo.aliases must be a mapping of names to sources, got {self.aliases!r}")
+        check_declared(self.columns)
         if not (isinstance(self.options, type) and issubclass(self.options, PluginOptions)):
             raise TypeError(
                 f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which refuses "

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT
@@ -34,6 +35,14 @@ class TensionSolver(ABC):
         robot's degrees of freedom. On entry `tension` holds the tensions of the step before, NaN where there was none:
         a warm start, or what to stay close to. What it holds when the status is not OK is ignored.
         """
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name; called once in a simulation.
+
+        They are live: whatever stands in them after `solve` is recorded; NaN until something is written.
+        Outside simulations nobody calls this, and a first `reset` may come before: start with arrays of your own.
+        """
+        raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""

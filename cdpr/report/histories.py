@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -56,7 +56,7 @@ class Histories:
         if isinstance(run.rows, np.ndarray):
             self.status = _status(run)
         else:
-            self._gather(QUANTITIES)
+            self._gather((*QUANTITIES, *(PLUGIN + column.name for column in run.header.columns)))
 
     def __getitem__(self, name: str) -> Points:
         if name not in self._points:
@@ -71,7 +71,7 @@ class Histories:
         for part, n in self._parts():
             with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
                 for name, bins in found.items():
-                    values = attitude.follow(part) if name == "attitude" else QUANTITIES[name](part)
+                    values = attitude.follow(part) if name == "attitude" else _quantity(name)(part)
                     bins.add(part.time[:n], _drawable(values[:n, None] if values.ndim == 1 else values[:n]))
             if self.outline is self._run and not isinstance(self._run.rows, np.ndarray):
                 status.append(_status(part)[:n])
@@ -153,6 +153,13 @@ QUANTITIES: dict[str, Callable[[Run], Array]] = {
     "energies": lambda run: np.stack([run.kinetic, run.potential_change, run.cable_work, run.external_work], axis=1),
     "powers": lambda run: np.stack([run.cable_power, run.external_power], axis=1),
 }
+
+PLUGIN = "column "  # before the name of a plugin's column, which may be one of the above
+
+
+def _quantity(name: str) -> Callable[[Run], Array]:
+    return itemgetter(name.removeprefix(PLUGIN)) if name.startswith(PLUGIN) else QUANTITIES[name]
+
 
 _KNOWN: WeakKeyDictionary[Run, Histories] = WeakKeyDictionary()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -44,7 +45,7 @@ def render(run: Run) -> str:
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
         parts = {
             "Events": section("events", tables.events(run)),
-            **{drawing.name: _figure(run, drawing) for drawing in drawings() if len(run.rows)},
+            **{drawing.name: _figure(run, drawing) for drawing in drawings(run) if len(run.rows)},
             "Cables": section("cables", tables.cables(run)),
             "Scenario": section("scenario", tables.scenario(run)),
         }
@@ -69,10 +70,18 @@ def _figure(run: Run, drawing: Drawing) -> str:
     return figure(key, drawing.title, svg, caption)
 
 
-def drawings() -> list[Drawing]:
+def drawings(run: Run) -> list[Drawing]:
     """Return the figures of the report, in order; PluginError without matplotlib."""
     from cdpr.report import plots, sketch
 
+    own = [f"{column.name}: {column.text}" for column in run.header.columns]
+    told = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
+    plugins = Drawing(
+        "Plugins",
+        "Recorded by plugins",
+        plots.plugins,
+        f"Quantities that not every run has. {told}.",
+    )
     return [
         Drawing(
             "Robot",
@@ -150,4 +159,5 @@ def drawings() -> list[Drawing]:
             "physics step in engines of first order. Where it grows without bound, the backend makes or loses "
             "energy. (Legs with mass of their own, an option of some backends, are not counted.)",
         ),
+        *([plugins] if own else []),
     ]

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdpr import columns
 from cdpr.log.run import Run
 from cdpr.report.canvas import Chart, styled
-from cdpr.report.histories import Points, histories
+from cdpr.report.histories import PLUGIN, Points, histories
 from cdpr.report.legend import Entry
 from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, events, shorten
 from cdpr.report.panels import Curves, Limit, Panel, stack
@@ -105,6 +106,22 @@ def energy(run: Run) -> Chart:
         Panel("unexplained (J)", (Curves(known["energy_residual"], (INK,)),), least=1e-9),
     ]
     return stack(run, panels)
+
+
+@styled
+def plugins(run: Run) -> Chart:
+    """Draw what the plugins recorded of their own: a panel for each column."""
+    return stack(run, [_column(run, column) for column in run.header.columns])
+
+
+def _column(run: Run, column: columns.Column) -> Panel:
+    names = run.header.cables if column.width == columns.CABLES else column.labels(())
+    looks = cable_looks(names)
+    colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
+    legend: list[Entry] = [(shorten(name), look) for name, look in zip(names, looks, strict=True)]
+    label = f"{shorten(column.name)} ({column.unit})" if column.unit else shorten(column.name)
+    lines = Curves(histories(run)[PLUGIN + column.name], colours, dashes)
+    return Panel(label, (lines,), legend if column.width != 1 else ())
 
 
 def _components(names: Sequence[str]) -> list[Entry]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -121,6 +122,10 @@ class ActuatedPlant(Backend):
     def engine_time(self) -> float | None:
         """Return the plant's time, s."""
         return self.plant.engine_time()
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        """Hand the plant its columns."""
+        self.plant.log(columns)
 
     def describe(self) -> dict[str, Any]:
         """Return what there is to say of both."""

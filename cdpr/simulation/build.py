@@ -22,6 +22,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
+from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.loop import Parts
 from cdpr.simulation.schedule import stopped
 
@@ -34,15 +35,10 @@ def build(scenario: Scenario) -> Parts:
 
     Raises PluginError where a plugin is missing, broken or fails to be made.
     """
-    found = scenario.plugins
     robot = scenario.robot
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
-    chosen = {
-        "solver": found.get("solver", scenario.solver.type),
-        "controller": found.get("controller", scenario.controller.type),
-        "backend": found.get("backend", simulation.backend),
-    }
+    chosen = chosen_plugins(scenario)
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
     check_cables(scenario, chosen["backend"])
@@ -77,6 +73,7 @@ def build(scenario: Scenario) -> Parts:
             output=_output(chosen["controller"], controller),
             events=scenario.events,
             ideal_cables=scenario.cable_model == "ideal",
+            columns=columns_of(scenario),
         )
         made.pop_all()
     return parts
@@ -93,7 +90,7 @@ def _output(entry: Registered, controller: Controller) -> Output:
 def make_header(scenario: Scenario) -> Header:
     """Describe the run to come; the same for equal scenario, seed and versions.
 
-    Raises PluginError where a plugin is unknown or what it needs is not installed.
+    Raises PluginError where a plugin is unknown, what it needs is not installed, or columns have one name.
     """
     robot, simulation = scenario.robot, scenario.simulation
     return Header(
@@ -120,6 +117,7 @@ def make_header(scenario: Scenario) -> Header:
         log_every=scenario.log_every,
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
+        columns=columns_of(scenario),
     )
 
 

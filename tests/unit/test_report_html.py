@@ -93,7 +93,7 @@ def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> 
     assert not re.search(r"https?:|//[a-z]|@import|url\((?!#)", rest)
     figures = re.findall(r"<svg.*?</svg>", text, re.DOTALL)
     if len(run.rows):
-        assert len(figures) == len(drawings())
+        assert len(figures) == len(drawings(run))
         figures.append(inline_svg(plots.overview(run), "overview", "Overview"))
     for figure in figures:
         root = ElementTree.fromstring(figure)
@@ -104,8 +104,9 @@ def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> 
 
 
 def test_every_figure_is_there_with_a_caption_and_in_the_navigation() -> None:
-    page = Page(render(make_run()))
-    names = [drawing.name for drawing in drawings()]
+    run = make_run()
+    page = Page(render(run))
+    names = [drawing.name for drawing in drawings(run)]
     assert len(names) == 9
     assert page.tags.count("svg") == page.tags.count("figcaption") == 9
     for name in (*names, "Summary", "Run", "Events", "Cables", "Scenario"):

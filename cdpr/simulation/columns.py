@@ -1,0 +1,58 @@
+"""The columns of a run beyond those of every run: which there are, and who writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from cdpr.columns import FIRST, LATER, WINCHED, Column, clash
+from cdpr.errors import PluginError
+from cdpr.log.layout import Layout
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.registry import Registered, Role
+from cdpr.scenario import Scenario
+
+
+def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
+    """Return the plugins of a scenario, by role; PluginError where one is unknown."""
+    found = scenario.plugins
+    return {
+        "solver": found.get("solver", scenario.solver.type),
+        "controller": found.get("controller", scenario.controller.type),
+        "backend": found.get("backend", scenario.simulation.backend),
+    }
+
+
+def columns_of(scenario: Scenario) -> tuple[Column, ...]:
+    """Return what the rows of a run will hold beyond `cdpr.columns.FIRST`.
+
+    Raises PluginError where columns of two plugins, or of one and ours, have one name, in the log or in an export.
+    """
+    chosen = chosen_plugins(scenario)
+    declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
+    first = FIRST if scenario.cable_model == "ideal" else FIRST + WINCHED
+    more = (*LATER, *declared)
+    found = clash((*first, *more), [cable.name for cable in scenario.robot.cables])
+    if found is not None:
+        titles: dict[str, str] = {
+            "": "every run",
+            **{role: f"{role} '{entry.info.name}'" for role, entry in chosen.items()},
+        }
+        one, other, word = found
+        raise PluginError(
+            f"column '{other.name}' of {titles[other.owner]} and column '{one.name}' of {titles[one.owner]} would both "
+            f"be '{word}' in a table: choose another plugin for one of the two, or rename its column"
+        )
+    return more
+
+
+def hand_out(layout: Layout, row: Array, plugins: Mapping[str, Backend | Controller | TensionSolver]) -> None:
+    """Give each plugin, by role, live views of the columns that are its own; made once, for the whole run."""
+    row[layout.added] = np.nan  # until somebody writes
+    for role, plugin in plugins.items():
+        own = {column.name: row[layout.columns[column.name]] for column in layout.more if column.owner == role}
+        if own:
+            plugin.log(own)
