@@ -80,5 +80,5 @@ def make_folder(folder: Path) -> None:
     (folder / "my_scenario.yaml").write_text(re.sub(r"duration: 4.0 .*", "duration: 0.02", scenario))
     study = (ROOT / "scenarios/studies/gains.yaml").read_text()
     (folder / "my_study.yaml").write_text(study.replace("../", "scenarios/"))
-    (hover,) = re.findall(r"^```python\n(import cdpr\n.*?)^run = ", PAGES["docs/plugins.md"], re.DOTALL | re.MULTILINE)
+    hover, _ = re.findall(r"^```python\n(import cdpr\n.*?)^run = ", PAGES["docs/plugins.md"], re.DOTALL | re.MULTILINE)
     (folder / "hover.py").write_text(hover)

@@ -16,6 +16,7 @@ from typing import Any
 import pluggy
 from pydantic import ValidationError
 
+from cdpr.columns import Column
 from cdpr.errors import CdprError, PluginError
 from cdpr.hush import hushed
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
@@ -77,7 +78,7 @@ class Registered:
         factory = self.load()
         try:
             with hushed():
-                return factory(*arguments)
+                return with_arrays(factory(*arguments), self.info.columns, arguments)
         except CdprError:
             raise
         except Exception as error:
@@ -190,6 +191,16 @@ class Registry:
             f"{distribution}: {role} '{info.name}' exists in {other.distribution} too; "
             f"write '{distribution}:{info.name}' to use this one"
         )
+
+
+def with_arrays(plugin: Any, columns: tuple[Column, ...], arguments: Sequence[Any]) -> Any:
+    """Return a plugin, made of these arguments, with arrays for its columns, so that it works outside simulations."""
+    if columns:
+        import numpy as np  # to list plugins takes none
+
+        robot = arguments[0]
+        plugin.log({column.name: np.full(column.width or robot.m, np.nan) for column in columns})
+    return plugin
 
 
 def _found(module: str) -> bool:

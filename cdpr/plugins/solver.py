@@ -37,10 +37,10 @@ class TensionSolver(ABC):
         """
 
     def log(self, columns: Mapping[str, Array]) -> None:
-        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name; called once in a simulation.
+        """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name, to write into.
 
-        They are live: whatever stands in them after `solve` is recorded; NaN until something is written.
-        Outside simulations nobody calls this, and a first `reset` may come before: start with arrays of your own.
+        Called as soon as it is made, with arrays that nobody reads, and again by a simulation with those that it
+        records: what stands in them after `solve`, and NaN until something is written.
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 

@@ -14,6 +14,7 @@ from cdpr.errors import CdprError
 from cdpr.model.robot import Array
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
+from cdpr.testing.columns import expect_written
 from cdpr.testing.process import Silence, descriptors, resident_bytes, threads
 from cdpr.testing.subjects import BackendSubject
 
@@ -117,6 +118,19 @@ def snapshot_restores(subject: BackendSubject) -> None:
         expect(backend.engine_time() == end, f"the clock reads {backend.engine_time()}, not {end}")
 
 
+def columns_are_written(subject: BackendSubject) -> str:
+    """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
+    start = samples.state(np.random.default_rng(9), tilt=0.3)
+    backend = subject.make(start)
+
+    def work(k: int) -> None:
+        if k:  # the first sample is what reset leaves
+            backend.command[:] = 40.0 + k
+            backend.step(2)
+
+    return expect_written(subject.columns, backend.robot, backend, lambda: backend.reset(start), work)
+
+
 def clock_counts_steps(subject: BackendSubject) -> None:
     """engine_time is the number of steps since the reset times the step."""
     backend = subject.make(samples.state(np.random.default_rng(6)), step=2e-3)
@@ -172,6 +186,7 @@ CHECKS = [
         steps_add_up,
         instances_are_apart,
         snapshot_restores,
+        columns_are_written,
         clock_counts_steps,
         keeps_quiet,
         nothing_leaks,

@@ -12,6 +12,7 @@ from cdpr.model import Robot, dynamics, kinematics, rotations
 from cdpr.model.robot import Array, frozen_array
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
+from cdpr.testing.columns import expect_written
 from cdpr.testing.samples import GRAVITY, NO_GRAVITY
 from cdpr.testing.subjects import ControllerSubject
 
@@ -67,6 +68,17 @@ def reset_forgets(subject: ControllerSubject) -> None:
         motion = _motion(100 + k)
         again, wanted = (subject.ask(controller, *motion, time=1e-3 * k) for controller in (used, fresh))
         expect_same_bits(again, wanted, "output after reset")
+
+
+def columns_are_written(subject: ControllerSubject) -> str:
+    """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
+    robot = samples.braced()
+    controller = subject.make(robot)
+
+    def work(k: int) -> None:
+        subject.ask(controller, *_motion(k), time=1e-3 * k)
+
+    return expect_written(subject.columns, robot, controller, controller.reset, work)
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
@@ -164,6 +176,7 @@ CHECKS = [
         output_is_complete,
         inputs_stay_unchanged,
         reset_forgets,
+        columns_are_written,
         on_target_it_carries_the_weight,
         it_pulls_towards_the_target,
         directions_are_equal,

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.testing import (
     backend_guided,
@@ -52,6 +52,7 @@ def check_backend(
     *,
     properties: Mapping[str, Any] = NOTHING,
     options: Any = None,
+    columns: tuple[Column, ...] | None = None,
     expected_failures: Mapping[str, str] = NOTHING,
     only: Collection[str] | None = None,
 ) -> list[CheckResult]:
@@ -61,10 +62,11 @@ def check_backend(
         factory: what the plugin's `PluginInfo.factory` names.
         properties: what it declares: `order`, `snapshot` (true if it can), `speed_max` (m/s, if it clamps).
         options: an instance of its options model; none by default.
+        columns: those that it declares; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
-    return _run(BACKEND, lambda: BackendSubject(factory, properties, options), expected_failures, only)
+    return _run(BACKEND, lambda: BackendSubject(factory, properties, options, columns), expected_failures, only)
 
 
 def check_solver(
@@ -72,6 +74,7 @@ def check_solver(
     *,
     properties: Mapping[str, Any] = NOTHING,
     options: Any = None,
+    columns: tuple[Column, ...] | None = None,
     expected_failures: Mapping[str, str] = NOTHING,
     only: Collection[str] | None = None,
 ) -> list[CheckResult]:
@@ -85,10 +88,11 @@ def check_solver(
             or where one is, "module:function"), `slow` (it is asked fewer problems), `warm_start` (true if answers may
             depend on earlier ones, within the accuracy).
         options: an instance of its options model; none by default.
+        columns: those that it declares; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
-    return _run(SOLVER, lambda: SolverSubject(factory, properties, options), expected_failures, only)
+    return _run(SOLVER, lambda: SolverSubject(factory, properties, options, columns), expected_failures, only)
 
 
 def check_controller(
@@ -96,6 +100,7 @@ def check_controller(
     *,
     properties: Mapping[str, Any] = NOTHING,
     options: Any = None,
+    columns: tuple[Column, ...] | None = None,
     expected_failures: Mapping[str, str] = NOTHING,
     only: Collection[str] | None = None,
 ) -> list[CheckResult]:
@@ -106,10 +111,11 @@ def check_controller(
         properties: what it declares: `output` ("wrench" or "command"), `isotropic` (false if its default gains differ
             between directions).
         options: an instance of its options model; none by default.
+        columns: those that it declares; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
-    return _run(CONTROLLER, lambda: ControllerSubject(factory, properties, options), expected_failures, only)
+    return _run(CONTROLLER, lambda: ControllerSubject(factory, properties, options, columns), expected_failures, only)
 
 
 @dataclass(frozen=True)
@@ -175,7 +181,10 @@ def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, 
     properties = entry.properties(chosen)
     checks, kind = ROLES[role]
     _refuse_unknown(checks, expected_failures)
-    return [Case(check, lambda: kind(factory, properties, chosen), expected_failures) for check in checks]
+    return [
+        Case(check, lambda: kind(factory, properties, chosen, entry.info.columns), expected_failures)
+        for check in checks
+    ]
 
 
 def _run(

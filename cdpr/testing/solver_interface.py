@@ -14,6 +14,7 @@ from cdpr.plugins import CompiledSolver
 from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
+from cdpr.testing.columns import expect_written
 from cdpr.testing.process import Held
 from cdpr.testing.samples import Problem
 from cdpr.testing.subjects import SolverSubject, ask
@@ -77,6 +78,15 @@ def reset_forgets(subject: SolverSubject) -> None:
         used.reset()
         for problem in group[:10]:
             expect_same_bits(ask(used, problem)[1], ask(fresh, problem)[1], "answer after reset")
+
+
+def columns_are_written(subject: SolverSubject) -> str:
+    """Every column that it declares holds finite numbers from the first sample on; nothing beside them is written."""
+    group = samples.feasible()[0]
+    solver = subject.make(group[0].robot)
+    return expect_written(
+        subject.columns, group[0].robot, solver, solver.reset, lambda k: ask(solver, group[k % len(group)])
+    )
 
 
 def bad_input_raises_nothing(subject: SolverSubject) -> None:
@@ -228,6 +238,7 @@ CHECKS = [
         instances_agree,
         answers_do_not_depend_on_the_past,
         reset_forgets,
+        columns_are_written,
         bad_input_raises_nothing,
         views_are_answered_alike,
         memory_never_decides,

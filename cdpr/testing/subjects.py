@@ -12,7 +12,8 @@ import numpy as np
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, TensionSolver
+from cdpr.plugins.registry import with_arrays
 from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.check import NotApplicable, expect
@@ -28,9 +29,19 @@ FIRST = 50  # of the problems for each robot, for a solver declared slow
 class _Subject:
     """Closes what was made when its check ends."""
 
-    def __init__(self, factory: Callable[..., Any], properties: Mapping[str, Any], options: Any) -> None:
+    def __init__(
+        self,
+        factory: Callable[..., Any],
+        properties: Mapping[str, Any],
+        options: Any,
+        columns: tuple[Column, ...] | None = None,
+    ) -> None:
         self.factory, self.properties, self.options = factory, properties, options
+        self.columns: tuple[Column, ...] = getattr(factory, "columns", ()) if columns is None else columns
         self._open: list[Backend | Controller] = []
+
+    def _made(self, *arguments: Any) -> Any:
+        return with_arrays(self.factory(*arguments), self.columns, arguments)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -47,7 +58,7 @@ class BackendSubject(_Subject):
 
     def make(self, state: Array, robot: Robot | None = None, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
         """Make a plant and put it into `state` (13,); by default the free robot with its mass off the origin."""
-        backend: Backend = self.factory(robot or samples.free(), gravity, step, self.options)
+        backend: Backend = self._made(robot or samples.free(), gravity, step, self.options)
         self._open.append(backend)
         backend.reset(state)
         return backend
@@ -76,7 +87,7 @@ class SolverSubject(_Subject):
 
     def make(self, robot: Robot) -> TensionSolver:
         """Make a solver for a robot."""
-        solver: TensionSolver = self.factory(robot, self.options)
+        solver: TensionSolver = self._made(robot, self.options)
         return solver
 
     def declares(self, name: str) -> bool:
@@ -134,7 +145,7 @@ class ControllerSubject(_Subject):
 
     def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
         """Make a controller, connected to a tension stage that has nothing to report."""
-        controller: Controller = self.factory(robot, gravity, step, self.options)
+        controller: Controller = self._made(robot, gravity, step, self.options)
         self._open.append(controller)
         controller.connect(np.zeros(4))
         return controller

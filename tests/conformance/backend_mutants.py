@@ -25,6 +25,7 @@ from cdpr_traps.backend import (
 
 from cdpr.errors import PluginError
 from cdpr.model import rotations
+from cdpr.plugins import Column
 
 
 class Momentary(Wrapped):
@@ -78,6 +79,18 @@ class DeadBand(Wrapped):
 
     def loads(self):
         return self.command, np.where(np.abs(self.external) < 0.01, 0.0, self.external)
+
+
+class Unlogged(Wrapped):
+    """Its column is written by steps alone, so that the first sample has none."""
+
+    columns = (Column("count", 1, "", "Steps"),)
+
+    def log(self, columns):
+        self.steps = columns["count"]
+
+    def after(self):
+        self.steps[0] = self.count
 
 
 class SwappedCables(Wrapped):
@@ -265,6 +278,7 @@ ORDER = {"order": 4}
 
 # Broken backend -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
+    Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),
     Damping: ({}, ["coasting_keeps_velocity", "long_fall"]),

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from cdpr.model import rotations
+from cdpr.plugins import Column
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 
@@ -93,6 +94,19 @@ class Undamped(Broken):
         super().control(time, state, desired, out)
 
 
+class Unlogged(Broken):
+    """It writes its columns into arrays of its own."""
+
+    columns = (Column("pull", 6, "N, N m", "What it asks for", "world"),)
+
+    def log(self, columns):
+        self.pull = columns["pull"].copy()
+
+    def control(self, time, state, desired, out):
+        super().control(time, state, desired, out)
+        self.pull[:] = out
+
+
 # Broken controller -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
     Unwritten: ({}, ["output_is_complete"]),
@@ -104,4 +118,5 @@ MUTANTS = {
     PlatformAxes: ({}, ["directions_are_equal"]),
     HidingNan: ({}, ["nan_shows"]),
     Undamped: ({}, ["it_settles"]),
+    Unlogged: ({}, ["columns_are_written"]),
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.plugins import TensionSolver
+from cdpr.plugins import CABLES, Column, TensionSolver
 from cdpr.tension import Status
 from cdpr_solvers.pseudo_inverse import PseudoInverse
 from cdpr_solvers.qp import MinimumNorm
@@ -249,6 +249,20 @@ def _move(W, t_min, t_max, tension, share, status):
         tension += share * max(room.min(), 0.0) * direction
 
 
+class Unlogged(MinimumNorm):
+    """It writes the first number of its column only."""
+
+    columns = (Column("share", CABLES, "", "Tension by its limit"),)
+
+    def log(self, columns):
+        self.share = columns["share"]
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        status = super().solve(W, wrench, t_min, t_max, tension)
+        self.share[0] = tension[0] / t_max[0]
+        return status
+
+
 # Broken solver -> what it declares besides what qp does, and the checks that must fail. It may fail others too.
 MUTANTS = {
     Scribbling: ({}, ["inputs_stay_unchanged"]),
@@ -275,4 +289,5 @@ MUTANTS = {
     OwnLimits: ({}, ["limits_are_the_arguments"]),
     Favouring: ({}, ["cables_may_come_in_any_order", "objective_is_reached"]),
     Jumping: ({}, ["answers_are_continuous"]),
+    Unlogged: ({}, ["columns_are_written"]),
 }

@@ -7,6 +7,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 
+import columns
 import numpy as np
 import pytest
 import teaching
@@ -19,7 +20,7 @@ from docs_cases import PAGES, commands, words
 from cdpr.cli import cli
 
 DOCS = ROOT / "docs"
-SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching}
+SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching, "columns.md": columns}
 ROWS = thesis.results()
 STUDY = yaml.safe_load(thesis.STUDY.read_text())
 POINTS = {axis["name"]: axis["points"] for axis in STUDY["axes"] if "points" in axis}

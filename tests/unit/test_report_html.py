@@ -71,7 +71,7 @@ def row(text: str, title: str) -> list[str]:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """For what stands beside the figures, which take a second and more to draw."""
-    monkeypatch.setattr("cdpr.report.html.drawings", list)
+    monkeypatch.setattr("cdpr.report.html.drawings", lambda run: [])
 
 
 # Two hundred times the points of the others: seconds of drawing.

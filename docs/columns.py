@@ -1,0 +1,31 @@
+"""Write the table of docs/columns.md. Run: python docs/columns.py. A test holds the page to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from marked import rewritten, table
+
+from cdpr.columns import FIRST, LATER, WINCHED, Column
+
+PAGE = Path(__file__).parent / "columns.md"
+
+
+def columns_table() -> str:
+    """Every column, as the one table of columns has it."""
+    titles = ("column", "shape", "unit", "frame", "topic and field", "what it is")
+    return table(titles, map(_cells, (*FIRST, *WINCHED, *LATER)))
+
+
+def _cells(column: Column) -> tuple[str, ...]:
+    places = "; ".join(f"`{topic}` {field}" for topic, field in column.topics)
+    return f"`{column.name}`", column.shape, column.unit, column.frame, places, column.text
+
+
+def updated(text: str) -> str:
+    """The page with its table written anew."""
+    return rewritten(text, {"columns": columns_table})
+
+
+if __name__ == "__main__":
+    PAGE.write_text(updated(PAGE.read_text()))
