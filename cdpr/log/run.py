@@ -90,7 +90,8 @@ class Quantity(property):
     """An array of a run by the name of its column, documented by the table of columns."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(lambda run: run[name], doc=_FIRST[name].sentence)
+        super().__init__(lambda run: run[name])
+        self.__doc__ = _FIRST[name].sentence
 
     if TYPE_CHECKING:
 

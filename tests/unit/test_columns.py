@@ -1,0 +1,296 @@
+"""The one table of columns: what follows from it agrees with it; columns that plugins declare."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from dataclasses import replace
+from importlib import import_module
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from log_cases import make_header, make_rows, same_bits, write_log
+
+import cdpr
+from cdpr.columns import CABLES, FIRST, TOPICS, WINCHED, Column
+from cdpr.errors import LogError, PluginError
+from cdpr.lazy import LATE, late
+from cdpr.log.export import column_names, export
+from cdpr.log.ros2 import encode
+from cdpr.log.run import Header, Run
+from cdpr.log.topics import run_topics
+from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
+from cdpr.report.html import render
+from cdpr.simulation.columns import columns_of
+from cdpr.tension import Status
+from cdpr.testing import check_controller
+
+CAROCA = ROOT / "scenarios" / "caroca.yaml"
+SHORT = {"simulation.duration": 0.02}
+MORE = (
+    Column("wind", 3, "m/s", "Wind", "world"),
+    Column("tilt", 4, "", "Tilt", "world", owner="backend"),
+    Column("slack", CABLES, "m", "Slack", owner="solver"),
+    Column("count", 1, "", "Calls", owner="controller"),
+    Column("gains", 5, "1/s^2", "Gains {of} <it>", owner="controller"),
+)
+# The status of a run is another thing.
+RENAMED = {"status": "solver_status"}
+
+
+class Told(Controller):
+    """carries the weight, and says so"""
+
+    columns = (Column("effort", 6, "N, N m", "Wrench that it asks for", "world"), Column("calls", 1, "", "Calls"))
+
+    def log(self, columns):
+        self.effort, self.calls = columns["effort"], columns["calls"]
+
+    def reset(self):
+        self.calls[:] = 0.0
+
+    def control(self, time, state, desired, out):
+        out[:] = 0.0
+        out[:3] = -self.robot.platform.mass * self.gravity
+        self.effort[:] = out
+        self.calls += 1.0
+
+
+class Weighing(TensionSolver):
+    columns = (Column("least", CABLES, "N", "Least tensions"),)
+
+    def log(self, columns):
+        self.least = columns["least"]
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        tension[:] = self.least[:] = np.linalg.pinv(W) @ wrench
+        return Status.OK
+
+
+class Ageing(Backend):
+    """A plant that does not move, but counts."""
+
+    columns = (Column("age", 1, "s", "Time since the reset"),)
+
+    def log(self, columns):
+        self.age = columns["age"]
+
+    def reset(self, state):
+        self.state[:] = state
+        self.age[:] = 0.0
+
+    def step(self, n):
+        self.age += n * self.physics_step
+
+
+def test_every_column_is_an_attribute_of_a_run_with_the_words_of_the_table():
+    run = Run(make_header(3), make_rows(make_header(3), 4))
+    for column in FIRST:
+        name = RENAMED.get(column.name, column.name)
+        assert getattr(Run, name).__doc__ == column.sentence
+        value = getattr(run, name)
+        assert same_bits(value, run[column.name])
+        assert value.shape == ((4,) if column.width == 1 else (4, column.width or 3))
+    assert {column.name for column in WINCHED} == {"cable_tension"}
+    assert isinstance(Run.cable_tension, property)
+
+
+def test_every_column_has_a_place_in_a_message_that_has_it():
+    header = make_header(3, cable_model="elastic", columns=MORE)
+    layout, held = header.layout, np.zeros(header.layout.width, bool)
+    for topic in run_topics(header).topics:
+        _, places = encode(topic.kind, topic.value)
+        for path, runs in topic.columns.items():
+            assert path in places
+            for run in runs:
+                held[run] = True
+    held[layout.columns["time"]] = True  # by the number of the message
+    assert [name for name, place in layout.columns.items() if not held[place].all()] == []
+    assert {topic for column in (*FIRST, *WINCHED) for topic, _ in column.topics} == set(TOPICS)
+
+
+@pytest.mark.parametrize("model", ["ideal", "elastic"])
+def test_rows_of_any_table_come_back(tmp_path, model):
+    header = make_header(3, cable_model=model, columns=MORE)
+    rows = make_rows(header, 300)
+    run = cdpr.load_run(write_log(tmp_path / "log.mcap", header, rows))
+    assert run.header == header
+    assert same_bits(np.asarray(run.rows), rows)
+    assert [run[column.name].shape for column in MORE] == [(300, 3), (300, 4), (300, 3), (300,), (300, 5)]
+
+
+def test_a_column_that_no_message_holds_reads_as_nan(tmp_path, monkeypatch):
+    """Not as zeros: what is forgotten shows."""
+    header = make_header(3, columns=MORE)
+    group = run_topics(header)
+    lost = replace(group, topics=tuple(topic for topic in group.topics if topic.name != "/cdpr/wind"))
+    monkeypatch.setattr("cdpr.log.mcap_file.run_topics", lambda header: lost)
+    run = cdpr.load_run(write_log(tmp_path / "log.mcap", header, make_rows(header, 5)))
+    assert np.isnan(run["wind"]).all()
+    assert np.isfinite(run["count"]).all()
+
+
+def test_a_header_says_what_its_log_holds_beyond_the_first_columns():
+    """Logs of before say nothing of columns; a later version takes each by its own table."""
+    old = make_header(2)
+    assert "columns" not in old.to_dict()
+    assert Header.from_dict(json.loads(json.dumps(old.to_dict()))) == old
+    new = make_header(2, columns=MORE)
+    assert Header.from_dict(json.loads(json.dumps(new.to_dict()))) == new
+    with pytest.raises(KeyError, match="no field is named 'wind'; there are time, "):
+        Run(old, make_rows(old, 2))["wind"]
+
+
+def test_a_log_with_columns_that_make_no_sense_is_refused(tmp_path, monkeypatch):
+    header = make_header(2, columns=(Column("wind", 1, "", "", places=("/cdpr/wind/nowhere",)),))
+    log = write_log(tmp_path / "log.mcap", make_header(2), make_rows(make_header(2), 1))
+    monkeypatch.setattr("cdpr.log.reader.Header.from_dict", lambda data: header)
+    with pytest.raises(LogError, match="was written by another version of cdpr"):
+        cdpr.load_run(log)
+
+
+def test_headings():
+    names = column_names(make_header(2, columns=MORE))
+    assert names[-15:] == [
+        *("wind_x_m_per_s", "wind_y_m_per_s", "wind_z_m_per_s", "tilt_w", "tilt_x", "tilt_y", "tilt_z"),
+        *("slack_Seil α_m", "slack_cable_2_m", "count", *(f"gains_{i}_1_per_s2" for i in range(1, 6))),
+    ]
+
+
+def test_plugins_record_columns(tmp_path):
+    run = cdpr.simulate(CAROCA, controller=Told, solver=Weighing, backend=Ageing, overrides=SHORT, out=tmp_path / "run")
+    found = cdpr.load_run(tmp_path / "run")
+    assert [(column.name, column.owner) for column in found.header.columns] == [
+        *(("least", "solver"), ("effort", "controller"), ("calls", "controller"), ("age", "backend")),
+    ]
+    for one in (run, found):
+        assert same_bits(one["effort"], one.wrench)
+        assert same_bits(one["least"], one.tension)
+        assert one["calls"].tolist() == list(range(1, 22))
+        np.testing.assert_allclose(one["age"], one.time, atol=1e-15)
+    export(found, "csv", tmp_path / "run.csv")
+    with (tmp_path / "run.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [float(line["calls"]) for line in lines] == run["calls"].tolist()
+    assert float(lines[-1]["effort_force_z_N"]) == run.wrench[-1, 2]
+    export(found, "npz", tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as data:
+        assert same_bits(data["effort"], run.wrench)
+
+
+def test_columns_change_nothing_else():
+    """Rows without them are those of the same controller that records nothing."""
+
+    class Silent(Told):
+        columns = ()
+
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            self.log({"effort": np.zeros(6), "calls": np.zeros(1)})
+
+    told, silent = (cdpr.simulate(CAROCA, controller=each, overrides=SHORT) for each in (Told, Silent))
+    assert same_bits(np.ascontiguousarray(told.rows[:, : silent.rows.shape[1]]), np.asarray(silent.rows))
+
+
+def test_the_report_draws_them():
+    header = make_header(2, columns=MORE)
+    rows = make_rows(header, 50)
+    rows[:, header.layout.columns["slack"]] = np.nan
+    page = render(Run(header, rows))
+    assert "Recorded by plugins" in page
+    assert "gains: Gains {of} &lt;it&gt;" in page
+    assert "Recorded by plugins" not in render(Run(make_header(2), make_rows(make_header(2), 5)))
+
+
+def test_what_is_not_written_is_nan():
+    class Idle(Told):
+        def log(self, columns):
+            self.effort, self.calls = np.zeros(6), np.zeros(1)
+
+    run = cdpr.simulate(CAROCA, controller=Idle, overrides=SHORT)
+    assert np.isnan(run["effort"]).all()
+    found = {result.id: result for result in check_controller(Idle, only=["columns_are_written"])}
+    assert "column 'effort' is [nan, " in found["columns_are_written"].detail
+
+
+def test_a_plugin_without_log_is_told():
+    class Mute(Told):
+        log = Controller.log
+
+    with pytest.raises(PluginError, match="Mute declares columns and has no method `log` to take them"):
+        cdpr.simulate(CAROCA, controller=Mute, overrides=SHORT)
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ((Column("length", 1, "m", ""),), "column 'length': a run has something of that name already"),
+        ((Column("cables", 1, "m", ""),), "column 'cables': a run has something of that name already"),
+        ((Column("a", 1, "m", ""), Column("a", 2, "m", "")), "column 'a' is declared twice"),
+        ((Column("a", 1, "m", "", owner="solver"),), "column 'a': where it stands and whose it is"),
+        ([Column("a", 1, "m", "")], r"columns must be a tuple of cdpr\.plugins\.Column, got \["),
+        (("a",), r"columns must be a tuple of cdpr\.plugins\.Column"),
+    ],
+)
+def test_declarations_that_are_refused(columns, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        PluginInfo("mine", "module:Class", "", columns=columns)
+    with pytest.raises(PluginError, match=f"controller Wrong: {message}"):
+        cdpr.simulate(CAROCA, controller=type("Wrong", (Told,), {"columns": columns}))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("a b", 1, "", ""), "name of a column must be a letter and up to 30"),
+        (("a" * 32, 1, "", ""), "name of a column must be a letter and up to 30"),
+        (("a", -1, "", ""), "width must be a number from 1 on, or CABLES, got -1"),
+        (("a", True, "", ""), "width must be a number from 1 on, or CABLES, got True"),
+        (("a", 1.5, "", ""), "width must be a number from 1 on, or CABLES, got 1.5"),
+        (("a", 2, "", "", "world"), "only a vector .3., a quaternion .4. and a wrench .6. have a frame"),
+        (("a", 6, "N, N m", ""), "only a wrench has two units"),
+        (("a", 6, None, ""), "unit of a column must be a text, got None"),
+    ],
+)
+def test_columns_that_make_no_sense(arguments, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        Column(*arguments)
+
+
+def test_two_plugins_with_one_name_in_a_run():
+    other = type("Other", (Weighing,), {"columns": (Column("calls", 1, "", ""),)})
+    with pytest.raises(PluginError, match=r"column 'calls' of controller 'Told' and column 'calls' of solver 'Other'"):
+        cdpr.simulate(CAROCA, controller=Told, solver=other)
+    # Apart by name, and yet one heading.
+    near = type("Near", (Told,), {"columns": (Column("position_x_m", 1, "", ""),)})
+    with pytest.raises(PluginError, match=r"'position_x_m' of controller 'Near' and column 'position' of every run"):
+        cdpr.simulate(CAROCA, controller=near)
+    clock = type("Clock", (Told,), {"columns": (Column("t", 1, "", ""),)})
+    with pytest.raises(PluginError, match=r"column 't' of controller 'Clock' and column 'time' of every run"):
+        cdpr.simulate(CAROCA, controller=clock)
+
+
+def test_our_own_plugins_declare_none():
+    """So that their logs stay as they were."""
+    assert columns_of(cdpr.load_scenario(CAROCA)) == ()
+
+
+def test_the_example_of_the_documentation():
+    text = (ROOT / "docs" / "plugins.md").read_text()
+    (code,) = re.findall(r"^```python\n(import cdpr\nfrom cdpr.plugins import CABLES.*?)^```", text, re.DOTALL | re.M)
+    names: dict[str, object] = {}
+    exec(code.replace('"scenarios/', f'"{ROOT}/scenarios/'), names)
+    run = names["run"]
+    assert isinstance(run, Run)
+    assert run["calls"][-1] == 101.0
+
+
+@pytest.mark.parametrize("name", LATE)
+def test_what_is_bound_late_is_there(name):
+    holder, _, method = name.partition(".")
+    assert callable(late(name))
+    assert callable(getattr(getattr(cdpr, holder), method))
+    module, _, _ = LATE[name].partition(":")
+    assert import_module(module).__file__ is not None
