@@ -68,6 +68,7 @@ class LibrarySolver(TensionSolver):
         m = self._limits.shape[1]
         if len(tension) != m or W.shape[1] != m:
             return BAD_INPUT
+        W = np.ascontiguousarray(W)  # the kernels are compiled for no other order
         r = pose(W, wrench, t_min, t_max, self.wider, self._basis, self._limits, tension, self._work)
         if r <= 0:  # nothing to ask: no tensions are admissible, or one distribution alone
             return -r

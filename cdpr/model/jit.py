@@ -46,11 +46,15 @@ def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P,
 
 
 class _Kernel(CPUDispatcher):  # type: ignore[misc]
-    """What numba calls; one version, that for writable arrays, serves read-only arrays, too.
+    """What numba calls; one version serves read-only arrays and arguments that are constants where it is called.
 
     numba would compile another for each combination, and does so in the middle of a run where a caller's arrays are
     read-only for the first time. The code is the same: that a kernel writes only what it says is its own duty.
     """
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        plain = [numba.types.unliteral(arg) for arg in args]
+        return super().get_call_template(plain, {name: numba.types.unliteral(arg) for name, arg in kws.items()})
 
     def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
         given = [self.typeof_pyval(arg) for arg in args]

@@ -41,7 +41,11 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize(
-    ("name", "options"), [("exact", {"objective": "one_norm"}), ("qpsolvers", {"name": "quadprog"})]
+    ("name", "options"),
+    [
+        pytest.param("exact", {"objective": "one_norm"}, marks=pytest.mark.slow),  # a tenth of a second a problem
+        ("qpsolvers", {"name": "quadprog"}),
+    ],
 )
 def test_options_keep_what_is_declared(name, options):
     entry = registry().get("solver", name)

@@ -38,9 +38,9 @@ COMMANDS = {
 @pytest.mark.parametrize(
     ("command", "number", "code"),
     [
-        ("compare", signal.SIGTERM, 143),
+        pytest.param("compare", signal.SIGTERM, 143, marks=pytest.mark.slow),
         ("compare", signal.SIGINT, 130),
-        ("save", signal.SIGTERM, 143),
+        pytest.param("save", signal.SIGTERM, 143, marks=pytest.mark.slow),
         ("check", signal.SIGHUP, 143),
     ],
 )

@@ -90,7 +90,11 @@ def sound(warm_workers, faulty_plugin, tmp_path_factory):
     return study, undisturbed(study, folder, 8)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+# As a run's own: one of them here, all of them among the slow tests.
+SLOW_SIGNALS = [pytest.param(number, marks=pytest.mark.slow) for number in (signal.SIGINT, signal.SIGKILL)]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, *SLOW_SIGNALS])
 def test_a_stopped_study_goes_on(sound, tmp_path, number):
     study, expected = sound
     out = tmp_path / "out"

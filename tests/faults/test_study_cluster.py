@@ -107,7 +107,7 @@ def test_faults_are_told(scheduler, tmp_path):
     assert "ended by SIGKILL" in done.stdout
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, number):
     study = faulty_study(tmp_path, ["hang", "hang", "none"], 0.1, keep="all")
     out = tmp_path / "out"

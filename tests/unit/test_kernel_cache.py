@@ -275,3 +275,21 @@ def test_read_only_arrays_make_no_second_version():
         double(given, result)
     np.testing.assert_array_equal(result, [0.0, 2.0, 4.0])
     assert len(getattr(double, "signatures", [1])) == 1
+
+
+def test_constants_make_no_second_version():
+    @jit.kernel
+    def fill(count, value, b):
+        for i in range(count):
+            b[i] = value
+        return 0
+
+    @jit.kernel
+    def call(b):
+        fill(2, 1.0, b[1:])
+        return fill(len(b) - 1, b[1] + b[2], b)
+
+    result = np.zeros(3)
+    call(result)
+    np.testing.assert_array_equal(result, [2.0, 2.0, 1.0])
+    assert len(getattr(fill, "signatures", [1])) == 1
