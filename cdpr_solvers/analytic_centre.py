@@ -9,11 +9,12 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import null_space, safest
+from cdpr.tension import active_set, null_space, safest
+from cdpr.tension.active_set import extreme
 from cdpr.tension.factors import turn
 from cdpr.tension.null_space import ROUNDING, reduce
 from cdpr.tension.safest import safest_point
-from cdpr.tension.status import NOT_FOUND, UNSUPPORTED
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import settle, solution
 from cdpr_solvers.options import per_cable
 
@@ -30,9 +31,13 @@ MOST_STEPS = 200
 # Below this decrement one that is not half of the one before is made of round-off: it cannot get better.
 NOISE, SHRINKING = 1e-3, 0.5
 
-# A set of admissible tensions thinner than this share of the largest tension is as good as a point: its centre is
-# that of the largest ball, which differs by no more. Some hundred times the round-off of the tensions themselves.
+# A set of admissible tensions thinner than this share of the largest tension is as good as flat: the cables across it
+# have the tensions of the largest ball's centre, which differ by no more from any others, and the rest has a centre of
+# its own. Some hundred times the round-off of the tensions themselves.
 THIN = 1e-12
+
+# The range of a tension across such a set: the ball's diameter, and some more where limits meet at an angle.
+WIDEST = 100.0
 
 # Below this share it may be so much longer than wide that the Hessian, made of inverse squares of distances, loses the
 # long directions to round-off, unless the basis is turned to tell them apart.
@@ -53,9 +58,15 @@ class AnalyticCentre(CompiledSolver):
             options,
             analytic_centre,
             parameters=per_cable(robot, "weights", options.weights),
-            rows=null_space.form_rows(m) + 1 + max(null_space.work_rows(n), safest.work_rows(m)),
+            rows=_rows(n, m),
             width=max(n, 2 * m + 1),
         )
+
+
+@kernel
+def _rows(n: int, m: int) -> int:
+    """Rows of work space: the form, x, limits and centre, and what the methods need."""
+    return null_space.form_rows(m) + 4 + max(null_space.work_rows(n), safest.work_rows(m), active_set.work_rows(m) + 4)
 
 
 @kernel
@@ -64,27 +75,80 @@ def analytic_centre(
 ) -> int:
     """Write the analytic centre; return OK, INFEASIBLE, UNSUPPORTED, NOT_FOUND or BAD_INPUT."""
     m = W.shape[1]
-    N, x, box, rest = work[:m], work[m], work[m + 1 : m + 4], work[m + 4 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r < 0:
-        return -r
-    radius = safest_point(True, N, r, box, x, rest)
-    if math.isnan(radius):
-        return NOT_FOUND
-    if radius == math.inf and r > 0:
-        return UNSUPPORTED  # the farther, the lower the barrier
-    largest = 0.0
-    for i in range(m):  # from here on c is the centre of the ball: steps from there are not rounded by its size
+    if work.shape[0] < _rows(wrench.shape[0], m) or work.shape[1] < 2 * m + 1 or t_min.shape[0] < m:
+        return BAD_INPUT  # made for another robot
+    if t_max.shape[0] < m:
+        return BAD_INPUT
+    N, x, box, bounds, rest = work[:m], work[m], work[m + 1 : m + 4], work[m + 4 : m + 6, :m], work[m + 7 :]
+    centre = work[m + 6, :m]
+    for i in range(m):
+        bounds[0, i], bounds[1, i] = t_min[i], t_max[i]
+    status = NOT_FOUND
+    for locked in range(m):  # each time at least one cable more
+        r = reduce(W, wrench, bounds[0], bounds[1], box, N, rest)
+        if r < 0:
+            return status if locked else -r
+        radius = safest_point(True, N, r, box, x, rest)
+        if math.isnan(radius):
+            return status
+        if radius == math.inf and r > 0:
+            return UNSUPPORTED  # the farther, the lower the barrier
+        largest = 0.0
+        for i in range(m):  # from here on c is the centre of the ball: steps from there are not rounded by its size
+            for k in range(r):
+                box[0, i] += N[i, k] * x[k]
+            largest = max(largest, abs(box[0, i]))
         for k in range(r):
-            box[0, i] += N[i, k] * x[k]
-        largest = max(largest, abs(box[0, i]))
-    for k in range(r):
-        x[k] = 0.0
-    flat = radius < FLAT * largest
-    if r > 0 and radius > THIN * largest and not _centre(work[: m + 1], r, box, flat, parameters, rest):
-        return NOT_FOUND
-    solution(N, r, box, x, tension)
-    return settle(W, wrench, box, tension)
+            x[k] = 0.0
+        thin = r > 0 and not radius > THIN * largest
+        if r > 0 and not thin:
+            flat = radius < FLAT * largest
+            found = _centre(work[: m + 1], r, box, flat, parameters, rest)
+            if not (found or flat):  # it may be flat elsewhere, where a limit is very far
+                for k in range(r):
+                    x[k] = 0.0
+                found = _centre(work[: m + 1], r, box, True, parameters, rest)
+            if not found:
+                return status
+        for i in range(m):
+            box[1, i], box[2, i] = t_min[i], t_max[i]
+        solution(N, r, box, x, centre)
+        settled = settle(W, wrench, box, centre)
+        if settled == OK or not locked:
+            status = settled
+            for i in range(m):
+                tension[i] = centre[i]
+        if not thin or status != OK or not _lock(THIN * largest, N, r, box, bounds, rest):
+            break
+    return status
+
+
+@kernel
+def _lock(thin: float, N: Array, r: int, box: Array, bounds: Array, work: Array) -> bool:
+    """Lock the cables whose tensions can change by no more than round-off where they are; return whether there are any.
+
+    A set that is as good as flat may still be long: its centre is that of the other cables. `thin` is N.
+    """
+    m = N.shape[0]
+    g, x, point, active, rest = work[0], work[1], work[2, :m], work[3, :m], work[4:]
+    found = False
+    for i in range(m):
+        ends, span, moves = 0.0, 0.0, False
+        for k in range(r):
+            moves = moves or N[i, k] != 0.0
+        if not moves:
+            continue
+        for side in range(2):
+            for k in range(r):
+                g[k] = N[i, k] if side == 0 else -N[i, k]
+            if extreme(g, N, r, box, x, point, active, rest) < 0:
+                return False
+            ends += 0.5 * point[i]
+            span += point[i] if side == 1 else -point[i]
+        if span <= WIDEST * thin:
+            bounds[0, i] = bounds[1, i] = min(max(ends, box[1, i]), box[2, i])
+            found = True
+    return found
 
 
 @kernel

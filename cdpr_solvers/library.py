@@ -23,6 +23,9 @@ from cdpr.tension.verdict import VERTEX_TOLERANCE, solution, verdict
 # asked of libraries, by less than anyone could measure.
 BELIEVED = 2.0 * VERTEX_TOLERANCE
 
+# A limit so many times farther off than any optimum is cut off there: far enough that no method comes near it.
+BEYOND = 16.0
+
 # An interior-point method that round-off keeps from its tolerance is asked again for this many times that.
 LOOSER = 100.0
 
@@ -101,12 +104,13 @@ def pose(
     m = tension.shape[0]
     if t_min.shape[0] < m or t_max.shape[0] < m:
         return -BAD_INPUT
-    largest = 0.0
+    largest, lowest = 0.0, 0.0  # of the limits, and of the lower ones
     for i in range(m):
         if not (math.isfinite(t_min[i]) and math.isfinite(t_max[i])):
             return -BAD_INPUT
         if t_min[i] < t_max[i]:  # a locked cable is none of the library's business
             largest = max(largest, abs(t_min[i]), abs(t_max[i]))
+            lowest = max(lowest, abs(t_min[i]))
     N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 6 :]
     r = reduce(W, wrench, t_min, t_max, box, N, rest)
     if r < 0:
@@ -115,6 +119,17 @@ def pose(
     status = verdict(W, wrench, N, r, box, x, tension) if steps >= 0 else -steps
     if status != OK:
         return -status
+    # No optimum, of the norm or the sum, has a tension beyond `reach`: of limits farther off, as good as none, the
+    # library would take its unit, and have lost the tensions.
+    square, spare = 0.0, 0.0
+    for i in range(m):
+        if t_min[i] < t_max[i]:
+            square += tension[i] ** 2
+            spare += tension[i] - t_min[i]
+    reach = BEYOND * max(math.sqrt(square), spare + lowest)
+    if reach == 0.0:
+        return 0  # no tensions at all: nothing is less
+    largest = min(largest, reach)
     unit = work[m + 5, 0] = _power_of_two(largest)
     for i in range(m):
         moves = False
@@ -124,7 +139,7 @@ def pose(
         limits[0, i], limits[1, i] = -1.0, 1.0
         if moves:
             limits[0, i] = (t_min[i] - box[0, i]) / unit - wider
-            limits[1, i] = (t_max[i] - box[0, i]) / unit + wider
+            limits[1, i] = (min(t_max[i], largest) - box[0, i]) / unit + wider
     return r
 
 

@@ -120,29 +120,41 @@ def minimum_norm(
                     return NOT_FOUND
             for j in range(n):
                 A[j, i] = W[j, i] / s if weighted else W[j, i]
-    status, r, judged = NOT_FOUND, 0, False
-    if worthwhile(n, m):
-        status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
-    if status == NOT_FOUND:
-        r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
-        if r < 0:
-            return NOT_FOUND if window and r == -INFEASIBLE else -r
-        if about != ZERO:
-            for k in range(r):
-                x[k] = 0.0
-                for i in range(m):
-                    x[k] += N[i, k] * target[i]
-            for i in range(m):
+    status, lost = NOT_FOUND, False
+    for again in range(2):
+        r, judged = 0, False
+        if worthwhile(n, m):
+            status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
+        if not worthwhile(n, m) or status == NOT_FOUND:
+            r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
+            if r < 0:
+                return NOT_FOUND if window and r == -INFEASIBLE else -r
+            if about != ZERO:
                 for k in range(r):
-                    box[0, i] += N[i, k] * x[k]
-        status = -min(nearest(N, r, box, x, tension, active, rest), 0)
-        judged = status == OK
-    if status == OK and weighted:  # back to newtons
+                    x[k] = 0.0
+                    for i in range(m):
+                        x[k] += N[i, k] * target[i]
+                for i in range(m):
+                    for k in range(r):
+                        box[0, i] += N[i, k] * x[k]
+            status = -min(nearest(N, r, box, x, tension, active, rest), 0)
+            judged = status == OK
+        found = status == OK
+        if found and weighted:  # back to newtons
+            for i in range(m):
+                tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
+                box[0, i] /= root[i]
+                for k in range(r):
+                    N[i, k] /= root[i]
+        if judged:
+            status = verdict(W, wrench, N, r, box, x, tension)
+        if again or about == ZERO or status not in (INFEASIBLE, NOT_FOUND):
+            break
+        # The round-off of a target far from the limits, such as the middle of one that is as good as none, may be as
+        # large as the tensions. What was found is near the optimum: asked about that, it is gone.
         for i in range(m):
-            tension[i] = min(max(tension[i] / root[i], t_min[i]), t_max[i])
-            box[0, i] /= root[i]
-            for k in range(r):
-                N[i, k] /= root[i]
-    if judged:
-        status = verdict(W, wrench, N, r, box, x, tension)
+            target[i] = (root[i] if weighted else 1.0) * tension[i] if found else 0.0
+        lost = not found
+    if lost and status == OK:
+        return NOT_FOUND  # there are some, but the nearest ones are lost
     return NOT_FOUND if window and status == INFEASIBLE else status

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from numbers import Integral
+from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ from cdpr.tension.stage import TensionStage
 
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
+
+# Solvers that are Python and were given as objects answer one caller at a time: two threads may have given the same.
+_USED = RLock()  # a solver may itself distribute
 
 UNIT_TOLERANCE = 1e-3  # of a quaternion's length: rounded input is nearer to 1, mistakes are farther
 
@@ -111,8 +115,11 @@ def distribute(
     )
     if isinstance(chosen, CompiledSolver):
         _compiled(task, len(os.sched_getaffinity(0)) if jobs is None else int(jobs))
-    else:
+    elif isinstance(solver, str):
         _row_by_row(task)
+    else:  # somebody else may use it at the same time, and it has work space
+        with _USED:
+            _row_by_row(task)
     status, residual, margin, at_limit = task.report.T
     columns: tuple[Any, ...] = (task.tension, StatusArray(status), residual, margin, at_limit)
     return Distribution(*(column[0] if single else column for column in columns))
@@ -127,6 +134,8 @@ def check_robot(robot: object) -> None:
 
 def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:
     """The solver, and whether it declares that it respects the limits."""
+    if options is not None and not isinstance(options, Mapping):
+        raise CdprError(f"options: a mapping of names to values is expected, got {options!r}")
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
         made = entry.make(robot, entry.read_options(options or {}))

@@ -31,6 +31,8 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
 
 def real(values: ArrayLike, name: str) -> Array:
     """Return `values` as C-contiguous, writeable float64 of any shape; CdprError where they are no real numbers."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.getmaskarray(values).any():
+        raise CdprError(f"{name}: some numbers are masked, which means that there are none; fill them in")
     try:
         found = np.asarray(values)
     except (TypeError, ValueError) as error:

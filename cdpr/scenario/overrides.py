@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cdpr.errors import CdprError
 from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Mark, Path, Problems, shown
 from cdpr.scenario.scalars import MAX_DIGITS
@@ -47,7 +48,10 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
             [(key, value, Mark("overrides"), _plain) for key, value in overrides.items()],
             problems,
         )
-    given = [overrides] if isinstance(overrides, str) else overrides
+    given = [overrides] if isinstance(overrides, str) else list(overrides) if isinstance(overrides, Iterable) else None
+    wrong = [overrides] if given is None else [item for item in given if not isinstance(item, (str, Change))]
+    if given is None or wrong:
+        raise CdprError(f"overrides: {{key: value}} or texts KEY=VALUE are expected, got {wrong[0]!r}")
     changes = [item for item in given if isinstance(item, Change)]
     texts = [item for item in given if isinstance(item, str)]
     rows = [(text.partition("=")[0], text, Mark(f"--set {_brief(text)}"), _parsed) for text in texts]

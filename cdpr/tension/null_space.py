@@ -6,7 +6,7 @@ import math
 
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-from cdpr.tension.status import BAD_INPUT, INFEASIBLE
+from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND
 
 # A row of W whose remainder is below this share of the largest one counts as dependent: well above the round-off of
 # the factorisation (1e-15) and well below any usable direction.
@@ -18,6 +18,9 @@ CONSISTENCY_TOLERANCE = 1e-9
 # A row of N, whose columns are of unit length, that is shorter than this is round-off: the wrench alone determines the
 # tension of that cable, and whatever divided by such a row would divide by noise.
 ROUNDING = 1e-11
+
+# Coordinates beyond this cannot be added up without becoming infinite: there are no such tensions.
+TOO_LARGE = 1e300
 
 
 @kernel
@@ -41,7 +44,8 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     N (m, >= r) are orthonormal and orthogonal to c, so that |t|^2 = |c|^2 + |x|^2. A row of N is zero, exactly, if and
     only if x does not change that cable: it is locked, or the wrench alone determines its tension.
 
-    Returns -INFEASIBLE where W is rank-deficient and the wrench outside its range, -BAD_INPUT where an entry is not
+    Returns -INFEASIBLE where W is rank-deficient and the wrench outside its range, -NOT_FOUND where the tensions are
+    larger than numbers can be, -BAD_INPUT where an entry is not
     finite, a lower limit above the upper one or the work space too small. `work` has at least `work_rows(n)` rows and
     max(n, m) columns: rows of a table, for numba slices a table at no cost, whereas reshaping a line takes some 40 ns.
     W may have further columns.
@@ -206,6 +210,8 @@ def _triangulate(n: int, free: int, allowed: float, work: Array) -> int:
             s -= V[j, k] * rhs[k]
         if j < rank:
             rhs[j] = s / diagonal[j]
+            if not abs(rhs[j]) < TOO_LARGE:
+                return -NOT_FOUND
         elif not abs(s) <= allowed:
             return -INFEASIBLE
     return rank

@@ -12,6 +12,7 @@ from cdpr.tension.status import UNSUPPORTED
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 
 
+@kernel
 def work_rows(m: int) -> int:
     """Rows of work space that `safest_point` needs."""
     return 2 * m + 7 + active_set.work_rows(m + 1)

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import ROOT
+from mcap.reader import make_reader
 
 from cdpr.log.reader import load_run
 
@@ -107,6 +108,20 @@ class Rise(Motion):
 '''
 
 
+COLUMN = """    Column("speed", 1, "m/s", "Speed of the origin"),
+"""
+
+MEASURED = """
+        speed, distribute_only = view("speed"), self.distribute
+
+        def measure_and_distribute() -> None:
+            speed[0] = math.sqrt(float(self.state[7:10] @ self.state[7:10]))
+            distribute_only()
+
+        self.distribute = measure_and_distribute
+"""
+
+
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
     """A copy of the program, a function that adds to it, and one that calls its command line."""
@@ -116,7 +131,8 @@ def tree(tmp_path_factory):
 
     def add(file, text, table, **lines):
         """Write the file, and into the table what follows on certain words."""
-        (folder / file).write_text(text)
+        if file is not None:
+            (folder / file).write_text(text)
         content = (folder / table).read_text()
         for what, after in lines.values():
             assert content.count(after) == 1
@@ -179,3 +195,24 @@ def test_a_motion(tree):
     done = run("run", folder / "rise_caroca.yaml", "--no-report", "--out", folder / "rise")
     assert done.returncode == 0, done.stderr
     np.testing.assert_allclose(load_run(folder / "rise").desired_position[-1], [0.0, 0.0, 1.3])
+
+
+def test_a_column(tree):
+    """A line in the table, and the lines that compute it."""
+    folder, add, run = tree
+    add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
+    place = "        self.distribute = self.schedule.distribute\n"
+    add(None, "", "cdpr/simulation/loop.py", written=(MEASURED, place))
+    scenario = ROOT / "scenarios" / "caroca.yaml"
+    done = run("run", scenario, "--set", "simulation.duration=0.1", "--no-report", "--out", folder / "speedy")
+    assert done.returncode == 0, done.stderr
+    told = load_run(folder / "speedy")  # by this version, whose table has no such line
+    np.testing.assert_allclose(told["speed"], np.linalg.norm(told.velocity, axis=1), rtol=1e-15)
+    done = run("export", folder / "speedy", "--to", "csv", "--out", folder / "speedy.csv")
+    assert done.returncode == 0, done.stderr
+    names, *lines = (folder / "speedy.csv").read_text().splitlines()
+    assert names.split(",")[-1] == "speed_m_per_s"
+    assert [float(line.split(",")[-1]) for line in lines] == told["speed"].tolist()
+    with (folder / "speedy" / "log.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert "/cdpr/speed" in {channel.topic for channel in summary.channels.values()}

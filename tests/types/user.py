@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, assert_type
 
@@ -14,6 +15,11 @@ Array = NDArray[np.float64]
 
 
 class Mine(cdpr.plugins.Controller):
+    columns = (cdpr.plugins.Column("load", cdpr.plugins.CABLES, "N", "Load"),)
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        self.load = columns["load"]
+
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         out[:] = 0.0
 
@@ -30,7 +36,9 @@ def runs(file: str) -> Array:
     assert_type(cdpr.load_run("runs/one"), cdpr.Run)
     summary: dict[str, Any] = run.summary()
     print(summary)
-    return run.position
+    assert_type(run.position, Array)
+    assert_type(run["position"], Array)
+    return run.tension
 
 
 def robots(file: str) -> Array:
@@ -54,4 +62,5 @@ def analyses(file: str) -> None:
 def mistakes() -> None:
     cdpr.simulat("scenario.yaml")  # type: ignore[attr-defined]
     cdpr.tension.distribut  # type: ignore[attr-defined] # noqa: B018
+    cdpr.load_run("runs/one").positon  # type: ignore[attr-defined] # noqa: B018
     cdpr.simulate(backend="dart")  # type: ignore[call-arg]
