@@ -139,10 +139,10 @@ def tree(tmp_path_factory):
             content = content.replace(after, after + what)
         (folder / table).write_text(content)
 
-    def run(*arguments):
+    def run(*arguments, **environment):
         return subprocess.run(
             [sys.executable, "-m", "cdpr", *map(str, arguments)],
-            env={**os.environ, "PYTHONPATH": str(folder)},
+            env={**os.environ, "PYTHONPATH": str(folder), **environment},
             cwd=folder,
             capture_output=True,
             text=True,
@@ -204,7 +204,9 @@ def test_a_column(tree):
     place = "        self.distribute = self.schedule.distribute\n"
     add(None, "", "cdpr/simulation/loop.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
-    done = run("run", scenario, "--set", "simulation.duration=0.1", "--no-report", "--out", folder / "speedy")
+    short = ("--set", "simulation.duration=0.02", "--no-report")
+    # The table is among the sources of kernels, as plugins import it: not to compile them anew for twenty steps.
+    done = run("run", scenario, *short, "--out", folder / "speedy", NUMBA_DISABLE_JIT="1")
     assert done.returncode == 0, done.stderr
     told = load_run(folder / "speedy")  # by this version, whose table has no such line
     np.testing.assert_allclose(told["speed"], np.linalg.norm(told.velocity, axis=1), rtol=1e-15)
