@@ -17,9 +17,9 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import Quaternion, Vector, conjugate, multiply, quaternion, rotate, store
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
+from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.attitude import put_attitude
 from cdpr_backends.quiet import quiet
-from cdpr_backends.snapshots import put_back, save
 
 with quiet():  # it prints the time of its build
     import pybullet as pybullet  # as: for bullet_ups, which must not import it louder

@@ -29,7 +29,7 @@ from cdpr.model.kernels import (
 )
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
-from cdpr_backends.snapshots import put_back, save
+from cdpr.plugins.snapshots import put_back, save
 
 if TYPE_CHECKING:
     from cdpr_backends.dart_ball import BallJoint

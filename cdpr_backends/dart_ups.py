@@ -7,6 +7,7 @@ from typing import Any
 import dartpy
 import numpy as np
 
+from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart import (
     FreeJoint,
     chain,
@@ -15,7 +16,6 @@ from cdpr_backends.dart import (
     put_root,
     set_motion,
 )
-from cdpr_backends.snapshots import put_back, save
 from cdpr_backends.ups import UpsBackend
 
 ERROR_REDUCTION = 0.2  # share of a loop's gap that a step closes

@@ -23,8 +23,8 @@ from cdpr.fmu.trust import require_trust
 from cdpr.model import Robot, kinematics
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
-from cdpr_backends.snapshots import Saved, put_back, save
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 

@@ -16,8 +16,8 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, RigidBodyBackend
+from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.ideal import require_ideal
-from cdpr_backends.snapshots import put_back, save
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
 # of the loop find the same in the same step. (MuJoCo knows only one such setting for the whole process.)
