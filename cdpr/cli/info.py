@@ -89,11 +89,12 @@ def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> N
     from pathlib import Path
 
     from cdpr.log.files import make_folder, replace
-    from cdpr.report.scene import write_svg
 
     folder = Path(out)
     make_folder(folder)
     replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    from cdpr.report.sketch import write_svg  # needs matplotlib; the figures are written without it, too
+
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:
         click.echo(folder / "robot.svg")
