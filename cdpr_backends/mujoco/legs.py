@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cdpr_backends.mujoco import PLATFORM, World, describe
+from cdpr_backends.mujoco.world import PLATFORM, World, describe
 from cdpr_backends.snapshots import put_back, save
 from cdpr_backends.ups import Leg, UpsBackend
 
