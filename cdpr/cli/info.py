@@ -39,12 +39,12 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
 
     from cdpr.cli.look import look
     from cdpr.cli.progress import tell_of_compilation
+    from cdpr.distribution.portrait import describe_motion, describe_pose, describe_robot
+    from cdpr.distribution.survey import survey
     from cdpr.log.run_json import plain
     from cdpr.plugins.registry import registry
     from cdpr.report.portrait import lines
     from cdpr.report.scene import Scene
-    from cdpr.tension.portrait import describe_motion, describe_pose, describe_robot
-    from cdpr.tension.survey import survey
 
     tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
