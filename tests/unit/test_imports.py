@@ -90,3 +90,9 @@ def test_kernels_are_compiled_anew_for_few_files(fingerprint):
     rooms = {name.split(".")[1] for name in fingerprint if name.startswith("cdpr.")}
     assert {"model", "tension"} <= rooms
     assert not rooms & {"log", "report", "scenario", "compare", "study", "bench", "cli", "testing"}
+
+
+def test_names_are_compared_in_one_place(files):
+    assert [name for name, file in files.items() if any("difflib" in home for home, _, _ in imports(file))] == [
+        "cdpr.nearest"
+    ]
