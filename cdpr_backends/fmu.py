@@ -15,8 +15,9 @@ import numpy as np
 
 from cdpr.errors import FmuError, PluginError
 from cdpr.fmu.archive import Archive, open_archive
-from cdpr.fmu.exchange import STATE, normalise, reader, writer
+from cdpr.fmu.exchange import STATE, reader, writer
 from cdpr.fmu.export import Plant, cached_fmu
+from cdpr.fmu.kernels import normalise
 from cdpr.fmu.parameters import Known, robot_parameters
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
