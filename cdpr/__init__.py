@@ -33,6 +33,7 @@ _HOME = {
     "Run": "cdpr.log.run",
     "Scenario": "cdpr.scenario",
     "ScenarioError": "cdpr.errors",
+    "Simulation": "cdpr.simulation",
     "SimulationStopped": "cdpr.errors",
     "Unanswered": "cdpr.errors",
     "admissible": "cdpr.distribution",
@@ -62,6 +63,7 @@ __all__ = [
     "Run",
     "Scenario",
     "ScenarioError",
+    "Simulation",
     "SimulationStopped",
     "Unanswered",
     "__version__",
@@ -110,6 +112,7 @@ if TYPE_CHECKING:
     from cdpr.model import Robot
     from cdpr.scenario import Scenario, load_robot, load_scenario
     from cdpr.simulation.simulate import simulate  # the package has a module of that name, too
+    from cdpr.simulation.simulation import Simulation
     from cdpr.study import load_study, run_study
 else:
     from cdpr.lazy import lazily

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-# What users expect in one room though a room above it makes it. No room imports one above: it is looked for when it is
-# called, here and nowhere else.
-LATE = {"Run.plot": "cdpr.report.plots:overview"}
+# What users expect of a class though a module above it makes it. No module imports one above, not even in a function:
+# it is looked for when it is called, here and nowhere else.
+LATE = {"Run.plot": "cdpr.report.plots:overview", "Run.summary": "cdpr.log.summary:summarise"}
 
 
 def late(name: str) -> Any:

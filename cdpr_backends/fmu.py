@@ -15,16 +15,17 @@ import numpy as np
 
 from cdpr.errors import FmuError, PluginError
 from cdpr.fmu.archive import Archive, open_archive
-from cdpr.fmu.exchange import STATE, normalise, reader, writer
+from cdpr.fmu.exchange import STATE, reader, writer
 from cdpr.fmu.export import Plant, cached_fmu
+from cdpr.fmu.kernels import normalise
 from cdpr.fmu.parameters import Known, robot_parameters
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
 from cdpr.model import Robot, kinematics
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
-from cdpr_backends.snapshots import Saved, put_back, save
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 

@@ -15,7 +15,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
-from cdpr_backends.snapshots import SnapshotOfArrays
+from cdpr.plugins.snapshots import SnapshotOfArrays
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:

@@ -29,8 +29,8 @@ from cdpr.model.kernels import (
 from cdpr.model.robot import Array
 from cdpr.model.spherical import INERTIA, INVERSE, moment_about_ball, pack
 from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.snapshots import SnapshotOfArrays
 from cdpr_backends.attitude import put_attitude
-from cdpr_backends.snapshots import SnapshotOfArrays
 
 
 class SemiImplicitEuler(SnapshotOfArrays, RigidBodyBackend):

@@ -13,7 +13,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_wrench, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
-from cdpr_backends.snapshots import SnapshotOfArrays
+from cdpr.plugins.snapshots import SnapshotOfArrays
 
 
 class GuidedReference(SnapshotOfArrays, Backend):

@@ -14,7 +14,7 @@ from cdpr.model.kernels import cable_wrench, quaternion, store, vector
 from cdpr.model.robot import Array
 from cdpr.model.spherical import INERTIA, INVERSE, moment_about_ball, pack, turned_product
 from cdpr.plugins import Backend
-from cdpr_backends.snapshots import SnapshotOfArrays
+from cdpr.plugins.snapshots import SnapshotOfArrays
 
 
 class SphericalReference(SnapshotOfArrays, Backend):

@@ -13,12 +13,12 @@ from cdpr.model.forward_kinematics import fit, scales, work_size
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import cable_geometry
 from cdpr.model.robot import Array
-from cdpr.plugins import Controller
+from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.tension.checks import LIMIT_TOLERANCE
 from cdpr_controllers.holding import Holding
 
 
-class CableLength(Controller):
+class CableLength(SnapshotOfArrays, Controller):
     """A PID law per cable about tensions that hold the platform up.
 
     command = f + kp e + z + kd e' with e = l - l_d: a cable that is too long pulls more. Desired lengths and rates
@@ -48,7 +48,7 @@ class CableLength(Controller):
         gains[2] *= control_step
         limits = np.array([robot.tension_min, robot.tension_max])
         self._pose = np.zeros(7)
-        self._tracking = False
+        self._tracking = np.zeros(1, dtype=bool)  # whether the pose is one that was found
         self._integral = np.zeros(m)
         measured, wanted, W = np.zeros((2, m)), np.zeros((2, m)), np.zeros((6, m))
         self._measure = partial(lengths_and_rates, robot.anchors, W, measured)
@@ -58,17 +58,18 @@ class CableLength(Controller):
             work = np.zeros(work_size(n, m))
             self._fit = partial(fit, robot.anchors, *scales(robot), measured[0], self._pose, np.zeros((n, n)), work)
         self._holding = Holding(robot, gravity, options.pretension)
+        self.arrays = (self._pose, self._tracking, self._integral, self._holding.tension)
         self._law = partial(law, gains, limits, measured, wanted, self._holding.tension, self._integral)
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the commands (m,)."""
         self._measure(state)
         self._want(desired)
-        if not self._tracking:
+        if not self._tracking[0]:
             self._pose[:] = desired[:7]
         if self._fit is not None:
-            self._tracking = self._fit()[0] > 0
-            if not self._tracking:
+            self._tracking[0] = self._fit()[0] > 0
+            if not self._tracking[0]:
                 self._pose[:] = desired[:7]
         self._holding.update(self._pose)
         self._law(out)
@@ -76,7 +77,7 @@ class CableLength(Controller):
     def reset(self) -> None:
         """Clear the integrals and the estimate of the pose."""
         self._integral[:] = 0.0
-        self._tracking = False
+        self._tracking[0] = False
 
 
 @kernel

@@ -11,10 +11,10 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import inverse_dynamics, proportional_derivative, quaternion, vector
 from cdpr.model.robot import Array
-from cdpr.plugins import Controller
+from cdpr.plugins import Controller, SnapshotOfArrays
 
 
-class ComputedTorque(Controller):
+class ComputedTorque(SnapshotOfArrays, Controller):
     """Inverse dynamics of the desired acceleration plus proportional and damping terms.
 
     wrench = M a + C(omega) - G with a = a_d + kd (v_d - v) + kp (x_d - x), linear and angular; the error then obeys
@@ -22,6 +22,8 @@ class ComputedTorque(Controller):
     minus before it all, against its own 6.1 and 6.2; all leave out the velocity-dependent terms and a centre of mass
     off the origin.)
     """
+
+    arrays = ()  # it has no memory
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)

@@ -11,10 +11,10 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, inverse_dynamics, logarithm, multiply, proportional_derivative, quaternion
 from cdpr.model.robot import Array
-from cdpr.plugins import Controller
+from cdpr.plugins import Controller, SnapshotOfArrays
 
 
-class Pid(Controller):
+class Pid(SnapshotOfArrays, Controller):
     """Holds the platform up at its present pose and pulls it to the desired one, whatever constant load there is.
 
     wrench = M (kp e + z + kd e') - G with e = x_d - x and z the integral of ki e over time, per degree of freedom in
@@ -30,6 +30,7 @@ class Pid(Controller):
         pd = np.concatenate([np.broadcast_to(options.kp, 6), np.broadcast_to(options.kd, 6)])
         per_step = np.array([np.broadcast_to(options.ki, 6) * control_step, np.broadcast_to(options.integral_limit, 6)])
         self._integral = np.zeros(6)
+        self.arrays = (self._integral,)
         self._arguments = (pd, per_step, robot.inertial, np.array(gravity, dtype=np.float64), self._integral)
         self.connect(np.zeros(4))
 

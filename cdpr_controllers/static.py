@@ -11,15 +11,17 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import inverse_dynamics, proportional_derivative, quaternion
 from cdpr.model.robot import Array
-from cdpr.plugins import Controller
+from cdpr.plugins import Controller, SnapshotOfArrays
 
 
-class Static(Controller):
+class Static(SnapshotOfArrays, Controller):
     """Holds the platform up at its present pose and pulls it towards the desired one.
 
     wrench = M (kd (v_d - v) + kp (x_d - x)) - G: no desired acceleration and no velocity-dependent terms, so a moving
     target is followed with a lag. With both gains zero it is the bare statics. (The thesis's code uses gains of 50.)
     """
+
+    arrays = ()  # it has no memory
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)

@@ -19,13 +19,13 @@ from cdpr.bench.oracle import Oracle, certified, consult
 from cdpr.bench.problems import Problems, box, hard_problems, make_paths, make_problems
 from cdpr.distribution.adversaries import adversaries as make_adversaries
 from cdpr.distribution.adversaries import robots as hard_robots
+from cdpr.distribution.continuity import Path
 from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import PluginOptions
 from cdpr.plugins.registry import Registered, Registry, registry
 from cdpr.tension import Status
-from cdpr.tension.continuity import Path
 
 POSES, SEED = 500, 1
 POSES_PER_PATH = 50  # as many paths as poses / 50

@@ -34,10 +34,10 @@ from numpy.typing import NDArray
 from cdpr.bench.ask import Answers
 from cdpr.bench.oracle import UNIQUE, Oracle
 from cdpr.bench.problems import Problems
+from cdpr.distribution.continuity import Path, steepest
 from cdpr.model.robot import Array
 from cdpr.tension import Status
 from cdpr.tension.checks import LIMIT_TOLERANCE, RESIDUAL_TOLERANCE
-from cdpr.tension.continuity import Path, steepest
 
 STEPS = 300  # of a path
 PLACES = 2  # looked at closely on each path, the steepest ones

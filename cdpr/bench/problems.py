@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdpr.distribution.adversaries import Adversaries
+from cdpr.distribution.continuity import Path
 from cdpr.model import Robot, rotations
 from cdpr.model.dynamics import required_wrench
 from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.model.properties import home_pose
 from cdpr.model.robot import DOF_NAMES, Array, frozen_array
-from cdpr.tension.continuity import Path
 
 GRAVITY = frozen_array([0.0, 0.0, -9.81])  # m/s^2, world axes
 

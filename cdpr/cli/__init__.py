@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import sys
 import warnings
@@ -14,6 +13,7 @@ import click
 from cdpr import __version__
 from cdpr.cli.streams import UNWRITABLE, printable_streams, streams
 from cdpr.errors import CdprError, ExitCode
+from cdpr.nearest import did_you_mean
 
 DEBUG = "CDPR_DEBUG"
 SHOWN = 60  # letters of a word that is no command
@@ -67,8 +67,7 @@ class LazyGroup(click.Group):
         """Find the command that is meant; the error for one that there is not names the nearest."""
         name = args[0]
         if name not in self.table and not name.startswith("-"):
-            near = difflib.get_close_matches(name, self.table, n=1)
-            hint = f"Did you mean '{near[0]}'? " if near else ""
+            hint = did_you_mean(name, self.table).replace("did", "Did", 1)
             ctx.fail(f"No such command {name[:SHOWN]!r}. {hint}There are {', '.join(self.table)}.")
         return super().resolve_command(ctx, args)
 

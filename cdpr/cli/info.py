@@ -39,12 +39,12 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
 
     from cdpr.cli.look import look
     from cdpr.cli.progress import tell_of_compilation
+    from cdpr.distribution.portrait import describe_motion, describe_pose, describe_robot
+    from cdpr.distribution.survey import survey
     from cdpr.log.run_json import plain
     from cdpr.plugins.registry import registry
     from cdpr.report.portrait import lines
     from cdpr.report.scene import Scene
-    from cdpr.tension.portrait import describe_motion, describe_pose, describe_robot
-    from cdpr.tension.survey import survey
 
     tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
@@ -89,11 +89,12 @@ def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> N
     from pathlib import Path
 
     from cdpr.log.files import make_folder, replace
-    from cdpr.report.scene import write_svg
 
     folder = Path(out)
     make_folder(folder)
     replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    from cdpr.report.sketch import write_svg  # needs matplotlib; the figures are written without it, too
+
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:
         click.echo(folder / "robot.svg")

@@ -15,9 +15,9 @@ from cdpr.hush import hushed
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from cdpr.distribution.comparison import Contestant
     from cdpr.model import Robot
     from cdpr.plugins.registry import Registered
-    from cdpr.tension.comparison import Contestant
     from cdpr.tension.stage import Solve
 
 
@@ -54,12 +54,12 @@ def command(
     # Only a sound file is worth the time that these take to import.
     from cdpr.cli.look import look, parse_wrench
     from cdpr.cli.progress import tell_of_compilation
+    from cdpr.distribution.comparison import compare, describe
     from cdpr.log.run_json import plain
     from cdpr.model.dynamics import required_wrench
     from cdpr.model.kinematics import make_state
     from cdpr.model.properties import check_lengths
     from cdpr.report.distributions import lines
-    from cdpr.tension.comparison import compare, describe
     from cdpr.tension.problem import Problem
 
     tell_of_compilation()
@@ -89,8 +89,8 @@ def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] 
 
     Raises PluginError where a solver that was named is unknown or lacks a package.
     """
+    from cdpr.distribution.comparison import Contestant
     from cdpr.plugins.registry import registry
-    from cdpr.tension.comparison import Contestant
 
     found = registry()
     chosen: dict[str, Registered] = {}

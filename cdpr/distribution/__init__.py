@@ -1,4 +1,4 @@
-"""Many poses, many wrenches: distributions by the thousand, and all that a wrench at a pose admits."""
+"""Many poses, many wrenches, many solvers: distributions by the thousand, and all that a wrench at a pose admits."""
 
 from cdpr.distribution.admissible_set import Admissible, admissible
 from cdpr.distribution.distributions import Distribution, distribute

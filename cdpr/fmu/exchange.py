@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdpr.fmu.kernels import Index, gather, scatter
 from cdpr.fmu.ports import Port, Side
-from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
-
-EXACT = 1e-12  # of the square: what is nearer to 1 was normalised by the FMU
-NEARLY = 2e-3  # of the square: quaternions within 1e-3 of unit length are accepted, as everywhere
-
-Index = NDArray[np.int64]
 
 # Where the signals of a platform's state stand in it, and those of a desired state; as `cdpr.model` lays them out.
 STATE = {"position": 0, "quaternion": 3, "velocity": 7, "angular_velocity": 10}
@@ -68,27 +61,3 @@ def _joined(ports: list[Port], layout: Mapping[str, int]) -> tuple[Index, Index,
     columns = [port.index for port in ports], [port.scale for port in ports], [port.offset for port in ports]
     index, scale, offset = (np.concatenate([[], *column]) for column in columns)
     return np.concatenate([[], *places]).astype(np.int64), index.astype(np.int64), scale, offset
-
-
-@kernel
-def gather(places: Index, index: Index, scale: Array, offset: Array, values: Array, out: Array) -> None:
-    """out[places] = values[index] * scale + offset."""
-    for k in range(places.shape[0]):
-        out[places[k]] = values[index[k]] * scale[k] + offset[k]
-
-
-@kernel
-def scatter(places: Index, index: Index, scale: Array, offset: Array, signals: Array, values: Array) -> None:
-    """values[index] = (signals[places] - offset) / scale."""
-    for k in range(places.shape[0]):
-        values[index[k]] = (signals[places[k]] - offset[k]) / scale[k]
-
-
-@kernel
-def normalise(state: Array) -> None:
-    """Make the quaternion of a state (13,) exactly as long as it should be, where it nearly is."""
-    square = state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2
-    if EXACT < abs(square - 1.0) < NEARLY:
-        norm = math.sqrt(square)
-        for i in range(3, 7):
-            state[i] /= norm

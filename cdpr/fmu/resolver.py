@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import itertools
 from collections.abc import Sequence
 
@@ -14,6 +13,7 @@ from cdpr.fmu.options import Signals, Source
 from cdpr.fmu.ports import Port
 from cdpr.fmu.signals import INPUTS, OUTPUTS, WXYZ, XYZ, Role, Signal
 from cdpr.model import Robot
+from cdpr.nearest import did_you_mean, nearest
 
 NONE = "none"  # said in a scenario: the FMU has no such signal
 COMPARED = 2000  # names that a wrong one is compared with; an FMU may have any number
@@ -60,9 +60,8 @@ class Resolver:
         known |= {_euler(name) for name in known}
         for name in self.given:
             if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
-                hint = f"; did you mean '{near[0]}'?" if near else ""
-                self._problem(name, f"is no signal here; known are {', '.join(sorted(known))}{hint}")
+                text = f"is no signal here; known are {', '.join(sorted(known))}; {did_you_mean(name, sorted(known))}"
+                self._problem(name, text.rstrip("; "))
 
     def _key(self, signal: Signal) -> str:
         """The name under which the scenario speaks of a signal."""
@@ -205,7 +204,7 @@ class Resolver:
     def _near(self, name: str) -> str:
         """List the variables whose names are closest, or the first few."""
         sizes = {variable.name: variable.size for variable in self.finder.variables.values()}
-        near = difflib.get_close_matches(name, list(sizes)[:COMPARED], 4, 0.5) or list(sizes)[:8]
+        near = nearest(name, list(sizes)[:COMPARED], 4, 0.5) or list(sizes)[:8]
         shown = ", ".join(each + (f" ({sizes[each]} numbers)" if sizes[each] > 1 else "") for each in near)
         return f"; {self.side} of the FMU: {shown}" if near else f"; the FMU has no real {self.side}"
 

@@ -64,6 +64,13 @@ class Recorder:
         if self._failure is not None:
             raise self._failure
 
+    def rewind(self, stop: int) -> None:
+        """Forget the samples from `stop` on, as where a simulation goes back; not of what is thinned or on disk."""
+        assert self.tally is None
+        assert self._writer is None
+        self._count = min(self._count, stop)
+        self.marked.clear()  # taken anew: all rows are in memory
+
     def close(self, stop: int) -> Array | LogRows:
         """Take the last samples, up to `stop`, excluded, complete the log, and return what the run keeps."""
         self._take(stop)

@@ -231,9 +231,8 @@ class Run:
 
     def summary(self) -> dict[str, Any]:
         """Return the figures that `cdpr run` prints, as plain numbers."""
-        from cdpr.log.summary import summarise
-
-        return summarise(self)
+        figures: dict[str, Any] = late("Run.summary")(self)
+        return figures
 
     def plot(self) -> Figure:
         """Draw the run; needs the extra `plot`."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.log.run import Header, Run
 from cdpr.model.reach import EXCEEDED, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
-
-if TYPE_CHECKING:
-    from cdpr.log.run import Header, Run
 
 # Energy counts as balanced where what no work explains is below this share of what was turned over: engines of first
 # order reach a thousandth at their usual steps, and damping or a wrong mass that matters is above it.
@@ -82,8 +80,6 @@ class Tally:
 
     def add(self, rows: Array) -> None:
         """Count the samples that follow, (n, width)."""
-        from cdpr.log.run import Run
-
         if not len(rows):
             return
         if self._start is None:

@@ -28,6 +28,7 @@ PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 PASSING = "cdpr-passing-"  # begins the name of a folder that goes with its process
 KEPT = 5  # folders of other states of the sources: enough to go back and forth between checkouts
 DECORATED = re.compile(rb"^[ \t]*@(?:threaded_)?kernel\b", re.MULTILINE)
+TYPES_ONLY = re.compile(rb"^if TYPE_CHECKING:\n(?:[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE)  # never there when compiled
 IMPORTS = re.compile(r"^[ \t]*(?:from ([\w.]+) )?import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 UNUSED = 7 * 86400.0  # s; a folder used since then stays in any case
 
@@ -53,7 +54,7 @@ def _needed(files: dict[str, bytes]) -> dict[str, bytes]:
         if name in needed:
             continue
         needed[name] = files[name]
-        for package, what in IMPORTS.findall(files[name].decode(errors="replace")):
+        for package, what in IMPORTS.findall(TYPES_ONLY.sub(b"", files[name]).decode(errors="replace")):
             words = re.findall(r"[\w.]+", what)
             found = [package, *(f"{package}.{word}" for word in words)] if package else words
             todo += [modules[module] for module in found if module in modules]

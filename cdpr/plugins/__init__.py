@@ -24,6 +24,7 @@ _INTERFACES = {
     "CompiledSolver": "cdpr.plugins.solver",
     "Controller": "cdpr.plugins.controller",
     "RigidBodyBackend": "cdpr.plugins.rigid_body",
+    "SnapshotOfArrays": "cdpr.plugins.snapshots",
     "TensionSolver": "cdpr.plugins.solver",
 }
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
     from cdpr.plugins.rigid_body import RigidBodyBackend
+    from cdpr.plugins.snapshots import SnapshotOfArrays
     from cdpr.plugins.solver import CompiledSolver, TensionSolver
 else:  # an interface when it is first asked for, so that plugin rows stay light
     from cdpr.lazy import lazily
@@ -48,6 +50,7 @@ __all__ = [
     "PluginInfo",
     "PluginOptions",
     "RigidBodyBackend",
+    "SnapshotOfArrays",
     "TensionSolver",
     "hookimpl",
 ]

@@ -60,6 +60,17 @@ class Controller(ABC):
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""
 
+    def snapshot(self) -> object:
+        """Return all that its future answers depend on, beside the arguments of `control`, for `restore`.
+
+        `cdpr.plugins.SnapshotOfArrays` does it for what is kept in arrays, or nowhere.
+        """
+        raise PluginError(f"{type(self).__name__} cannot take snapshots")
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a snapshot of this controller: what follows is the same to the bit."""
+        raise PluginError(f"{type(self).__name__} cannot restore snapshots")
+
     def describe(self) -> dict[str, Any]:
         """Return what the record of a run should say of it beyond its options: plain data, as JSON holds it."""
         return {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib.metadata
 import importlib.util
 import os
@@ -19,6 +18,7 @@ from pydantic import ValidationError
 from cdpr.columns import Column
 from cdpr.errors import CdprError, PluginError
 from cdpr.hush import hushed
+from cdpr.nearest import did_you_mean
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 from cdpr.plugins.info import Role as Role  # whoever chooses a plugin imports it from here
@@ -217,10 +217,8 @@ def _bare(name: str) -> str:
 
 def unknown(role: Role, name: str, names: list[str]) -> str:
     """Error text for a name that no plugin has."""
-    near = difflib.get_close_matches(name, names, n=1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
     known = f"installed are {', '.join(names)} (see 'cdpr plugins'; --plugin FILE adds your own)"
-    return f"no {role} is named '{name}': {hint}{known}"
+    return f"no {role} is named '{name}': {did_you_mean(name, names)}{known}"
 
 
 def describe(error: BaseException) -> str:

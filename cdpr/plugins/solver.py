@@ -47,6 +47,16 @@ class TensionSolver(ABC):
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""
 
+    def snapshot(self) -> object:
+        """Return all that its future answers depend on, beside the arguments of `solve`, for `restore`.
+
+        That is nothing, unless it declares the property `warm_start`.
+        """
+        return None
+
+    def restore(self, snapshot: object) -> None:  # noqa: B027 - an optional hook
+        """Go back to a snapshot of this solver: what follows is the same to the bit."""
+
 
 class CompiledSolver(TensionSolver):
     """A solver that is one compiled function without memory: called without detours, and in batches on all cores.

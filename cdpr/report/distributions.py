@@ -1,4 +1,4 @@
-"""Distributions of one wrench, as `cdpr.tension.comparison` describes them, in aligned text."""
+"""Distributions of one wrench, as `cdpr.distribution.comparison` describes them, in aligned text."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ FAR = 100.0
 
 
 def draw_null_space(figures: dict[str, Any]) -> str:
-    """Return the picture as SVG, the same for equal figures; `figures` as `cdpr.tension.comparison.describe` returns.
+    """Return the picture as SVG, the same for equal figures; `figures` as `distribution.comparison.describe` returns.
 
     Raises PluginError without matplotlib.
     """

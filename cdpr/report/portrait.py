@@ -1,4 +1,4 @@
-"""Robot, pose and motion, as `cdpr.tension.portrait` describes them, in aligned text."""
+"""Robot, pose and motion, as `cdpr.distribution.portrait` describes them, in aligned text."""
 
 from __future__ import annotations
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cdpr.log.files import replace
 from cdpr.log.run import Run
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -47,14 +45,3 @@ class Scene:
         """Return a robot at poses (K, 7), position (m) and quaternion, at the times (K,), s."""
         names = tuple(cable.name for cable in robot.cables)
         return cls(names, robot.anchors, robot.platform.outline, time, pose[:, :3], pose[:, 3:7])
-
-
-def write_svg(scene: Scene, path: Path, label: str) -> None:
-    """Draw the scene into a file, whose folder must exist.
-
-    Raises PluginError without matplotlib, OutputError where the file cannot be written.
-    """
-    from cdpr.report.canvas import inline_svg
-    from cdpr.report.sketch import draw
-
-    replace(path, inline_svg(draw(scene), "robot", label).encode(errors="xmlcharrefreplace"))

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from cdpr.log.files import replace
 from cdpr.log.run import Run
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.report.canvas import Axes, Chart, Line2D, Path, PathPatch, styled
+from cdpr.report.canvas import Axes, Chart, Line2D, Path, PathPatch, inline_svg, styled
 from cdpr.report.decimate import extrema
 from cdpr.report.histories import histories
 from cdpr.report.legend import LETTER, LINE, Entry, legend_width, write_legend
@@ -37,6 +39,11 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 def robot(run: Run) -> Chart:
     """Draw the frame's anchors, cables and platform at start and end of a run, and the way between them."""
     return draw(Scene.of_run(histories(run).outline))
+
+
+def write_svg(scene: Scene, file: pathlib.Path, label: str) -> None:
+    """Draw the scene into a file, whose folder must exist; OutputError where it cannot be written."""
+    replace(file, inline_svg(draw(scene), "robot", label).encode(errors="xmlcharrefreplace"))
 
 
 @styled

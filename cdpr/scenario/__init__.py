@@ -4,11 +4,12 @@ A file is read in phases, and the problems of all of them are reported at once, 
 `file:line:col: key: what is wrong, what is allowed`:
 
 1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, merge keys, bombs);
-2. `overrides`: values set from outside are written into that data; a robot file is put where it is named;
+2. `source`: values set from outside are written into that data; a robot file is put where it is named;
 3. `schema`, `robot_schema`, `motions`, `events`: types, units and ranges; `options`: the plugins' own models;
 4. `robot_checks`, `run_checks`, `motion_checks`, `event_checks`: what only several sections together can show.
 """
 
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.loader import load_any, load_robot, load_scenario
 from cdpr.scenario.motions import (
     AngularLimits,
@@ -28,7 +29,7 @@ from cdpr.scenario.motions import (
 )
 from cdpr.scenario.orientation import Euler, Orientation
 from cdpr.scenario.scenario import Scenario
-from cdpr.scenario.schema import Initial, Simulation, World
+from cdpr.scenario.schema import Simulation, World
 
 __all__ = [
     "AngularLimits",

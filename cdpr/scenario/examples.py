@@ -13,7 +13,7 @@ from typing import Any, Literal
 import yaml
 
 from cdpr.errors import CdprError, OutputError
-from cdpr.scenario.problems import nearest
+from cdpr.nearest import did_you_mean
 
 Kind = Literal["scenario", "robot", "study"]
 
@@ -83,7 +83,7 @@ def hint(path: str, kind: Kind | None) -> str:
     if (other := find(name, None)) is not None:
         use = USES[other.kind].format(name=name)
         return f"; it is the name of an example {other.kind}, but a {kind} is expected: {use}"
-    near = nearest(name, [one.name for one in examples() if kind in (None, one.kind)])
+    near = did_you_mean(name, [one.name for one in examples() if kind in (None, one.kind)])
     return f", and no example has that name: {near}'cdpr examples' lists them"
 
 
@@ -94,7 +94,7 @@ def copy(name: str, to: Path) -> list[Path]:
     """
     example = find(name, None)
     if example is None:
-        near = nearest(name, [one.name for one in examples()])
+        near = did_you_mean(name, [one.name for one in examples()])
         raise CdprError(f"there is no example '{name}': {near}'cdpr examples' lists them")
     needed = _needed(example.path, [])
     copies = {path: to / path.relative_to(folder()) for path in needed}

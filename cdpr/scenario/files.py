@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import stat
 
-from cdpr.scenario.problems import nearest
+from cdpr.nearest import did_you_mean
 
 MAX_BYTES = 256 * 1024
 
@@ -47,6 +47,6 @@ def _suggestion(path: str, endings: tuple[str, ...]) -> str:
         names = [entry for entry in os.listdir(folder or ".") if entry.endswith(endings)]
     except OSError:
         return f": there is no folder '{folder}'"
-    if hint := nearest(name, names):
+    if hint := did_you_mean(name, names):
         return f": {hint.strip()}"
     return f"; files there: {', '.join(sorted(names)[:10])}" if names else ""

@@ -13,8 +13,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from cdpr.nearest import did_you_mean
 from cdpr.scenario.describe import Place, look
-from cdpr.scenario.problems import Path, nearest, shown
+from cdpr.scenario.problems import Path, shown
 
 # Errors that say "another kind of value is expected", and that kind.
 KINDS = {
@@ -149,7 +150,7 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
     if fault.type in ("union_tag_invalid", "union_tag_not_found", "model_attributes_type") and place.types:
         return _unknown_type(fault, place.types)
     if fault.type == "literal_error" and len(fault.kinds) == 1:
-        hint = nearest(str(fault.value), _words(fault.context["expected"]))
+        hint = did_you_mean(str(fault.value), _words(fault.context["expected"]))
         return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
     if fault.kinds:
         return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_decimal(fault)}")
@@ -176,7 +177,7 @@ def _decimal(fault: _Fault) -> str:
 def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:
     key = str(path[-1])
     listed = f"allowed: {', '.join(allowed)}" if allowed else "none is allowed here"
-    return Message(path, f"unknown key {shown(key)}: {nearest(key, allowed)}{listed}", at_key=True)
+    return Message(path, f"unknown key {shown(key)}: {did_you_mean(key, allowed)}{listed}", at_key=True)
 
 
 def _unknown_type(fault: _Fault, types: tuple[str, ...]) -> Message:
@@ -187,7 +188,7 @@ def _unknown_type(fault: _Fault, types: tuple[str, ...]) -> Message:
     if "type" not in fault.value:
         return Message(path, f"required but not given; {listed}")
     given = fault.value["type"]
-    return Message(path, f"unknown type {shown(given)}: {nearest(str(given), types)}{listed}")
+    return Message(path, f"unknown type {shown(given)}: {did_you_mean(str(given), types)}{listed}")
 
 
 def _wrong_size(fault: _Fault, place: Place, unit: str) -> str:

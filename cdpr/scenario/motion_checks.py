@@ -9,10 +9,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.files import UnreadableError, read
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.problems import Mark, Path, exact, shown
-from cdpr.scenario.schema import Initial
 
 SHORTER = 1e-9  # relative; a motion ends before the run if by more than rounding
 ROOT = "trajectory"

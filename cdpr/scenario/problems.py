@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from cdpr.errors import PluginError, ScenarioError, printable
@@ -131,9 +129,3 @@ def shown(value: object) -> str:
 def exact(value: float) -> str:
     """Write a number with all its digits: a rounded one may seem to be right."""
     return repr(float(value)).removesuffix(".0")
-
-
-def nearest(name: str, names: Iterable[str]) -> str:
-    """Return "did you mean 'x'? " or nothing."""
-    near = difflib.get_close_matches(name[:SHORTEST], list(names), n=1)
-    return f"did you mean '{near[0]}'? " if near else ""

@@ -9,11 +9,12 @@ import numpy as np
 
 from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.problems import Path, exact
 from cdpr.scenario.robot_schema import cable_name
-from cdpr.scenario.schema import Initial, Log, Simulation
+from cdpr.scenario.schema import Log, Simulation
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 MAX_STEPS = 1e8

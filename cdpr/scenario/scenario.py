@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -14,14 +14,21 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins.registry import Registry
 from cdpr.scenario.actuator_schema import Actuators
+from cdpr.scenario.angle_checks import AngleChecks
 from cdpr.scenario.document import Document
+from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.schema import ControllerSection, Initial, ScenarioSection, Simulation, SolverSection, World
+from cdpr.scenario.options import OptionsReader
+from cdpr.scenario.overrides import CORE_KEYS, Change, Overrides, choices
+from cdpr.scenario.problems import Problems
+from cdpr.scenario.robot_checks import RobotChecks
+from cdpr.scenario.run_checks import RunChecks
+from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
+from cdpr.scenario.source import change
+from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
-
-if TYPE_CHECKING:
-    from cdpr.scenario.overrides import Overrides
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,9 +160,9 @@ class Scenario:
         plugins: Registry | None = None,
     ) -> Scenario:
         """Return a changed copy, checked like a file; arguments as for `load_scenario`."""
-        from cdpr.scenario.loader import change_scenario  # the loader imports this module
-
-        return change_scenario(self, overrides, backend, solver, controller, plugins or self._plugins)
+        problems = Problems()
+        chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
+        return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -177,3 +184,67 @@ class Scenario:
         }
         data["backend_options"] = {name: options for name, options in given.items() if options}
         return data
+
+
+def build_scenario(
+    document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
+) -> Scenario:
+    """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`."""
+    change(document, overrides, chosen, plugins, problems)
+    data, options = _split(document.data)
+    sections = validate(ScenarioSection, data, document, problems)
+    report_nulls(data, (), document, problems)
+    RobotChecks(document, problems).run(("robot",))
+    motion = RunChecks(document, problems).run()
+    EventChecks(document, problems).run()
+    AngleChecks(document, problems).run()
+    reader = OptionsReader(document, problems, plugins)
+    controller_options = reader.of_section("controller", options.get("controller", {}))
+    solver_options = reader.of_section("solver", options.get("solver", {}))
+    backend_options = reader.of_backends()
+    problems.raise_any()
+    assert sections is not None
+    assert controller_options is not None
+    assert solver_options is not None
+    robot = sections.robot.named()
+    trajectory = (motion or sections.trajectory).complete(sections.initial)
+    names = [cable.name for cable in robot.cables]
+    events = [event.named(names) for event in sections.events]
+    return Scenario(
+        sections=sections.model_copy(
+            update={
+                "robot": robot,
+                "trajectory": trajectory,
+                "controlled": sections.controlled or robot.dof,
+                "events": events,
+            }
+        ),
+        robot=robot.to_robot(),
+        controller_options=controller_options,
+        solver_options=solver_options,
+        source=document.source,
+        unused=(
+            *(f"robot.{key}" for key in robot.unused()),
+            *document.dropped,
+            *(f"events[{i}]" for i in beyond(events, sections.simulation)),
+        ),
+        notes=(*document.notes, *document.warnings),
+        _backend_options=backend_options,
+        _document=document,
+        _plugins=plugins,
+    )
+
+
+def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    """Take the plugins' options out: they are checked by the plugins' models, not by ours."""
+    own = dict(data)
+    options: dict[str, dict[str, Any]] = {}
+    for section, core in CORE_KEYS.items():
+        given = data.get(section, {})
+        if isinstance(given, dict):
+            own[section] = {key: value for key, value in given.items() if key in core}
+            options[section] = {key: value for key, value in given.items() if key not in core}
+    backends = data.get("backend_options")
+    if isinstance(backends, dict):
+        own["backend_options"] = {name: {} if isinstance(given, dict) else given for name, given in backends.items()}
+    return own, options

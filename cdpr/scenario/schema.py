@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import AfterValidator, Field
 
-from cdpr.model.robot import Array
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
-from cdpr.scenario.fields import ZERO, Name, Position, Positive, Section, Vector3, unit
+from cdpr.scenario.fields import Name, Positive, Section, Vector3, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Hold
-from cdpr.scenario.orientation import UPRIGHT, Orientation
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 
 MAX_SEED = 2**63 - 1
@@ -64,19 +62,6 @@ class Log(Section):
         "last are kept always, and summary and events count all",
         json_schema_extra=unit("s"),
     )
-
-
-class Initial(Section):
-    """State of the platform at time 0, world axes."""
-
-    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
-    orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
-    velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
-    angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
-
-    def state(self) -> Array:
-        """Return the state (13,), laid out as `cdpr.model` says."""
-        return np.concatenate([self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity])
 
 
 class ControllerSection(Section):

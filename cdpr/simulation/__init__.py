@@ -1,5 +1,6 @@
 """The closed loop and what runs it."""
 
 from cdpr.simulation.simulate import simulate
+from cdpr.simulation.simulation import Simulation
 
-__all__ = ["simulate"]
+__all__ = ["Simulation", "simulate"]

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from time import monotonic, sleep
-from typing import Literal
+from time import monotonic
+from typing import Any, Literal
 
 import numpy as np
 
 from cdpr.columns import LATER, Column
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
-from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
 from cdpr.model import Robot
 from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
+from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
+from cdpr.simulation.pace import Pace
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
 from cdpr.tension.policy import Policy
@@ -59,27 +61,39 @@ class Parts:
     columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
 
 
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """All that the future of a loop depends on, between two samples."""
+
+    count: int
+    time: float
+    due: int
+    live: Saved
+    own: list[Any]  # of the parts
+
+
 class Loop:
     """A closed loop, ready to run.
 
     Attributes:
         row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
         out: where the controller writes: the wrench (6,) or the commands (m,).
-        count: how many samples the last run made.
+        time: of the sample that is looked at, s.
+        count: how many samples are complete.
+        due: the next sample at which something happens.
     """
 
     def __init__(self, parts: Parts) -> None:
         self.parts = parts
-        self.count = 0
+        self.count, self.last, self.time, self.due = 0, 0, 0.0, 0
+        self.decide: Callable[..., None]
+        self.advance: Callable[[], None]
         robot, backend = parts.robot, parts.backend
         layout = Layout(robot.m, parts.ideal_cables, parts.columns)
-        self.row = row = np.zeros(layout.width)
-        self.added = row[layout.added]
-        hand_out(layout, row, {"backend": backend, "controller": parts.controller, "solver": parts.solver})
-
-        def view(first: str, last: str | None = None) -> Array:
-            return row[layout.span(first, last or first)]
-
+        self.layout, self.row = layout, np.zeros(layout.width)
+        hand_out(layout, self.row, {"backend": backend, "controller": parts.controller, "solver": parts.solver})
+        self._outside: dict[Output, tuple[Array, Callable[[], None]]] = {}
+        view = self.view
         self.state = view("position", "angular_velocity")
         self.desired = view("desired_position", "desired_angular_acceleration")
         # What the controller sees of them it cannot change.
@@ -89,25 +103,10 @@ class Loop:
         self.tension = view("tension")
         self.W = np.zeros((6, robot.m))
         self.sample = parts.trajectory.sampler(self.desired)
-        report = view("status", "at_limit")
-        parts.controller.connect(report)
-        self.stage: TensionStage | CommandStage
-        if parts.output == "command":
-            self.stage = CommandStage(robot, parts.policy, self.W, self.wrench, self.tension, report)
-            self.out = self.stage.command
-        else:
-            self.stage = TensionStage(
-                parts.controlled,
-                parts.solver.solve,
-                parts.solver_name,
-                parts.respects_bounds,
-                parts.policy,
-                self.W,
-                self.wrench,
-                self.tension,
-                report,
-            )
-            self.out = self.wrench
+        self.report = view("status", "at_limit")
+        parts.controller.connect(self.report)
+        self.stage = self._stage(parts.output)
+        self.out = self._written(self.stage)
         self.schedule = Schedule(
             parts.events,
             parts.control_step,
@@ -126,11 +125,13 @@ class Loop:
         body = (robot.anchors, robot.inertial, backend.gravity)
         self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
-        self.distribute = self.schedule.distribute
         if not parts.ideal_cables:
-            self._add_winches(view("cable_tension"), energies[2:3])
-        if parts.limits == "stop" and bounds_of(robot):
-            self._stop_beyond(view("length")[None], view("rate")[None])
+            self._add_winches(energies[2:3])
+        self.distribute = self._through(self.stage)
+
+    def view(self, first: str, last: str | None = None) -> Array:
+        """Return the present sample's columns from the field `first` to `last`, live."""
+        return self.row[self.layout.span(first, last or first)]
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -166,107 +167,191 @@ class Loop:
         except SimulationStopped:
             pass  # the run itself will say so, at its proper time
         self.row[:] = 0.0
-        self.added[:] = np.nan  # until somebody writes
+        self.row[self.layout.added] = np.nan  # until somebody writes
         self.stage.forget()
         parts.controller.reset()
         parts.solver.reset()
         parts.backend.command[...] = 0.0
         parts.backend.reset(start)
 
+    def begin(self, rows: Array, last: int) -> None:
+        """Look at sample 0, at the backend's present state, and make the halves of a step: `decide` and `advance`.
+
+        `decide` completes sample `count`, which goes into `rows[count % len(rows)]`; `advance` takes the plant to the
+        next and looks: at its state, at what happens, at what is desired. `last` is the number of the last sample;
+        where there are fewer rows, their number is a multiple of 256. Both raise SimulationStopped; a sample that tells
+        why there are no tensions is complete all the same.
+
+        (They are functions over what they need: to look it up in this object would cost as much as a kernel.)
+        """
+        parts, row, size = self.parts, self.row, len(rows)
+        backend, substeps, period = parts.backend, parts.substeps, parts.control_step
+        state, desired, out = self.given_state, self.given_desired, self.out
+        tension, command, step = self.tension, backend.command, backend.step
+        sample, control, distribute, act = self.sample, parts.controller.control, self.distribute, self.schedule.act
+        observe, clock = self.observe, backend.engine_time
+
+        def decide(given: Callable[[], None] | None = None) -> None:
+            k = self.count
+            try:
+                if given is None:
+                    control(self.time, state, desired, out)
+                    distribute()
+                else:
+                    given()
+            except Infeasible:
+                rows[k % size] = row  # this sample tells why
+                self.count = k + 1
+                raise
+            rows[k % size] = row
+            self.count = k + 1
+
+        def advance() -> None:
+            command[...] = tension
+            k = self.count
+            self.time = time = k * period
+            step(substeps)
+            fault = observe()
+            if fault:
+                self._check(fault)
+            reading = clock()
+            if reading is not None and not abs(reading - time) <= CLOCK_TOLERANCE * time:
+                raise Diverged(f"the engine's clock reads {reading:.6g} s: it reset itself")
+            row[0] = time
+            if k == self.due:
+                self.due = act(k)
+            sample(time)
+
+        self.decide, self.advance = decide, advance
+        self.count, self.last, self.time = 0, last, 0.0
+        self._first()
+        self.due = self.schedule.begin()
+        row[0] = 0.0
+        if self.due == 0:
+            self.due = act(0)
+        sample(0.0)
+
     def run(
-        self,
-        rows: Array,
-        flush: Callable[[int], None],
-        *,
-        steps: int | None = None,
-        real_time: bool = False,
+        self, rows: Array, flush: Callable[[int], None], *, steps: int | None = None, real_time: bool = False
     ) -> int:
         """Fill `rows` (steps + 1, width) from the backend's present state; return the number of samples made.
 
         Fewer rows, a multiple of 256, are filled again and again, where `steps` says how many there are to make.
-        `flush(k)` is called when the first k samples are final, every 256 of them or half second of wall time; it may
-        end the run by raising SimulationStopped. Raises that, with the time in its text, where the run stops early;
-        `count` then tells how many samples are final.
+        `flush` and `real_time` are those of a `Pace`; `flush` may end the run by raising SimulationStopped. Raises
+        that, with the time in its text, where the run stops early; `count` then tells how many samples are complete.
         """
-        parts, row = self.parts, self.row
-        backend, substeps, period = parts.backend, parts.substeps, parts.control_step
-        state, desired, out = self.given_state, self.given_desired, self.out
-        tension, command, advance = self.tension, backend.command, backend.step
-        sample, control, look = self.sample, parts.controller.control, self.observe
-        act, distribute = self.schedule.act, self.distribute
-        clock = backend.engine_time
-        size = len(rows)
-        last = size - 1 if steps is None else steps
-        self.count = 0
-        k, flush_at, flush_time = 0, BLOCK, monotonic() + BLOCK_SECONDS
-        started = monotonic()
-        time = 0.0
+        pace = Pace(flush, real_time)
+        with self.timed():
+            self.begin(rows, len(rows) - 1 if steps is None else steps)
+        self.go(self.last, pace)
+        with self.timed():
+            self.decide()
+        return self.count
+
+    def go(self, k: int, pace: Pace) -> None:
+        """Complete the samples before sample k, and look at that; raises as `run`."""
+        decide, advance = self.decide, self.advance
+        with self.timed():
+            while self.count < k:
+                decide()
+                advance()
+                if self.count >= pace.count or monotonic() > pace.due:
+                    pace.after(self.count, self.time)
+
+    @contextmanager
+    def timed(self) -> Iterator[None]:
+        """Put the time before what ends a run."""
         try:
-            self._first()
-            due = self.schedule.begin()
-            while True:
-                row[0] = time
-                if k == due:
-                    due = act(k)
-                sample(time)
-                control(time, state, desired, out)
-                try:
-                    distribute()
-                except Infeasible:
-                    rows[k % size] = row  # this sample tells why
-                    k += 1
-                    raise
-                rows[k % size] = row
-                if k == last:
-                    k += 1
-                    return k
-                command[...] = tension
-                k += 1
-                time = k * period
-                advance(substeps)
-                fault = look()
-                if fault:
-                    self._check(fault)
-                reading = clock()
-                if reading is not None and not abs(reading - time) <= CLOCK_TOLERANCE * time:
-                    raise Diverged(f"the engine's clock reads {reading:.6g} s: it reset itself")
-                if k >= flush_at or monotonic() > flush_time:
-                    flush(k)
-                    flush_at, flush_time = k - k % BLOCK + BLOCK, monotonic() + BLOCK_SECONDS
-                if real_time:
-                    while (ahead := time - (monotonic() - started)) > 0.0:
-                        if monotonic() > flush_time:
-                            flush(k)
-                            flush_time = monotonic() + BLOCK_SECONDS
-                        sleep(min(ahead, BLOCK_SECONDS))
+            yield
         except (SimulationStopped, PluginError) as stop:
-            raise type(stop)(f"t = {time:.6g} s: {stop}") from stop
-        finally:
-            self.count = k
+            raise type(stop)(f"t = {self.time:.6g} s: {stop}") from stop
 
-    def _add_winches(self, cable_tension: Array, cable_work: Array) -> None:
-        """Read what only the plant knows where cables are not ideal: their tensions (m,) and their work (1,)."""
-        backend, tension = self.parts.backend, self.tension
-        distribute, look = self.distribute, self.observe
+    def give(self, output: Output, values: Array) -> Callable[[], None]:
+        """Return what decides a step in place of the controller: a wrench to distribute, or the command of each cable.
 
-        def distribute_and_read() -> None:
+        For `decide`; `values` is (6,) or (m,), live.
+        """
+        if output not in self._outside:
+            stage = self.stage if output == self.parts.output else self._stage(output)
+            self._outside[output] = self._written(stage), self._through(stage)
+        out, distribute = self._outside[output]
+
+        def given() -> None:
+            out[:] = values
             distribute()
-            backend.command[...] = tension
-            backend.read_tension(cable_tension)
+
+        return given
+
+    def snapshot(self) -> Moment:
+        """Return all that the samples after the present one depend on, to be taken between them.
+
+        Raises PluginError where a part of the loop cannot take one.
+        """
+        parts, backend = self.parts, self.parts.backend
+        live = save((self.row, self.W, backend.command, backend.external))
+        own = [part.snapshot() for part in (backend, parts.controller, parts.solver, self.stage, self.schedule)]
+        return Moment(self.count, self.time, self.due, live, own)
+
+    def restore(self, snapshot: Moment) -> None:
+        """Go back to a snapshot of this loop: what follows is the same to the bit. Raises PluginError likewise."""
+        parts, backend = self.parts, self.parts.backend
+        owners = (backend, parts.controller, parts.solver, self.stage, self.schedule)
+        for part, taken in zip(owners, snapshot.own, strict=True):
+            part.restore(taken)
+        put_back(snapshot.live, (self.row, self.W, backend.command, backend.external))
+        self.count, self.time, self.due = snapshot.count, snapshot.time, snapshot.due
+
+    def _stage(self, output: Output) -> TensionStage | CommandStage:
+        """Make what takes the output of a controller; a second one shares limits and held cables with the first."""
+        parts, live = self.parts, (self.W, self.wrench, self.tension, self.report)
+        first: TensionStage | CommandStage | None = getattr(self, "stage", None)
+        shared = (None, None) if first is None else (first.limits, first.held)
+        if output == "command":
+            return CommandStage(parts.robot, parts.policy, *live, *shared)
+        solve, name = parts.solver.solve, parts.solver_name
+        return TensionStage(parts.controlled, solve, name, parts.respects_bounds, parts.policy, *live, *shared)
+
+    def _written(self, stage: TensionStage | CommandStage) -> Array:
+        """What is written for a stage: commands (m,) or the wrench (6,)."""
+        return stage.command if isinstance(stage, CommandStage) else self.wrench
+
+    def _through(self, stage: TensionStage | CommandStage) -> Callable[[], None]:
+        """What completes a sample, given what is written for the stage."""
+        distribute = self.schedule.through(stage)
+        if not self.parts.ideal_cables:
+            distribute = self._reading(distribute)
+        if self.parts.limits == "stop" and bounds_of(self.parts.robot):
+            distribute = self._within(distribute)
+        return distribute
+
+    def _add_winches(self, cable_work: Array) -> None:
+        """Read the work (1,) that only the plant knows where cables are not ideal."""
+        look, backend = self.observe, self.parts.backend
 
         def look_and_read() -> int:
             fault = look()
             cable_work[0] = backend.cable_work()
             return fault
 
-        self.distribute, self.observe = distribute_and_read, look_and_read
+        self.observe = look_and_read
 
-    def _stop_beyond(self, length: Array, rate: Array) -> None:
-        """End the run at the first sample at which a cable leaves its limits; length and rate are (1, m), live."""
-        distribute, robot = self.distribute, self.parts.robot
+    def _reading(self, distribute: Callable[[], None]) -> Callable[[], None]:
+        """Read the tensions (m,), too, that only the plant knows where cables are not ideal."""
+        backend, tension, cable_tension = self.parts.backend, self.tension, self.view("cable_tension")
+
+        def distribute_and_read() -> None:
+            distribute()
+            backend.command[...] = tension
+            backend.read_tension(cable_tension)
+
+        return distribute_and_read
+
+    def _within(self, distribute: Callable[[], None]) -> Callable[[], None]:
+        """End the run at the first sample at which a cable leaves its limits."""
+        robot, length, rate, time = self.parts.robot, self.view("length")[None], self.view("rate")[None], self.row[:1]
         bounds, names = bounds_of(robot), [cable.name for cable in robot.cables]
         limited = bounds, robot.m, broken(self.parts.events, names, self.parts.control_step)
-        reach, time = Reach(*limited), self.row[:1]
+        reach = Reach(*limited)
 
         def distribute_within() -> None:
             distribute()
@@ -276,7 +361,7 @@ class Loop:
                 told = "; ".join(one.text(names) for one in here.told())
                 raise BeyondLimits(f"{told}; the scenario says limits: stop")
 
-        self.distribute = distribute_within
+        return distribute_within
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state

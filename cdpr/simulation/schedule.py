@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,8 @@ class Schedule:
     the present row, `push` (6,) is the backend's external wrench.
 
     Attributes:
-        distribute: what the loop calls in place of the stage's own, which it is where no event touches a cable.
+        distribute: what the loop calls in place of the stage's own.
+
     """
 
     def __init__(
@@ -58,7 +60,20 @@ class Schedule:
             self._todo.setdefault(first_sample(time, step), []).append(do)
         changes = self._loads[:, :2].ravel()
         self._due = sorted({*self._todo, *(int(k) for k in changes[np.isfinite(changes)])})
-        self.distribute = self._distribute if any(event.overrides for event in events) else stage.distribute
+        self._overrides = any(event.overrides for event in events)
+        self.distribute = self.through(stage)
+
+    def through(self, stage: TensionStage | CommandStage) -> Action:
+        """Return what distributes by this stage: its own method, where no event touches a cable."""
+        return partial(self._distribute, stage) if self._overrides else stage.distribute
+
+    def snapshot(self) -> object:
+        """Return what has happened to cables and power so far."""
+        return self._imposing, self._power, self._stage.limits.copy(), self._stage.held.copy(), self._locked.copy()
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        self._imposing, self._power, self._stage.limits[:], self._stage.held[:], self._locked[:] = snapshot
 
     def begin(self) -> int:
         """Put everything back; return the sample at which `act` is due, or NEVER."""
@@ -116,13 +131,13 @@ class Schedule:
         held[np.isnan(held)] = 0.0
         self._power, self._imposing = False, True
 
-    def _distribute(self) -> None:
+    def _distribute(self, stage: TensionStage | CommandStage) -> None:
         if self._power:
-            self._stage.distribute()
+            stage.distribute()
         else:  # nothing is asked of the cables any more
             self._wrench[:] = self._status[:] = 0.0
         if self._imposing:
-            self._stage.impose()
+            stage.impose()
 
 
 def stopped(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:

@@ -13,11 +13,11 @@ from types import MappingProxyType
 
 from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.scenario import Scenario, load_scenario
-from cdpr.scenario.build import report_nulls, validate
 from cdpr.scenario.document import Document
-from cdpr.scenario.loader import open_document, stem
 from cdpr.scenario.overrides import Change, Overrides, read_overrides
 from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
+from cdpr.scenario.source import open_document, stem
+from cdpr.scenario.validation import report_nulls, validate
 from cdpr.simulation.build import plugins_of, versions_of
 from cdpr.study.figures import FIGURES
 from cdpr.study.points import Label, Point, Reader, product_of

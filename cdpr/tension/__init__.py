@@ -1,4 +1,4 @@
-"""The tension-distribution problem: statuses, checks, box least squares, the infeasible policy, `distribute`."""
+"""One wrench at one pose: statuses, kernels, checks, box least squares, the stage, the infeasible policy."""
 
 from __future__ import annotations
 

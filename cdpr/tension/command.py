@@ -29,19 +29,31 @@ class CommandStage:
         wrench: (6,) result: what the cables exert, W @ tension.
         tension: (m,) result, N.
         report: (4,) result: status, residual (always 0 N: no wrench was wanted), margin (N), cables at a limit.
+        limits: (2, m) lower and upper limits, N, live; the robot's unless given.
+        held: (m,) tensions, N, that `impose` gives the cables whatever was commanded; NaN for those that are free, all
+            unless given.
 
     Attributes:
         command: (m,) where the controller writes, N. What it says to a locked cable, whose limits are equal, does not
             matter.
-        limits: (2, m) lower and upper limits, N, live.
-        held: (m,) tensions, N, that `impose` gives the cables whatever was commanded; NaN for those that are free.
+        limits, held: as given.
     """
 
-    def __init__(self, robot: Robot, policy: Policy, W: Array, wrench: Array, tension: Array, report: Array) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        policy: Policy,
+        W: Array,
+        wrench: Array,
+        tension: Array,
+        report: Array,
+        limits: Array | None = None,
+        held: Array | None = None,
+    ) -> None:
         self.command = np.zeros(robot.m)
         self._stop = policy == "stop"
-        self.limits = np.array([robot.tension_min, robot.tension_max])
-        self.held = np.full(robot.m, np.nan)
+        self.limits = np.array([robot.tension_min, robot.tension_max]) if limits is None else limits
+        self.held = np.full(robot.m, np.nan) if held is None else held
         result = (self.limits, W, tension, wrench, report)
         self._take = partial(take, self.command, *result)
         self._impose = partial(impose, self.held, *result)
@@ -50,6 +62,13 @@ class CommandStage:
 
     def forget(self) -> None:
         """Do nothing: there are no answers to forget."""
+
+    def snapshot(self) -> object:
+        """Return what future answers depend on beside limits and held cables: nothing."""
+        return None
+
+    def restore(self, snapshot: object) -> None:
+        """Do nothing, likewise."""
 
     def warm_up_policy(self) -> None:
         """Do nothing: there is nothing to compile."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -39,10 +40,12 @@ class TensionStage:
         wrench: (6,) wanted wrench, live; likewise.
         tension: (m,) result.
         report: (4,) status, residual (N), margin (N), cables at a limit.
+        limits: (2, m) lower and upper limits, N, live; the robot's unless given.
+        held: (m,) tensions, N, that `impose` gives the cables whatever was distributed; NaN for those that are free,
+            all unless given.
 
     Attributes:
-        limits: (2, m) lower and upper limits, N, live.
-        held: (m,) tensions, N, that `impose` gives the cables whatever was distributed; NaN for those that are free.
+        limits, held: as given.
         answered: whether the solver has written anything into its answer where it had to be replaced.
     """
 
@@ -57,12 +60,16 @@ class TensionStage:
         wrench: Array,
         tension: Array,
         report: Array,
+        limits: Array | None = None,
+        held: Array | None = None,
     ) -> None:
         self._name = name
         self._stop = policy == "stop"
         self._tension = tension
         self.answered = False
-        self.limits = limits = np.array([robot.tension_min, robot.tension_max])
+        if limits is None:
+            limits = np.array([robot.tension_min, robot.tension_max])
+        self.limits = limits
         rows = robot.rows
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]
         self._select = None
@@ -71,7 +78,7 @@ class TensionStage:
             self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
-        self.held = np.full(robot.m, np.nan)
+        self.held = np.full(robot.m, np.nan) if held is None else held
         # The solver cannot change what its answer is checked against.
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
         self._solve = partial(solve, *given, answer)
@@ -115,6 +122,14 @@ class TensionStage:
     def forget(self) -> None:
         """Forget all answers."""
         self._answer[:] = np.nan
+
+    def snapshot(self) -> object:
+        """Return what future answers depend on beside limits and held cables: the answer before."""
+        return self._answer.copy(), self.answered
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        self._answer[:], self.answered = snapshot
 
     def _replace(self, code: int, answered: bool) -> None:
         """Apply the policy where the solver gave no answer, or none that passed the checks."""

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, PluginError
 from cdpr.model import Robot, dynamics, kinematics, rotations
 from cdpr.model.robot import Array, frozen_array
 from cdpr.testing import samples
@@ -79,6 +79,23 @@ def columns_are_written(subject: ControllerSubject) -> str:
         subject.ask(controller, *_motion(k), time=1e-3 * k)
 
     return expect_written(subject.columns, robot, controller, controller.reset, work)
+
+
+def snapshot_restores(subject: ControllerSubject) -> None:
+    """From a snapshot the outputs go on to the same bits, however often; one that cannot take any says so."""
+    controller = subject.make(samples.braced())
+    for k in range(30):
+        subject.ask(controller, *_motion(k), time=1e-3 * k)
+    try:
+        snapshot = controller.snapshot()
+    except PluginError:
+        needs(False, "it takes no snapshots")
+    ways = []
+    for first in (30, 200, 30):  # the second time elsewhere
+        ways.append([subject.ask(controller, *_motion(first + k), time=1e-3 * (30 + k)) for k in range(20)])
+        controller.restore(snapshot)
+    for here, there in zip(ways[0], ways[2], strict=True):
+        expect_same_bits(there, here, "output after the snapshot")
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
@@ -177,6 +194,7 @@ CHECKS = [
         inputs_stay_unchanged,
         reset_forgets,
         columns_are_written,
+        snapshot_restores,
         on_target_it_carries_the_weight,
         it_pulls_towards_the_target,
         directions_are_equal,

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.distribution import adversaries
+from cdpr.distribution.continuity import Path, steepest
 from cdpr.distribution.poison import POISON, Memory
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.tension import Status, active_set
-from cdpr.tension.continuity import Path, steepest
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, needs
 from cdpr.testing.samples import Problem

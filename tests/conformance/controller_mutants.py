@@ -111,7 +111,7 @@ class Unlogged(Broken):
 MUTANTS = {
     Unwritten: ({}, ["output_is_complete"]),
     Scribbling: ({}, ["inputs_stay_unchanged"]),
-    WoundUp: ({}, ["reset_forgets"]),
+    WoundUp: ({}, ["reset_forgets", "snapshot_restores"]),
     MassAtTheOrigin: ({}, ["on_target_it_carries_the_weight"]),
     EarthOnly: ({}, ["on_target_it_carries_the_weight", "directions_are_equal"]),
     WrongSign: ({}, ["it_pulls_towards_the_target", "it_settles"]),

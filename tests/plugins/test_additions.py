@@ -70,18 +70,16 @@ MOTION = '''\
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.scenario.fields import Positive, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, pose, posed
 from cdpr.scenario.problems import Path
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 
 class Rise(Motion):
@@ -201,7 +199,7 @@ def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
     add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
-    place = "        self.distribute = self.schedule.distribute\n"
+    place = "        self.distribute = self._through(self.stage)\n"
     add(None, "", "cdpr/simulation/loop.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")

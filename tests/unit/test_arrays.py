@@ -7,6 +7,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
+from cdpr.distribution.survey import survey
 from cdpr.errors import CdprError
 from cdpr.model import kinematics
 from cdpr.model.arrays import checked, live
@@ -15,7 +16,6 @@ from cdpr.model.forward_kinematics import forward_kinematics
 from cdpr.plugins.registry import registry
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.problem import Problem
-from cdpr.tension.survey import survey
 from cdpr.trajectory import Trajectory, hold
 
 GRAVITY = [0.0, 0.0, -9.81]

@@ -13,10 +13,10 @@ from cdpr.bench import measures, run
 from cdpr.bench.measures import jumps
 from cdpr.bench.overview import overview
 from cdpr.bench.problems import make_paths, make_problems
+from cdpr.distribution.continuity import steepest
 from cdpr.errors import CdprError, PluginError
 from cdpr.plugins import PluginInfo
 from cdpr.plugins.registry import registry
-from cdpr.tension.continuity import steepest
 from cdpr_solvers.qp import MinimumNorm
 
 POSES = 50

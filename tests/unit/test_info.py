@@ -14,6 +14,7 @@ from scipy.optimize import linprog
 
 from cdpr import simulate
 from cdpr.cli.info import command
+from cdpr.distribution.portrait import describe_pose
 from cdpr.errors import CdprError, OutputError, ScenarioError
 from cdpr.model import rotations
 from cdpr.model.kinematics import make_state, wrench_matrix
@@ -21,7 +22,6 @@ from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, u
 from cdpr.model.restraint import restraint
 from cdpr.scenario import load_robot
 from cdpr.tension.closure import positive_null_vector
-from cdpr.tension.portrait import describe_pose
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 

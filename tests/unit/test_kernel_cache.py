@@ -242,13 +242,14 @@ def test_moved_sources_have_another_digest(tmp_path, monkeypatch):
     assert len(found) == 2
 
 
-def test_constants_of_a_kernel_count_and_locks_of_editors_do_not(tmp_path, monkeypatch):
-    """What a kernel's file imports is compiled in; an editor's lock is a link to nowhere."""
+def test_constants_of_a_kernel_count_and_types_and_locks_of_editors_do_not(tmp_path, monkeypatch):
+    """What a kernel's file imports is compiled in, but for type checkers alone; an editor's lock leads nowhere."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(kernel_cache, "PACKAGES", ("fixed",))
     (tmp_path / "fixed" / "deep").mkdir(parents=True)
     (tmp_path / "fixed" / "__init__.py").write_text("")
     (tmp_path / "fixed" / "compiled.py").write_text(
+        "from typing import TYPE_CHECKING\n\nif TYPE_CHECKING:\n    from fixed import words\n\n"
         "from fixed.deep import (\n    numbers,\n)\n\n@kernel\ndef f(x):\n    return x * numbers.GAIN\n"
     )
     (tmp_path / "fixed" / ".#compiled.py").symlink_to("nobody@nowhere.1")

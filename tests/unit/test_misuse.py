@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import cdpr
+from cdpr.distribution.comparison import describe
 from cdpr.plugins import TensionSolver
 from cdpr.report.distributions import no_picture
 from cdpr.scenario import load_scenario
 from cdpr.tension import Status
-from cdpr.tension.comparison import describe
 from cdpr.tension.problem import Problem
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

@@ -29,6 +29,6 @@ def test_links_lead_somewhere(target):
 def test_python_examples_run(monkeypatch, tmp_path):
     """One after the other, as a reader would type them."""
     code = re.findall(r"^```python\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
-    assert len(code) == 2
+    assert len(code) == 3
     monkeypatch.chdir(ROOT)
     exec("".join(code), {})

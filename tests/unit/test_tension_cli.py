@@ -14,6 +14,7 @@ from conftest import ROOT, crossed_box, make_robot
 from scipy.optimize import linprog
 
 from cdpr.cli.tension import command
+from cdpr.distribution.comparison import Contestant, compare, describe
 from cdpr.errors import CdprError, OutputError, PluginError, ScenarioError
 from cdpr.log.run_json import plain
 from cdpr.model.kinematics import make_state, wrench_matrix
@@ -23,7 +24,6 @@ from cdpr.report.distributions import lines, no_picture
 from cdpr.report.placing import spread_out
 from cdpr.scenario import load_robot
 from cdpr.tension import Status
-from cdpr.tension.comparison import Contestant, compare, describe
 from cdpr.tension.problem import Problem
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm

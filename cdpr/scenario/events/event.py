@@ -14,8 +14,9 @@ from typing import ClassVar, Protocol, Self
 from pydantic import Field
 
 from cdpr.log.event import Event
+from cdpr.nearest import did_you_mean
 from cdpr.scenario.fields import NonNegative, Section, unit
-from cdpr.scenario.problems import exact, nearest
+from cdpr.scenario.problems import exact
 
 ROUNDING = 1e-9  # of a step: times are decimal fractions, which floats miss by rounding
 
@@ -151,7 +152,7 @@ class CableEvent(ScenarioEvent):
         if isinstance(self.cable, int) and not 1 <= self.cable <= len(names):
             return f"cables are numbered from 1 to {len(names)}, got {self.cable}"
         if isinstance(self.cable, str) and self.cable not in names:
-            return f"no cable is named '{self.cable}': {nearest(self.cable, names)}there are {', '.join(names)}"
+            return f"no cable is named '{self.cable}': {did_you_mean(self.cable, names)}there are {', '.join(names)}"
         return ""
 
     def follow(self, history: History) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -10,13 +10,11 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.scenario.checks import MIN_LENGTH
 from cdpr.scenario.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import HELD, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path, exact
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 MAX_TURNS = 1000
 

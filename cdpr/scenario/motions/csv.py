@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr
@@ -10,14 +10,12 @@ from pydantic import Field, PrivateAttr
 from cdpr import trajectory
 from cdpr.model.robot import Array
 from cdpr.scenario.fields import INITIAL, NonNegative
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import HELD, RATES, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, posed
 from cdpr.scenario.motions.table import MAX_BYTES, Table, TableError, parse_table
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 FILE: Path = ("file",)
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.scenario.fields import INITIAL, Position, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, pose, posed
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 
 class Hold(Motion):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -11,13 +11,11 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.model import rotations
 from cdpr.scenario.fields import INITIAL, NonNegative, Position, Positive, Section, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 NO_TURN = 1e-9  # rad; attitudes nearer than this are one
 

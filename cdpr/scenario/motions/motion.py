@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -11,12 +11,10 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.model.robot import Array
 from cdpr.scenario.fields import INITIAL, ZERO, Position, Section, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed, Rated
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 S = TypeVar("S", bound=Section)
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.scenario.fields import NonNegative, Positive, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
 from cdpr.scenario.problems import Path, exact
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 
 class PickAndPlace(Motion):

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.scenario.fields import ZERO, NonNegative, Positive, Vector3, unit
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, knot, posed
 from cdpr.scenario.problems import Path
-
-if TYPE_CHECKING:
-    from cdpr.scenario.schema import Initial
 
 
 class Knot(Pose):

@@ -10,9 +10,10 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.model.robot import Array
+from cdpr.nearest import did_you_mean
 from cdpr.scenario.fields import MAX_DISTANCE, MAX_MAGNITUDE
 from cdpr.scenario.orientation import UNIT_TOLERANCE
-from cdpr.scenario.problems import exact, nearest, shown
+from cdpr.scenario.problems import exact, shown
 
 MAX_ROWS = 100_000
 MAX_BYTES = 32 * 1024 * 1024
@@ -127,7 +128,7 @@ def _header(number: int, line: str) -> list[str]:
     for k, name in enumerate(names):
         where = (number, _column(line, k))
         if name not in COLUMNS:
-            hint = "columns are separated by commas; " if len(names) == 1 else nearest(name, COLUMNS)
+            hint = "columns are separated by commas; " if len(names) == 1 else did_you_mean(name, COLUMNS)
             faults.append((*where, f"unknown column {shown(name)}: {hint}allowed: {', '.join(COLUMNS)}"))
         elif name in names[:k]:
             faults.append((*where, f"column '{name}' stands here twice"))

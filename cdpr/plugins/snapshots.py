@@ -1,30 +1,30 @@
-"""Snapshots of the arrays that a backend keeps its plant in."""
+"""Snapshots of the arrays that a plugin keeps its state in."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from cdpr.model.robot import Array
+from numpy.typing import NDArray
 
-Saved = tuple[Array, ...]
+Saved = tuple[NDArray[Any], ...]
 
 
-def save(arrays: Sequence[Array]) -> Saved:
+def save(arrays: Sequence[NDArray[Any]]) -> Saved:
     """Copy the arrays."""
     return tuple(array.copy() for array in arrays)
 
 
-def put_back(saved: Saved, arrays: Sequence[Array]) -> None:
+def put_back(saved: Saved, arrays: Sequence[NDArray[Any]]) -> None:
     """Write the copies that `save` made into the arrays."""
     for copy, array in zip(saved, arrays, strict=True):
         array[:] = copy
 
 
 class SnapshotOfArrays:
-    """For a backend whose future depends on its `arrays` alone."""
+    """For a plugin whose future depends on its `arrays` alone; () where it has no memory."""
 
-    arrays: tuple[Array, ...]
+    arrays: tuple[NDArray[Any], ...]
 
     def snapshot(self) -> object:
         """Return a copy of everything."""

@@ -1,43 +1,21 @@
-"""PyBullet: one multibody under our cable wrench, in a client of its own."""
+"""One multibody under our cable wrench, in a client of its own."""
 
 from __future__ import annotations
 
-import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from cdpr.errors import PluginError
-from cdpr.model import Robot, rotations
+from cdpr.model import rotations
 from cdpr.model.body_frame import BodyFrame
 from cdpr.model.guide import Guide, from_coordinates, onto_coordinates
-from cdpr.model.jit import kernel
-from cdpr.model.kernels import Quaternion, Vector, conjugate, multiply, quaternion, rotate, store
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, RigidBodyBackend
-from cdpr_backends.attitude import put_attitude
-from cdpr_backends.quiet import quiet
-from cdpr_backends.snapshots import put_back, save
-
-with quiet():  # it prints the time of its build
-    import pybullet as pybullet  # as: for bullet_ups, which must not import it louder
-
-BASE = -1
-UPRIGHT = (0.0, 0.0, 0.0, 1.0)  # Bullet's quaternions are x, y, z, w
-
-# Bullet clips speeds silently, at 100 m/s and rad/s by default; above this the guards of the loop have long stopped.
-NO_CLIP = 1e12
-
-
-def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
-    """Return the backend for the chosen kind of cables."""
-    if options.cables == "ups":
-        from cdpr_backends.bullet_ups import BulletUps
-
-        return BulletUps(robot, gravity, physics_step, options)
-    return BulletBackend(robot, gravity, physics_step, options)
+from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.bullet.kernels import read_ball, read_base
+from cdpr_backends.bullet.world import BASE, UPRIGHT, Client, SavedState, chain, pybullet, undamped, xyzw
 
 
 class BulletBackend(RigidBodyBackend):
@@ -227,115 +205,3 @@ class Ball:
         q = rotations.multiply(rotations.conjugate(self.axes), link)
         w = rotations.matrix(link).T @ self.body[10:]
         pybullet.resetJointStateMultiDof(self.number, 0, xyzw(q), w.tolist(), physicsClientId=self.client)
-
-
-class Client:
-    """An empty world of Bullet, without window; gone with `close`, or when nobody holds it any more."""
-
-    def __init__(self, gravity: Array, step: float) -> None:
-        self.number = number = int(pybullet.connect(pybullet.DIRECT))
-        if number < 0:
-            raise PluginError("PyBullet opens no more worlds in this process; close some backends")
-        self.close = weakref.finalize(self, pybullet.disconnect, number)
-        pybullet.setGravity(*gravity.tolist(), physicsClientId=number)
-        pybullet.setTimeStep(step, number)
-
-
-class SavedState:
-    """The state of a client, which Bullet keeps in memory for as long as this object lives."""
-
-    def __init__(self, client: Client) -> None:
-        self._client = client
-        self._number = pybullet.saveState(client.number)
-        weakref.finalize(self, _forget, self._number, client.number)
-
-    def restore(self) -> None:
-        """Put the client back into this state."""
-        pybullet.restoreState(stateId=self._number, physicsClientId=self._client.number)
-
-
-def _forget(number: int, client: int) -> None:
-    if pybullet.isConnected(client):
-        pybullet.removeState(number, client)
-
-
-def chain(
-    client: int,
-    base: Sequence[float],
-    kinds: Sequence[int],
-    directions: Array,
-    mass: float,
-    moments: Array,
-    center: Sequence[float],
-    axes: Sequence[float],
-) -> int:
-    """Add links without mass or friction on a fixed base, and a last one with mass, moments, centre and axes."""
-    n = len(kinds)
-    nowhere = [[0.0, 0.0, 0.0]] * n
-    number = int(
-        pybullet.createMultiBody(
-            baseMass=0.0,
-            basePosition=base,
-            linkMasses=[0.0] * (n - 1) + [mass],
-            linkCollisionShapeIndices=[-1] * n,
-            linkVisualShapeIndices=[-1] * n,
-            linkPositions=nowhere,
-            linkOrientations=[UPRIGHT] * n,
-            linkInertialFramePositions=[*nowhere[1:], center],
-            linkInertialFrameOrientations=[UPRIGHT] * (n - 1) + [axes],
-            linkParentIndices=list(range(n)),
-            linkJointTypes=list(kinds),
-            linkJointAxis=directions.tolist(),
-            physicsClientId=client,
-        )
-    )
-    pybullet.changeDynamics(number, n - 1, localInertiaDiagonal=moments.tolist(), physicsClientId=client)
-    for joint in range(n):
-        pybullet.setJointMotorControl2(number, joint, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
-    undamped(client, number)
-    return number
-
-
-def undamped(client: int, number: int) -> None:
-    """Take damping (0.04 by default), the clipping of speeds and sleeping off a body and its links."""
-    for link in range(BASE, pybullet.getNumJoints(number, client)):
-        pybullet.changeDynamics(
-            number,
-            link,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            jointDamping=0.0,
-            maxJointVelocity=NO_CLIP,
-            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
-            physicsClientId=client,
-        )
-
-
-def xyzw(q: Array) -> list[float]:
-    """Bullet's order of a quaternion w, x, y, z."""
-    w, x, y, z = q.tolist()
-    return [x, y, z, w]
-
-
-@kernel
-def read_base(pose: tuple[Vector, Quaternion], twist: tuple[Vector, Vector], body: Array) -> None:
-    """Write Bullet's base (position and x, y, z, w; velocity and angular velocity) into a body state (13,)."""
-    p, q = pose
-    v, w = twist
-    put_attitude((q[3], q[0], q[1], q[2]), body)
-    for i in range(3):
-        body[i] = p[i]
-        body[7 + i] = v[i]
-        body[10 + i] = w[i]
-
-
-@kernel
-def read_ball(home: Array, axes: Array, joint: Quaternion, rate: Vector, body: Array) -> None:
-    """Write a spherical joint of Bullet at `home` (3,) into a body state (13,): see `Ball`; `joint` is x, y, z, w."""
-    turned = quaternion(axes, 0)
-    link = multiply(turned, (joint[3], joint[0], joint[1], joint[2]))
-    put_attitude(multiply(link, conjugate(turned)), body)
-    store(rotate(link, rate), body, 10)
-    for i in range(3):
-        body[i] = home[i]
-        body[7 + i] = 0.0

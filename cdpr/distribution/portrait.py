@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.distribution.survey import Survey, survey
 from cdpr.model.kinematics import make_state
 from cdpr.model.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
 from cdpr.model.reach import Reach, bounds_of
@@ -14,7 +15,6 @@ from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.stage import Solve
-from cdpr.tension.survey import Survey, survey
 
 OPTIONAL = {
     "diameter_m": "diameter",

@@ -7,15 +7,10 @@ from typing import Any
 import dartpy
 import numpy as np
 
-from cdpr_backends.dart import (
-    FreeJoint,
-    chain,
-    free_joint_force,
-    make_world,
-    put_root,
-    set_motion,
-)
-from cdpr_backends.snapshots import put_back, save
+from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.dart.joints import FreeJoint
+from cdpr_backends.dart.kernels import free_joint_force
+from cdpr_backends.dart.world import chain, make_world, put_root, set_motion
 from cdpr_backends.ups import UpsBackend
 
 ERROR_REDUCTION = 0.2  # share of a loop's gap that a step closes

@@ -7,8 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cdpr_backends.mujoco import PLATFORM, World, describe
-from cdpr_backends.snapshots import put_back, save
+from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.mujoco.world import PLATFORM, World, describe
 from cdpr_backends.ups import Leg, UpsBackend
 
 # The loops hold as stiffly as MuJoCo allows, 2 steps; with its own 20 ms the platform is gone after 1.4 s.

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from cdpr_backends.bullet import UPRIGHT, Client, Free, SavedState, chain, pybullet
-from cdpr_backends.snapshots import put_back, save
+from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.bullet.body import Free
+from cdpr_backends.bullet.world import UPRIGHT, Client, SavedState, chain, pybullet
 from cdpr_backends.ups import Leg, UpsBackend
 
 UNIVERSAL_SLIDE = (pybullet.JOINT_REVOLUTE, pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC)

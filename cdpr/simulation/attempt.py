@@ -1,0 +1,219 @@
+"""One run from its parts to its end; whatever happens, what was computed is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import (
+    BeyondLimits,
+    CdprError,
+    Diverged,
+    Infeasible,
+    Interrupted,
+    OutputError,
+    PlantEnded,
+    PluginError,
+    Unanswered,
+)
+from cdpr.log.event import Event
+from cdpr.log.recorder import Recorder
+from cdpr.log.rows import LogRows
+from cdpr.log.run import Header, Run
+from cdpr.log.run_folder import RunFolder
+from cdpr.model.reach import Reach
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend, Controller
+from cdpr.plugins.classes import innermost
+from cdpr.plugins.registry import describe
+from cdpr.scenario import Scenario
+from cdpr.simulation.build import build
+from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
+from cdpr.simulation.loop import Loop, Parts
+
+STATUS: dict[type[BaseException], str] = {
+    Diverged: "diverged",
+    Infeasible: "infeasible",
+    BeyondLimits: "beyond_limits",
+    Unanswered: "unanswered",
+    Interrupted: "interrupted",
+    PlantEnded: "ended",
+}
+
+
+class Attempt:
+    """One run: `begin` it, let the loop go, and `end` it, whatever has happened.
+
+    Attributes:
+        loop: made by `begin`.
+        recorder: keeps the rows; made by `begin`.
+        outside: what was given from outside, and from which sample to which, excluded.
+        run: once all that it says is known.
+    """
+
+    def __init__(self, scenario: Scenario, header: Header, folder: RunFolder | None) -> None:
+        self.scenario = scenario
+        self.header = header
+        self.folder = folder
+        self.parts: Parts | None = None
+        self.loop: Loop | None = None
+        self.recorder: Recorder | None = None
+        self.run: Run | None = None
+        self.outside: list[tuple[str, int, int]] = []
+        self._closed: list[str] = []  # which parts need not be closed any more
+        self._plugins: dict[str, Any] = {}  # what parts said of themselves
+        self._begun = self._started = perf_counter()
+
+    def begin(self, real_time: bool = False) -> tuple[Loop, Recorder]:
+        """Build and warm up; return what makes the samples, and what keeps them."""
+        self.parts = build(self.scenario)
+        self.loop = Loop(self.parts)
+        self.loop.warm_up(self.scenario.initial.state(), real_time)
+        folder = None if self.folder is None else self.folder.path
+        marked = marks(self.scenario.events, self.header.control_step)
+        self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked)
+        self._started = perf_counter()
+        return self.loop, self.recorder
+
+    def note(self, what: str, first: int, stop: int) -> None:
+        """Keep that from sample `first` to `stop`, excluded, a wrench or tensions were given from outside."""
+        if self.outside and self.outside[-1][0] == what and self.outside[-1][2] == first:
+            first = self.outside.pop()[1]
+        self.outside.append((what, first, stop))
+
+    def told(self, error: BaseException) -> BaseException:
+        """Return what is to be said of an exception: foreign ones are a plugin's."""
+        if isinstance(error, CdprError | KeyboardInterrupt):
+            return error
+        if isinstance(error, MemoryError):
+            size = 8 * self.header.layout.width * (self.scenario.simulation.steps // self.header.log_every + 1) / 2**30
+            return CdprError(
+                f"the {size:.3g} GiB of samples do not fit into memory: give a folder for the log, thin it by log.step "
+                "or shorten simulation.duration"
+            )
+        when = "" if self.recorder is None else f"t = {self._time:.6g} s: "
+        said = PluginError(f"{when}a plugin raised {describe(error)} in {_origin(error, self.scenario)}")
+        said.__cause__ = error
+        return said
+
+    def end(self, error: BaseException | None) -> Run:
+        """Close log, folder and backend, and return the run or raise the error with the run in it.
+
+        Of a second signal meanwhile, what it cut short is done; a third ends it at once.
+        """
+        try:
+            return self._end(error)
+        except KeyboardInterrupt as again:
+            if getattr(again, "run", None) is not None:
+                raise
+            return self._end(error or again)
+
+    @property
+    def _time(self) -> float:
+        """How far the run came, s."""
+        return 0.0 if self.loop is None else self.loop.count * self.header.control_step
+
+    def _end(self, error: BaseException | None) -> Run:
+        """Called again, it goes on where an interrupt cut it short."""
+        if self.run is None:
+            self.run, error = self._finished(error)
+        if self.folder is not None:
+            try:
+                self.folder.finish(self.run)
+            except OutputError as unwritable:
+                error = error or unwritable
+        if error is not None:
+            error.run = self.run  # type: ignore[attr-defined]
+            raise error
+        return self.run
+
+    def _finished(self, error: BaseException | None) -> tuple[Run, BaseException | None]:
+        """Close log and backend; return the run and what it ended with, which may be what the log met."""
+        looped = perf_counter()
+        samples = 0 if self.loop is None else self.loop.count
+        rows: Array | LogRows = np.empty((0, self.header.layout.width))
+        counted: dict[str, Any] | None = None
+        events: list[Event] = []
+        if self.parts is not None and self.recorder is not None:
+            try:
+                self.recorder.close(samples)
+            except OutputError as unwritable:
+                error = unwritable
+            rows = self.recorder.kept
+            if self.recorder.tally is not None:
+                counted = self.recorder.tally.figures()
+            events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
+            events += tension_events(self.recorder.status, self.header.control_step, self.parts)
+            events += limit_events(self._reach(rows), self.header)
+            step = self.header.control_step
+            for what, first, stop in self.outside:
+                text = f"the {what} was given from outside ({stop - first} samples)"
+                events.append(Event(first * step, "outside", text, until=stop * step))
+        plugins = self._plugins
+        if self.parts is not None:
+            events.sort(key=lambda event: event.time)
+            parts: dict[str, Backend | Controller] = {
+                "backend": self.parts.backend,
+                "controller": self.parts.controller,
+            }
+            for role, part in parts.items():
+                if role in self._closed:
+                    continue
+                self._closed.append(role)  # one that hangs is not asked twice
+                try:
+                    if about := part.describe():
+                        plugins[role] = about
+                    part.close()
+                except (Exception, SystemExit) as foreign:
+                    text = f"the {role} raised {describe(foreign)} while closing"
+                    events.append(Event(self._time, "warning", text))
+        if coupled := plugins.get("backend", {}).get("actuators"):
+            events.insert(0, Event(0.0, "actuators", f"{coupled['coupling']}: {coupled['stability']}"))
+        outcome, message = "finished", ""
+        if error is not None:
+            outcome = "interrupted" if isinstance(error, KeyboardInterrupt) else STATUS.get(type(error), "failed")
+            message = str(error) or "interrupted"
+            cause = error.__cause__
+            if not isinstance(error, Infeasible):  # of that the last sample tells
+                events.append(Event(self._time, outcome, str(cause) if isinstance(cause, CdprError) else message))
+        return Run(
+            header=self.header,
+            rows=rows,
+            status=outcome,
+            message=message,
+            events=tuple(events),
+            timings={"setup_s": self._started - self._begun, "loop_s": looped - self._started},
+            unused=self.scenario.unused,
+            plugins=plugins,
+            folder=None if self.folder is None else str(self.folder.path),
+            counted=counted,
+        ), error
+
+    def _reach(self, rows: Array | LogRows) -> Reach:
+        """Where cables left their limits, of all samples."""
+        assert self.recorder is not None
+        if self.recorder.tally is not None:
+            return self.recorder.tally.reach
+        header, columns = self.header, self.header.layout.columns
+        reach = Reach(header.bounds, len(header.cables), header.broken)
+        length, rate = (np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate"))
+        reach.add(np.ascontiguousarray(rows[:, columns["time"]][:, 0]), length, rate)
+        return reach
+
+
+def _origin(error: BaseException, scenario: Scenario) -> str:
+    """Function, file and line where foreign code raised: in the file of a chosen plugin, where it came through that."""
+    found = scenario.plugins
+    chosen = [
+        found.get("backend", scenario.simulation.backend),
+        found.get("controller", scenario.controller.type),
+        found.get("solver", scenario.solver.type),
+    ]
+    trace = innermost(error, [entry.file for entry in chosen]) or innermost(error)
+    if trace is None:
+        return "unknown code"
+    code = trace.tb_frame.f_code
+    return f"{code.co_name} ({Path(code.co_filename).name}:{trace.tb_lineno})"

@@ -1,0 +1,348 @@
+"""A simulation that is taken step by step."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.errors import CdprError, PlantEnded, PluginError
+from cdpr.log.run import Run
+from cdpr.log.run_folder import RunFolder
+from cdpr.model.arrays import checked
+from cdpr.model.robot import Array, read_only
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.registry import Role, describe, registry
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.simulation.attempt import Attempt
+from cdpr.simulation.build import make_header
+from cdpr.simulation.loop import Moment
+from cdpr.simulation.pace import Pace
+from cdpr.simulation.room import check_room
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A moment of a simulation, from which it can go on more than once.
+
+    Its samples are those of the snapshot before, if there is one, and those since.
+    """
+
+    moment: Moment
+    first: int
+    rows: Array
+    outside: list[tuple[str, int, int]]
+    before: Snapshot | None
+    of: Attempt
+
+    def line(self) -> Iterator[Snapshot]:
+        """Yield this one and all before."""
+        here: Snapshot | None = self
+        while here is not None:
+            yield here
+            here = here.before
+
+
+Observer = Callable[[Array], None]
+
+# A time that is a sum of steps misses its sample by round-off.
+ROUNDING = 1e-9
+
+
+class Simulation:
+    """A closed loop that goes on when it is told to; `simulate` is one that goes on to its end.
+
+    Args:
+        scenario: a scenario file, or what `load_scenario` returned.
+        backend: which to use instead of the scenario's, by its name or as a class that need not be installed;
+            likewise `solver` and `controller`. A class may hold `Options`, the model of its options, and `properties`.
+        overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
+        out: folder, new or empty, for log, resolved scenario and run.json; nothing is written unless it is given.
+
+    Between two calls the state and the desired motion are those of the present time; the next step decides what the
+    cables are to do, and takes the plant to the next sample. In a `with` statement it is closed at the end. What
+    ends it early (Infeasible, Diverged, ...) is raised with all samples in its attribute `run`, as by `simulate`, and
+    so are the errors of making it.
+    """
+
+    def __init__(
+        self,
+        scenario: str | os.PathLike[str] | Scenario,
+        *,
+        backend: str | type[Backend] | None = None,
+        solver: str | type[TensionSolver] | None = None,
+        controller: str | type[Controller] | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        out: str | os.PathLike[str] | None = None,
+    ) -> None:
+        self._observers: list[Observer] = []
+        self._start(attempt(scenario, backend, solver, controller, overrides, out))
+
+    def _start(self, made: Attempt) -> None:
+        """Build, and look at sample 0."""
+        self._attempt = made
+        self._snapshot: Snapshot | None = None  # the last one on the way to the present
+        with self._kept():
+            self._loop, self._recorder = made.begin()
+            self._pace = Pace(self._recorder.flush)
+            with self._loop.timed():
+                self._loop.begin(self._recorder.rows, self.steps)
+        self._row = read_only(self._loop.row)
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is simulated."""
+        return self._attempt.scenario
+
+    @property
+    def steps(self) -> int:
+        """How many control steps there are."""
+        return self.scenario.simulation.steps
+
+    @property
+    def time(self) -> float:
+        """Present time, s."""
+        return self._loop.time
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing is left to do."""
+        return self._attempt.run is not None or self._loop.count > self.steps
+
+    @property
+    def row(self) -> Array:
+        """The last complete sample, columns as in `Run.rows`; a copy. CdprError before the first step."""
+        if not self._loop.count:
+            raise CdprError("row: no sample is complete before the first step")
+        rows = self._recorder.rows
+        return np.array(rows[(self._loop.count - 1) % len(rows)])
+
+    @property
+    def state(self) -> Array:
+        """State of the platform, (13,), laid out as `cdpr.model` says; a copy."""
+        return self._loop.state.copy()
+
+    @property
+    def desired(self) -> Array:
+        """Desired state and accelerations, (19,), likewise."""
+        return self._loop.desired.copy()
+
+    @property
+    def tension(self) -> Array:
+        """What the cables were told in the last complete sample, (m,), N; zeros before the first step; a copy."""
+        return self._loop.tension.copy()
+
+    def step(self, n: int = 1, *, wrench: ArrayLike | None = None, tension: ArrayLike | None = None) -> None:
+        """Take n control steps, or as many as are left; with the last one the last sample is complete.
+
+        Args:
+            n: at least 1.
+            wrench: (6,) what the cables are to exert during these steps, N and N m, in place of the controller's
+                answer; distributed as that is. The controller is not asked.
+            tension: (m,) what the cables are told, N, clipped to their limits, in place of the solver's answer, too.
+
+        Raises CdprError for misuse, and SimulationStopped or PluginError where the run ends early.
+        """
+        if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+            raise CdprError(f"step: a whole number of steps, at least 1, is expected, got {n!r}")
+        self._ready()
+        given = self._given(wrench, tension)
+        until = min(self._loop.count + int(n), self.steps)
+        if given is not None:
+            self._attempt.note("wrench" if tension is None else "tension", self._loop.count, until)
+        self._go(until, given)
+
+    def until(self, time: float) -> None:
+        """Go on to the first sample at or after `time` (s), or to the end."""
+        self._ready()
+        if not np.isfinite(time) or time < self.time * (1.0 - ROUNDING):
+            raise CdprError(f"until: a time from the present one on, {self.time:g} s, is expected, got {time!r}")
+        period = self.scenario.simulation.control_step
+        last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self.steps)
+        self._go(last, None)
+
+    def observe(self, observer: Observer) -> None:
+        """Call `observer(row)` with each complete sample from now on.
+
+        The row is read-only and live: copy what is to be kept. What an observer raises ends the run as failed.
+        """
+        if not callable(observer):
+            raise CdprError(f"observe: something that can be called with a row is expected, got {observer!r}")
+        self._observers.append(observer)
+
+    def snapshot(self) -> Snapshot:
+        """Return all that the future depends on: plant, controller, solver, events, and how far it came.
+
+        Raises PluginError where the backend or the controller cannot take one.
+        """
+        self._ready(also_done=True)
+        entry = self.scenario.plugins.get("solver", self.scenario.solver.type)
+        solver = self._loop.parts.solver
+        if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
+            raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
+        moment, before = self._loop.snapshot(), self._snapshot
+        first = 0 if before is None else before.moment.count
+        rows = self._recorder.rows[first : moment.count].copy() if self._branches else np.empty((0, 0))
+        self._snapshot = Snapshot(moment, first, rows, list(self._attempt.outside), before, self._attempt)
+        return self._snapshot
+
+    @property
+    def _branches(self) -> bool:
+        """Whether samples can be made anew: those that are logged or thinned stay."""
+        return self._attempt.folder is None and self._recorder.tally is None
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot of this simulation: what follows is the same to the bit.
+
+        Raises CdprError with a log, whose samples stay: take a simulation without `out`.
+        """
+        if not isinstance(snapshot, Snapshot) or snapshot.of is not self._attempt:
+            raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
+        self._ready(also_done=True)
+        if not self._branches:
+            raise CdprError("restore: samples that are logged or thinned stay; leave out `out` and log.step")
+        self._loop.restore(snapshot.moment)
+        there = set() if self._snapshot is None else set(self._snapshot.line())
+        for each in snapshot.line():
+            if each in there:
+                break
+            self._recorder.rows[each.first : each.moment.count] = each.rows
+        self._recorder.rewind(snapshot.moment.count)
+        self._attempt.outside[:] = snapshot.outside
+        self._snapshot = snapshot
+
+    def reset(self, state: ArrayLike | None = None, *, seed: int | None = None) -> None:
+        """Begin anew, also after the end; what was computed since is forgotten, observers stay.
+
+        Args:
+            state: (13,) where to begin, laid out as `cdpr.model` says, in place of the scenario's initial state; it
+                is checked as that, and a motion that begins at the initial pose begins here.
+            seed: in place of the scenario's.
+
+        Raises CdprError with a log, whose samples stay: make another simulation.
+        """
+        if self._attempt.folder is not None:
+            raise CdprError("reset: what is logged stays; make another simulation, or leave out `out`")
+        changes: dict[str, Any] = {} if seed is None else {"simulation.seed": seed}
+        if state is not None:
+            x = checked(state, (13,), "state", finite=True).tolist()
+            rates = {"velocity": x[7:10], "angular_velocity": x[10:]}
+            changes["initial"] = {"position": x[:3], "orientation": {"quaternion": x[3:7]}, **rates}
+        scenario = self.scenario.with_changes(changes)
+        self.close()
+        self._start(Attempt(scenario, make_header(scenario), None))
+
+    def run(self) -> Run:
+        """End the simulation, where it stands, and return the run as any other; again, the same one.
+
+        One that is not done has the status "ended".
+        """
+        if self._attempt.run is not None:
+            return self._attempt.run
+        if self.done:
+            return self._attempt.end(None)
+        stop = PlantEnded(f"t = {self.time:.6g} s: taken no further")
+        try:
+            return self._attempt.end(stop)
+        except PlantEnded as ended:
+            if ended is not stop or self._attempt.run is None:
+                raise
+            return self._attempt.run
+
+    def close(self) -> None:
+        """End the simulation and free what the backend holds; may be called again."""
+        self.run()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._attempt.run is None and isinstance(error, KeyboardInterrupt):
+            self._attempt.end(error)  # raises it, with the run
+        self.close()
+
+    def _ready(self, *, also_done: bool = False) -> None:
+        """Refuse what comes after the end."""
+        if self._attempt.run is not None:
+            raise CdprError(f"the simulation is over: its run is {self._attempt.run.status}; make another")
+        if self.done and not also_done:
+            raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
+
+    def _given(self, wrench: ArrayLike | None, tension: ArrayLike | None) -> Callable[[], None] | None:
+        """What decides in place of controller or solver."""
+        if wrench is not None and tension is not None:
+            raise CdprError("step: wrench or tension is expected, not both")
+        if wrench is not None:
+            return self._loop.give("wrench", checked(wrench, (6,), "wrench", finite=True))
+        if tension is not None:
+            m = self.scenario.robot.m
+            return self._loop.give("command", checked(tension, (m,), "tension", finite=True))
+        return None
+
+    def _go(self, k: int, given: Callable[[], None] | None) -> None:
+        """Go on to sample k; complete that, too, if it is the last."""
+        loop, pace = self._loop, self._pace
+        with self._kept():
+            if given is None and not self._observers:
+                loop.go(k, pace)
+            with loop.timed():
+                while loop.count < k:
+                    self._decide(given)
+                    loop.advance()
+                    pace.after(loop.count, loop.time)
+                if k == self.steps:
+                    self._decide(given)
+
+    def _decide(self, given: Callable[[], None] | None) -> None:
+        """Complete a sample."""
+        self._loop.decide(given)
+        try:
+            for observer in self._observers:
+                observer(self._row)
+        except Exception as error:
+            raise CdprError(f"t = {self.time:.6g} s: an observer raised {describe(error)}") from error
+
+    @contextmanager
+    def _kept(self) -> Iterator[None]:
+        """Whatever ends it, end the run with it."""
+        try:
+            yield
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            self._attempt.end(self._attempt.told(error))
+
+
+def attempt(
+    scenario: str | os.PathLike[str] | Scenario,
+    backend: str | type[Backend] | None,
+    solver: str | type[TensionSolver] | None,
+    controller: str | type[Controller] | None,
+    overrides: Mapping[str, Any] | None,
+    out: str | os.PathLike[str] | RunFolder | None,
+) -> Attempt:
+    """Load a scenario, with the plugins that are chosen, and make the folder; nothing is built."""
+    changes = overrides or {}
+    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
+    chosen: dict[str, str | None] = {}
+    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
+    for role, choice in given.items():
+        if choice is not None and not isinstance(choice, str):
+            plugins, choice = plugins.with_class(role, choice)
+        chosen[role] = choice
+    if isinstance(scenario, Scenario):
+        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
+    else:
+        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
+    header = make_header(scenario)
+    if isinstance(out, RunFolder):
+        return Attempt(scenario, header, out)
+    check_room(scenario, header, None if out is None else Path(out))
+    return Attempt(scenario, header, None if out is None else RunFolder(Path(out), header))

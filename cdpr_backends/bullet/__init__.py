@@ -1,0 +1,19 @@
+"""PyBullet: a body under our cable wrench, or on rigid legs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr_backends.bullet.body import BulletBackend
+
+
+def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
+    """Return the backend for the chosen kind of cables."""
+    if options.cables == "ups":
+        from cdpr_backends.bullet.legs import BulletUps
+
+        return BulletUps(robot, gravity, physics_step, options)
+    return BulletBackend(robot, gravity, physics_step, options)

@@ -1,0 +1,107 @@
+"""Bullet's worlds: clients of our own, their saved states, and bodies without what Bullet adds to them."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Sequence
+
+from cdpr.errors import PluginError
+from cdpr.model.robot import Array
+from cdpr_backends.quiet import quiet
+
+with quiet():  # it prints the time of its build
+    import pybullet as pybullet  # as: for its neighbours, which must not import it louder
+
+BASE = -1
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)  # Bullet's quaternions are x, y, z, w
+
+# Bullet clips speeds silently, at 100 m/s and rad/s by default; above this the guards of the loop have long stopped.
+NO_CLIP = 1e12
+
+
+class Client:
+    """An empty world of Bullet, without window; gone with `close`, or when nobody holds it any more."""
+
+    def __init__(self, gravity: Array, step: float) -> None:
+        self.number = number = int(pybullet.connect(pybullet.DIRECT))
+        if number < 0:
+            raise PluginError("PyBullet opens no more worlds in this process; close some backends")
+        self.close = weakref.finalize(self, pybullet.disconnect, number)
+        pybullet.setGravity(*gravity.tolist(), physicsClientId=number)
+        pybullet.setTimeStep(step, number)
+
+
+class SavedState:
+    """The state of a client, which Bullet keeps in memory for as long as this object lives."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._number = pybullet.saveState(client.number)
+        weakref.finalize(self, _forget, self._number, client.number)
+
+    def restore(self) -> None:
+        """Put the client back into this state."""
+        pybullet.restoreState(stateId=self._number, physicsClientId=self._client.number)
+
+
+def _forget(number: int, client: int) -> None:
+    if pybullet.isConnected(client):
+        pybullet.removeState(number, client)
+
+
+def chain(
+    client: int,
+    base: Sequence[float],
+    kinds: Sequence[int],
+    directions: Array,
+    mass: float,
+    moments: Array,
+    center: Sequence[float],
+    axes: Sequence[float],
+) -> int:
+    """Add links without mass or friction on a fixed base, and a last one with mass, moments, centre and axes."""
+    n = len(kinds)
+    nowhere = [[0.0, 0.0, 0.0]] * n
+    number = int(
+        pybullet.createMultiBody(
+            baseMass=0.0,
+            basePosition=base,
+            linkMasses=[0.0] * (n - 1) + [mass],
+            linkCollisionShapeIndices=[-1] * n,
+            linkVisualShapeIndices=[-1] * n,
+            linkPositions=nowhere,
+            linkOrientations=[UPRIGHT] * n,
+            linkInertialFramePositions=[*nowhere[1:], center],
+            linkInertialFrameOrientations=[UPRIGHT] * (n - 1) + [axes],
+            linkParentIndices=list(range(n)),
+            linkJointTypes=list(kinds),
+            linkJointAxis=directions.tolist(),
+            physicsClientId=client,
+        )
+    )
+    pybullet.changeDynamics(number, n - 1, localInertiaDiagonal=moments.tolist(), physicsClientId=client)
+    for joint in range(n):
+        pybullet.setJointMotorControl2(number, joint, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
+    undamped(client, number)
+    return number
+
+
+def undamped(client: int, number: int) -> None:
+    """Take damping (0.04 by default), the clipping of speeds and sleeping off a body and its links."""
+    for link in range(BASE, pybullet.getNumJoints(number, client)):
+        pybullet.changeDynamics(
+            number,
+            link,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            jointDamping=0.0,
+            maxJointVelocity=NO_CLIP,
+            activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+            physicsClientId=client,
+        )
+
+
+def xyzw(q: Array) -> list[float]:
+    """Bullet's order of a quaternion w, x, y, z."""
+    w, x, y, z = q.tolist()
+    return [x, y, z, w]

@@ -1,0 +1,85 @@
+"""One body under our cable wrench, on a free joint, a ball or the slides and the hinge of its guide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
+from cdpr_backends.dart.kernels import ball_joint_force, free_joint_force, guide_force
+from cdpr_backends.dart.world import make_world, set_motion
+
+
+class DartBackend(RigidBodyBackend):
+    """A body under the wrench of cdpr's cable kernel."""
+
+    def build(self) -> None:
+        """Make the world."""
+        self.world = world = make_world(self.gravity, self.physics_step)
+        frame, body, applied = self.frame, self.body, self.applied
+        self.joints: FreeJoint | BallJoint | GuideJoints
+        if frame.guide is None:
+            self.joints = FreeJoint(world, frame, body, self.physics_step)
+            forces = np.zeros(6)
+            onto_joints: Callable[[], bool] = partial(free_joint_force, body, applied, forces)
+        elif frame.guide.spherical:
+            self.joints = BallJoint(world, frame, body, self.physics_step)
+            forces = np.zeros(3)
+            onto_joints = partial(ball_joint_force, self.joints.kept, body, applied, forces)
+        else:
+            self.joints = GuideJoints(world, frame, frame.guide, body)
+            forces = np.zeros(self.joints.skeleton.getNumDofs())
+            onto_joints = partial(guide_force, frame.guide.rows, body, applied, forces)
+        push, step, moved = self.joints.skeleton.setForces, world.step, self.joints.moved
+
+        def advance() -> None:
+            self._sane = onto_joints()
+            if self._sane:
+                push(forces)
+                step()
+                moved()
+            else:
+                body[:] = np.nan
+
+        self._advance = advance
+
+    def write(self) -> None:
+        """Put the body into `body`."""
+        self._sane = True
+        self.world.reset()
+        self.joints.write()
+
+    def read(self) -> None:
+        """Do nothing: what moves the body reads it, too."""
+
+    def advance(self) -> None:
+        """Advance by one physics step."""
+        self._advance()
+
+    def engine_time(self) -> float:
+        """Return DART's time, s."""
+        return float(self.world.getTime())
+
+    def snapshot(self) -> object:
+        """Return joint coordinates and rates, DART's time and our arrays."""
+        skeleton = self.joints.skeleton
+        return (skeleton.getPositions(), skeleton.getVelocities()), self.world.getTime(), self._sane, save(self.arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        coordinates, time, self._sane, arrays = snapshot
+        put_back(arrays, self.arrays)
+        self.world.setTime(time)
+        self.joints.place()
+        set_motion(self.joints.skeleton, *coordinates)
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """What a snapshot must hold besides DART's own state."""
+        return *super().arrays, self.joints.kept

@@ -1,0 +1,53 @@
+"""DART's worlds and chains of links."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import dartpy
+import numpy as np
+
+from cdpr.model.robot import Array
+
+# Links between joints have no mass, but DART warns of less than something. This is lost in the first sum.
+NO_MASS = 1e-100
+
+
+def make_world(gravity: Array, step: float) -> Any:
+    """Return an empty world, in which nothing falls asleep."""
+    world = dartpy.simulation.World()
+    world.setGravity(gravity)
+    world.setTimeStep(step)
+    sleep = world.getDeactivationOptions()
+    sleep.mEnabled = False
+    world.setDeactivationOptions(sleep)
+    return world
+
+
+def chain(skeleton: Any, kinds: Sequence[str], directions: Array, mass: float, center: Array, inertia: Array) -> Any:
+    """Add one link per joint, the last one with mass, centre and inertia; return that one."""
+    link: Any = None
+    for kind, axis in zip(kinds, directions, strict=True):
+        add = getattr(skeleton, f"create{kind}JointAndBodyNodePair")
+        joint, link = add() if link is None else add(link)
+        joint.setAxis(axis)
+        link.setInertia(dartpy.dynamics.Inertia(NO_MASS, np.zeros(3), NO_MASS * np.eye(3)))
+    link.setInertia(dartpy.dynamics.Inertia(mass, center, (inertia + inertia.T) / 2))
+    return link
+
+
+def put_root(skeleton: Any, position: Array) -> None:
+    """Put the first joint of a skeleton at a position (3,), world."""
+    place = dartpy.math.Isometry3()
+    place.set_translation(position)
+    skeleton.getRootJoint().setTransformFromParentBodyNode(place)
+
+
+def set_motion(skeleton: Any, q: Array, u: Array) -> None:
+    """Set joint coordinates and rates and forget all forces."""
+    skeleton.resetAccelerations()
+    skeleton.clearExternalForces()
+    skeleton.resetGeneralizedForces()
+    skeleton.setPositions(q)
+    skeleton.setVelocities(u)

@@ -1,0 +1,91 @@
+"""One body with MuJoCo's own spatial tendons as cables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr.plugins.snapshots import put_back, save
+from cdpr_backends.mujoco.world import World, describe
+
+
+class MujocoTendons(Backend):
+    """The body held by spatial tendons: MuJoCo evaluates the cables, at every stage of its integrator."""
+
+    def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, physics_step, options)
+        self.frame = frame = BodyFrame(robot)
+        spec = describe(frame, self.gravity, physics_step, options.integrator)
+        add_tendons(spec, frame.anchors)
+        self._world = World(frame, spec)
+        self._body = np.zeros(13)
+        self._slack = np.zeros(robot.m)  # the tendons already pull
+        self._applied = np.zeros(6)
+        self._read = self._world.reader(self._body)
+        self._apply = self._world.applier(self._applied)
+        self._bad_command = self._world.data.warning[mujoco.mjtWarning.mjWARN_BADCTRL]
+
+    def reset(self, state: Array) -> None:
+        """Put the platform into `state` (13,)."""
+        from_platform(self.frame.offset, np.array(state, dtype=np.float64), self._body)
+        self._world.write(self._body)
+        self._publish()
+
+    def step(self, n: int) -> None:
+        """Advance by n physics steps."""
+        world = self._world
+        world.data.ctrl[:] = self.command
+        if self.external.any() or self._applied.any():
+            for _ in range(n):  # the external wrench moves with the platform
+                self._read()
+                applied_wrench(
+                    self.frame.anchors, self.frame.offset, self._slack, self.external, self._body, self._applied
+                )
+                self._apply()
+                mujoco.mj_step(world.model, world.data)
+        else:
+            mujoco.mj_step(world.model, world.data, n)
+        self._publish()
+        if self._bad_command.number:  # MuJoCo has put zeros in place of the commands
+            self._bad_command.number = 0
+            self.state[:] = np.nan
+
+    def engine_time(self) -> float:
+        """Return MuJoCo's time, s."""
+        return float(self._world.data.time)
+
+    def snapshot(self) -> object:
+        """Return MuJoCo's state and our arrays."""
+        return self._world.save(), save(self._arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to a snapshot."""
+        engine, arrays = snapshot
+        self._world.put_back(engine)
+        put_back(arrays, self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.command, self.external, self._applied, self._body, self.state
+
+    def _publish(self) -> None:
+        self._read()
+        to_platform(self.frame.offset, self._body, self.state)
+
+
+def add_tendons(spec: mujoco.MjSpec, anchors: Array) -> None:
+    """Add one tendon and one force actuator per cable; a positive tendon force pushes, hence the gear of -1."""
+    for i, row in enumerate(anchors):
+        spec.worldbody.add_site(name=f"frame_{i}", pos=row[:3])
+        spec.body("platform").add_site(name=f"platform_{i}", pos=row[3:])
+        tendon = spec.add_tendon(name=f"cable_{i}")
+        tendon.wrap_site(f"frame_{i}")
+        tendon.wrap_site(f"platform_{i}")
+        actuator = spec.add_actuator(name=f"cable_{i}", target=f"cable_{i}", trntype=mujoco.mjtTrn.mjTRN_TENDON)
+        actuator.gear[0] = -1.0

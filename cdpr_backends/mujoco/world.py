@@ -1,0 +1,110 @@
+"""MuJoCo's model and data of one platform."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import mujoco
+import numpy as np
+
+from cdpr.model.body_frame import BodyFrame
+from cdpr.model.guide import from_coordinates, onto_coordinates
+from cdpr.model.robot import Array
+from cdpr_backends.mujoco.kernels import read_ball, read_free_joint, write_ball, write_free_joint
+
+# Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
+# of the loop find the same in the same step. (MuJoCo knows only one such setting for the whole process.)
+mujoco.set_mju_user_warning(lambda text: None)
+
+ROUNDING = 1e-12  # keeps a sum of moments from missing the triangle inequality by its last bit
+
+INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "rk4": mujoco.mjtIntegrator.mjINT_RK4}
+
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+
+PLATFORM = 1  # its number among the bodies; 0 is the world
+
+
+class World:
+    """Model and data, and how a body state goes in and out."""
+
+    def __init__(self, frame: BodyFrame, spec: mujoco.MjSpec) -> None:
+        self.frame = frame
+        # The compiler refuses principal moments that miss the triangle inequality by mere rounding: they are put in
+        # afterwards.
+        moments = frame.moments
+        spec.body("platform").inertia = np.minimum(moments, (moments.sum() - moments) * (1.0 - ROUNDING))
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self.model.body_inertia[PLATFORM] = frame.moments
+        mujoco.mj_setConst(self.model, self.data)
+        self._home = np.zeros(3)  # where the slides measure from, or the ball is
+
+    def write(self, body: Array) -> None:
+        """Reset all and put the body into a body state (13,)."""
+        guide, data = self.frame.guide, self.data
+        if guide is None:
+            mujoco.mj_resetData(self.model, data)
+            write_free_joint(body, data.qpos, data.qvel)
+        else:
+            self._home[:] = body[:3] * (1.0 - guide.packed[:3])
+            self.model.body_pos[PLATFORM] = self._home
+            mujoco.mj_resetData(self.model, data)
+            if guide.spherical:
+                write_ball(body, data.qpos, data.qvel)
+            else:
+                data.qpos[:], data.qvel[:] = guide.coordinates(body, self._home)
+
+    def reader(self, body: Array) -> Callable[[], None]:
+        """Return the function that reads the body state into `body` (13,)."""
+        guide, data = self.frame.guide, self.data
+        if guide is None:
+            return partial(read_free_joint, data.qpos, data.qvel, body)
+        if guide.spherical:
+            return partial(read_ball, self._home, data.qpos, data.qvel, body)
+        return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
+
+    def save(self) -> tuple[Array, Array]:
+        """Return where the slides measure from, and all that MuJoCo's next step depends on."""
+        engine = np.zeros(mujoco.mj_stateSize(self.model, INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, engine, INTEGRATION)
+        return self._home.copy(), engine
+
+    def put_back(self, saved: tuple[Array, Array]) -> None:
+        """Undo what happened since `save`."""
+        self._home[:] = saved[0]
+        if self.frame.guide is not None:
+            self.model.body_pos[PLATFORM] = self._home
+        mujoco.mj_setState(self.model, self.data, saved[1], INTEGRATION)
+
+    def applier(self, applied: Array) -> Callable[[], None]:
+        """Return the function that applies `applied` (6,), about the body frame's origin, until it is called again."""
+        guide, data = self.frame.guide, self.data
+        if guide is None:
+            return partial(np.copyto, data.xfrc_applied[PLATFORM], applied)
+        if guide.spherical:  # a moment alone acts alike wherever it is applied
+            return partial(np.copyto, data.xfrc_applied[PLATFORM, 3:], applied[3:])
+        return partial(onto_coordinates, guide.rows, applied, data.qfrc_applied)
+
+
+def describe(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
+    """Describe a world with one body, free or on the slides and the hinge or the ball of its guide."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = step
+    spec.option.gravity = gravity
+    spec.option.integrator = INTEGRATORS[integrator]
+    # By default MuJoCo answers a bad acceleration by silently resetting itself; without that, NaN stays visible.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    body = spec.worldbody.add_body(name="platform", mass=frame.mass, explicitinertial=True)
+    body.ipos, body.iquat = frame.center, frame.axes
+    if frame.guide is None:
+        body.add_freejoint()
+    elif frame.guide.spherical:
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_BALL)
+    else:
+        for axis in frame.guide.slides:
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis])
+        if frame.guide.hinge is not None:
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=np.eye(3)[frame.guide.hinge])
+    return spec

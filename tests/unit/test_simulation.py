@@ -1,0 +1,297 @@
+"""A simulation taken step by step: the same rows as `simulate`, branches to the bit, misuse told in one sentence."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.errors import ExitCode
+from cdpr.plugins import Controller
+
+BREAK = str(ROOT / "scenarios" / "cable_break.yaml")
+CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
+SHORT = {"simulation.duration": 0.05}
+EVENTS = [
+    {"type": "cable_jam", "time": 0.02, "cable": 1, "detected_after": 0.004},
+    {"type": "sine", "time": 0.01, "force": [50, 0, 0], "frequency": 20.0},
+    {"type": "limits", "time": 0.03, "max": 900},
+]
+BUSY = {**SHORT, "events": EVENTS}
+ENGINES = ["reference", "mujoco", "bullet", "dart"]
+
+
+def installed(backend):
+    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
+
+
+@pytest.mark.parametrize("controller", ["computed_torque", "static", "pid", "cable_length"])
+def test_rows_are_those_of_simulate(controller):
+    whole = cdpr.simulate(CAROCA, controller=controller, overrides=BUSY)
+    with cdpr.Simulation(CAROCA, controller=controller, overrides=BUSY) as sim:
+        while not sim.done:
+            sim.step()
+        run = sim.run()
+    assert run.rows.tobytes() == whole.rows.tobytes()
+    assert (run.status, run.events) == ("finished", whole.events)
+    assert sim.run() is run
+
+
+@pytest.mark.parametrize("backend", ENGINES)
+def test_a_branch_continues_to_the_bit(backend):
+    installed(backend)
+    whole = cdpr.simulate(CAROCA, backend=backend, overrides=BUSY)
+    with cdpr.Simulation(CAROCA, backend=backend, overrides=BUSY) as sim:
+        sim.step(15)
+        early = sim.snapshot()
+        sim.until(0.026)
+        late = sim.snapshot()
+        sim.until(9.0)
+        sim.restore(early)
+        sim.step(20, tension=np.full(8, 200.0))
+        sim.restore(late)
+        assert sim.time == pytest.approx(0.026)
+        sim.step(1000)
+        assert sim.run().rows.tobytes() == whole.rows.tobytes()
+        assert sim.run().events == whole.events
+
+
+@pytest.mark.parametrize("controller", ["pid", "cable_length"])
+def test_controllers_are_part_of_it(controller):
+    """Both remember: without that the branch would end elsewhere."""
+    whole = cdpr.simulate(CAROCA, controller=controller, overrides=SHORT)
+    with cdpr.Simulation(CAROCA, controller=controller, overrides=SHORT) as sim:
+        sim.step(20)
+        here = sim.snapshot()
+        sim.step(25, wrench=[300.0, 0, 900, 0, 0, 0])
+        sim.restore(here)
+        sim.step(50)
+        assert sim.run().rows.tobytes() == whole.rows.tobytes()
+
+
+def test_winches_are_part_of_it():
+    path = str(ROOT / "scenarios" / "winch.yaml")
+    whole = cdpr.simulate(path, overrides=SHORT)
+    with cdpr.Simulation(path, overrides=SHORT) as sim:
+        sim.step(20)
+        here = sim.snapshot()
+        sim.step(10)
+        sim.restore(here)
+        sim.step(50)
+        assert sim.run().rows.tobytes() == whole.rows.tobytes()
+
+
+def test_a_jam_is_told_with_the_tension_of_its_own_branch():
+    with cdpr.Simulation(CAROCA, overrides=BUSY) as sim:
+        sim.step(5)
+        here = sim.snapshot()
+        sim.step(40, tension=np.full(8, 200.0))
+        sim.restore(here)
+        sim.step(50)
+        told = sim.run().events
+    assert told == cdpr.simulate(CAROCA, overrides=BUSY).events
+
+
+def test_a_wrench_and_tensions_from_outside():
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.step(10, wrench=[10.0, 0, 700, 0, 0, 0])
+        sim.step(5, wrench=[10.0, 0, 700, 0, 0, 0])
+        sim.step(10, tension=[5e5, *[100.0] * 7])
+        run = sim.run()
+    np.testing.assert_allclose(run.wrench[:15], np.tile([10.0, 0, 700, 0, 0, 0], (15, 1)))
+    clipped = [run.header.tension_max[0], *[100.0] * 7]
+    np.testing.assert_array_equal(run.tension[15:25], np.tile(clipped, (10, 1)))
+    outside = [(event.text, event.until) for event in run.events if event.kind == "outside"]
+    assert outside == [
+        ("the wrench was given from outside (15 samples)", 0.015),
+        ("the tension was given from outside (10 samples)", 0.025),
+    ]
+    assert (run.status, len(run.rows)) == ("ended", 25)
+
+
+def test_commands_take_the_place_of_commands_and_a_wrench_is_distributed_all_the_same():
+    with cdpr.Simulation(CAROCA, controller="cable_length", overrides=SHORT) as sim:
+        sim.step(1, tension=np.full(8, 123.0))
+        np.testing.assert_array_equal(sim.tension, 123.0)
+        sim.step(1, wrench=[0.0, 0, 700, 0, 0, 0])
+        np.testing.assert_allclose(sim.run().wrench[1], [0, 0, 700, 0, 0, 0])
+
+
+def test_a_broken_cable_stays_broken_whoever_decides():
+    overrides = {**SHORT, "events": [{"type": "cable_break", "time": 0.01, "cable": 1}]}
+    with cdpr.Simulation(CAROCA, overrides=overrides) as sim:
+        sim.step(20, tension=np.full(8, 200.0))
+        sim.step(20, wrench=[0.0, 0, 700, 0, 0, 0])
+        tension = sim.run().tension
+    assert (tension[:10, 0] == 200.0).all()
+    assert (tension[10:, 0] == 0.0).all()
+
+
+def test_observers_see_each_sample():
+    seen = []
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.step(3)
+        sim.observe(lambda row: seen.append(row.copy()))
+        sim.step(100)
+        run = sim.run()
+    np.testing.assert_array_equal(seen, run.rows[3:])
+
+
+def test_an_observer_that_raises_ends_the_run():
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.observe(lambda row: 1 / 0 if row[0] > 0.0095 else None)
+        with pytest.raises(cdpr.CdprError, match=r"t = 0\.01 s: an observer raised ZeroDivisionError") as stop:
+            sim.step(50)
+    assert len(stop.value.run.rows) == 11
+
+
+def test_an_early_end_is_raised_with_all_samples(tmp_path):
+    overrides = {**SHORT, "solver.infeasible": "stop"}
+    with cdpr.Simulation(CAROCA, overrides=overrides, out=tmp_path / "run") as sim:
+        sim.step(10)
+        with pytest.raises(cdpr.Infeasible) as stop:
+            sim.step(5, wrench=[1e6, 0, 0, 0, 0, 0])
+        assert sim.done
+        assert sim.run() is stop.value.run
+        with pytest.raises(cdpr.CdprError, match="the simulation is over: its run is infeasible"):
+            sim.step()
+    assert stop.value.exit_code == ExitCode.INFEASIBLE
+    assert cdpr.load_run(tmp_path / "run").rows.tobytes() == stop.value.run.rows.tobytes()
+    assert len(stop.value.run.rows) == 11
+
+
+def test_a_log_is_that_of_simulate(tmp_path):
+    cdpr.simulate(CAROCA, overrides=BUSY, out=tmp_path / "whole")
+    with cdpr.Simulation(CAROCA, overrides=BUSY, out=tmp_path / "steps") as sim:
+        for _ in range(10):
+            sim.step(5)
+    whole, steps = ((tmp_path / name / "log.mcap").read_bytes() for name in ("whole", "steps"))
+    assert whole == steps
+
+
+def test_reset_begins_anew():
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.step(30, wrench=[0.0, 0, 900, 0, 0, 0])
+        sim.reset()
+        assert (sim.time, sim.done) == (0.0, False)
+        sim.step(100)
+        assert sim.run().rows.tobytes() == cdpr.simulate(CAROCA, overrides=SHORT).rows.tobytes()
+        state = sim.scenario.initial.state()
+        state[:3] += 0.1
+        sim.reset(state, seed=4)
+        np.testing.assert_array_equal(sim.state, state)
+        np.testing.assert_array_equal(sim.desired[:3], state[:3])
+        sim.step(100)
+        run = sim.run()
+    assert run.header.seed == 4
+    overrides = {**SHORT, "simulation.seed": 4, "initial.position": state[:3].tolist()}
+    assert run.rows.tobytes() == cdpr.simulate(CAROCA, overrides=overrides).rows.tobytes()
+
+
+MISUSE = {
+    "step 0": (lambda sim: sim.step(0), "step: a whole number of steps, at least 1, is expected, got 0"),
+    "step half": (lambda sim: sim.step(0.5), "whole number"),
+    "both": (lambda sim: sim.step(wrench=[0] * 6, tension=[1] * 8), "not both"),
+    "short wrench": (lambda sim: sim.step(wrench=[0, 0, 1]), r"wrench: the shape must be \(6,\)"),
+    "nan": (lambda sim: sim.step(tension=[np.nan] * 8), "tension"),
+    "past": (lambda sim: sim.until(0.001), "until: a time from the present one on, 0.003 s"),
+    "no time": (lambda sim: sim.until(np.nan), "until: a time"),
+    "observer": (lambda sim: sim.observe(3), "observe: something that can be called"),
+    "snapshot": (lambda sim: sim.restore("yesterday"), "restore: a snapshot of this very simulation"),
+    "state": (lambda sim: sim.reset([0.0] * 13), "quaternion is zero"),
+}
+
+
+@pytest.mark.parametrize("case", MISUSE)
+def test_misuse_is_one_clear_error_and_costs_nothing(case):
+    call, text = MISUSE[case]
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.step(3)
+        with pytest.raises(cdpr.CdprError, match=text):
+            call(sim)
+        sim.step(100)
+        assert sim.run().rows.tobytes() == cdpr.simulate(CAROCA, overrides=SHORT).rows.tobytes()
+
+
+def test_a_snapshot_of_another_simulation_is_refused():
+    with (
+        cdpr.Simulation(CAROCA, overrides=SHORT) as one,
+        cdpr.Simulation(CAROCA, overrides=SHORT) as two,
+        pytest.raises(cdpr.CdprError, match="this very simulation"),
+    ):
+        two.restore(one.snapshot())
+
+
+def test_what_is_logged_stays(tmp_path):
+    with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
+        here = sim.snapshot()
+        sim.step()
+        for call in (lambda: sim.restore(here), sim.reset):
+            with pytest.raises(cdpr.CdprError, match="leave out `out`"):
+                call()
+
+
+class Forgetful(Controller):
+    """Has no snapshots."""
+
+    def control(self, time, state, desired, out):
+        out[:] = [0, 0, 700, 0, 0, 0]
+
+
+def test_a_plugin_without_snapshots_refuses():
+    with cdpr.Simulation(CAROCA, controller=Forgetful, overrides=SHORT) as sim:
+        sim.step(3)
+        with pytest.raises(cdpr.PluginError, match="Forgetful cannot take snapshots"):
+            sim.snapshot()
+        sim.step(3)
+        assert sim.run().status == "ended"
+
+
+def test_an_interrupt_ends_it_as_interrupted(tmp_path):
+    def interrupted():
+        with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
+            sim.step(7)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    run = cdpr.load_run(tmp_path / "run")
+    assert (run.status, len(run.rows)) == ("interrupted", 7)
+
+
+def test_the_line_of_the_readme():
+    code = f"import cdpr; sim = cdpr.Simulation({BREAK!r}); sim.step(100); s = sim.snapshot(); print(sim.time)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "0.1\n"
+    assert done.stderr == ""
+
+
+def test_any_tree_of_branches():
+    """Twenty leaves of one simulation, each as if nothing else had been tried."""
+    rng = np.random.default_rng(7)
+    with cdpr.Simulation(CAROCA, overrides=BUSY) as sim:
+        known = [(sim.snapshot(), [])]
+        for _ in range(20):
+            snapshot, way = known[rng.integers(len(known))]
+            sim.restore(snapshot)
+            leg = int(rng.integers(1, 6)), [*rng.normal(0.0, 30.0, 2), 700.0, 0.0, 0.0, 0.0]
+            sim.step(leg[0], wrench=leg[1])
+            if not sim.done:
+                known.append((sim.snapshot(), [*way, leg]))
+        for snapshot, way in (known[-1], known[-2], known[len(known) // 2]):
+            sim.restore(snapshot)
+            sim.step()
+            with cdpr.Simulation(CAROCA, overrides=BUSY) as straight:
+                for count, wrench in way:
+                    straight.step(count, wrench=wrench)
+                straight.step()
+                expected = straight.run().rows
+            np.testing.assert_array_equal(sim.row, expected[-1])
+        sim.restore(snapshot)
+        sim.step()
+        run = sim.run()
+    assert run.rows.tobytes() == expected.tobytes()
