@@ -25,6 +25,7 @@ def command(as_json: bool) -> None:
                 "summary": entry.info.summary,
                 "properties": dict(entry.info.properties),
                 "options": sorted(entry.info.options.model_fields),
+                "columns": [column.name for column in entry.info.columns],
                 "distribution": entry.distribution,
                 "version": entry.version,
                 "missing": entry.missing,
@@ -50,6 +51,8 @@ def _description(row: dict[str, Any]) -> str:
     facts = [f"{key}: {value}" for key, value in row["properties"].items()]
     if row["options"]:
         facts.append("options: " + ", ".join(row["options"]))
+    if row["columns"]:
+        facts.append("columns: " + ", ".join(row["columns"]))
     if row["distribution"] != "cdpr":
         facts.append(f"from {row['distribution']} {row['version']}")
     text = row["summary"] + (f"  [{'; '.join(facts)}]" if facts else "")

@@ -10,10 +10,12 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
+from cdpr.cli import cli
 from cdpr.columns import CABLES, FIRST, TOPICS, WINCHED, Column
 from cdpr.errors import LogError, PluginError
 from cdpr.lazy import LATE, late
@@ -270,6 +272,37 @@ def test_two_plugins_with_one_name_in_a_run():
     clock = type("Clock", (Told,), {"columns": (Column("t", 1, "", ""),)})
     with pytest.raises(PluginError, match=r"column 't' of controller 'Clock' and column 'time' of every run"):
         cdpr.simulate(CAROCA, controller=clock)
+
+
+def test_a_branch_goes_on_with_its_columns():
+    class Remembering(Told):
+        """Its memory is its column."""
+
+        def snapshot(self):
+            return None
+
+        def restore(self, snapshot):
+            pass
+
+    with cdpr.Simulation(CAROCA, controller=Remembering, overrides=SHORT) as sim:
+        sim.step(5)
+        taken = sim.snapshot()
+        sim.step(10)
+        sim.restore(taken)
+        sim.step(1)
+        assert sim.row[-1] == 6.0
+        sim.reset()
+        sim.step(1)
+        assert sim.row[-1] == 1.0
+
+
+def test_cdpr_plugins_lists_columns(tmp_path):
+    (tmp_path / "told.py").write_text(
+        "from cdpr.plugins import Column, Controller\nclass Mine(Controller):\n"
+        "    columns = (Column('calls', 1, '', 'Calls'),)\n    def control(self, *_): pass\n"
+    )
+    done = CliRunner().invoke(cli, ["plugins", "--plugin", str(tmp_path / "told.py")])
+    assert re.search(r"Mine .*columns: calls", done.output)
 
 
 def test_our_own_plugins_declare_none():
