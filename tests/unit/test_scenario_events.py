@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_scenario_base import HOLD, TEXTS, line_of, load, problem, problems, whole
 
-from cdpr.scenario.events import first_sample
+from cdpr.scenario.events import ScenarioEvent, first_sample
 
 
 def with_events(*events):
@@ -161,3 +161,11 @@ def test_overrides_reach_single_events():
 )
 def test_a_time_acts_at_the_first_sample_at_or_after_it(time, sample):
     assert first_sample(time, 0.001) == sample
+
+
+def test_an_event_that_does_not_say_what_is_told_of_it_cannot_be_made():
+    class Silent(ScenarioEvent):
+        type: str = "silent"
+
+    with pytest.raises(TypeError, match="abstract"):
+        Silent.model_validate_json('{"time": 1.0}')

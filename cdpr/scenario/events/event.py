@@ -7,6 +7,7 @@ happens within a control step.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, Self
@@ -121,6 +122,7 @@ class ScenarioEvent(Section):
         """Return when the desired motion begins to slow down, and how long until rest, s, if it does so."""
         return None
 
+    @abstractmethod
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Yield what there is to say of it, each at the sample at which it acts.
 
@@ -129,7 +131,6 @@ class ScenarioEvent(Section):
             samples: how many the run made.
             tension: N, of each cable by name at its first sample, where it wants them and they are known.
         """
-        raise NotImplementedError
 
 
 class CableEvent(ScenarioEvent):

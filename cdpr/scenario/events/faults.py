@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import ClassVar, Literal
 
@@ -65,8 +66,9 @@ class CableFault(CableEvent):
         if known > time and learns < samples:
             yield Event(known, "detected", f"the distribution learns that cable '{self.cable}' is {self.fate}")
 
+    @abstractmethod
     def _happening(self, tension: Mapping[str, float]) -> str:
-        raise NotImplementedError
+        """What happens to the cable, in words."""
 
 
 class CableBreak(CableFault):
