@@ -149,7 +149,10 @@ class Attempt:
             events += tension_events(self.recorder.status, self.header.control_step, self.parts)
             events += limit_events(self._reach(rows), self.header)
             step = self.header.control_step
-            for what, first, stop in self.outside:
+            for what, first, end in self.outside:
+                stop = min(end, samples)
+                if stop <= first:
+                    continue
                 text = f"the {what} was given from outside ({stop - first} samples)"
                 events.append(Event(first * step, "outside", text, until=stop * step))
         plugins = self._plugins

@@ -92,7 +92,7 @@ class Loop:
         layout = Layout(robot.m, parts.ideal_cables, parts.columns)
         self.layout, self.row = layout, np.zeros(layout.width)
         hand_out(layout, self.row, {"backend": backend, "controller": parts.controller, "solver": parts.solver})
-        self._outside: dict[Output, tuple[Array, Callable[[], None]]] = {}
+        self._outside: dict[Output, tuple[TensionStage | CommandStage, Array, Callable[[], None]]] = {}
         view = self.view
         self.state = view("position", "angular_velocity")
         self.desired = view("desired_position", "desired_angular_acceleration")
@@ -273,14 +273,23 @@ class Loop:
         """
         if output not in self._outside:
             stage = self.stage if output == self.parts.output else self._stage(output)
-            self._outside[output] = self._written(stage), self._through(stage)
-        out, distribute = self._outside[output]
+            self._outside[output] = stage, self._written(stage), self._through(stage)
+        stage, out, distribute = self._outside[output]
 
         def given() -> None:
             out[:] = values
+            if self.count:
+                stage.follow()
+            else:
+                stage.forget()
+            distribute()
+            self.stage.follow()
+
+        def same() -> None:
+            out[:] = values
             distribute()
 
-        return given
+        return same if stage is self.stage else given
 
     def snapshot(self) -> Moment:
         """Return all that the samples after the present one depend on, to be taken between them.

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -156,13 +157,15 @@ class Simulation:
         given = self._given(wrench, tension)
         until = min(self._loop.count + int(n), self.steps)
         if given is not None:
-            self._attempt.note("wrench" if tension is None else "tension", self._loop.count, until)
+            stop = until + (until == self.steps)  # then the last sample is decided, too
+            self._attempt.note("wrench" if tension is None else "tension", self._loop.count, stop)
         self._go(until, given)
 
     def until(self, time: float) -> None:
         """Go on to the first sample at or after `time` (s), or to the end."""
         self._ready()
-        if not np.isfinite(time) or time < self.time * (1.0 - ROUNDING):
+        known = isinstance(time, Real) and not isinstance(time, bool) and np.isfinite(float(time))
+        if not known or time < self.time * (1.0 - ROUNDING):
             raise CdprError(f"until: a time from the present one on, {self.time:g} s, is expected, got {time!r}")
         period = self.scenario.simulation.control_step
         last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self.steps)

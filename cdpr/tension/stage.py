@@ -123,6 +123,10 @@ class TensionStage:
         """Forget all answers."""
         self._answer[:] = np.nan
 
+    def follow(self) -> None:
+        """Take the present tensions, which somebody else chose, for its answer of the step before."""
+        self._answer[:] = self._tension
+
     def snapshot(self) -> object:
         """Return what future answers depend on beside limits and held cables: the answer before."""
         return self._answer.copy(), self.answered

@@ -200,6 +200,8 @@ MISUSE = {
     "nan": (lambda sim: sim.step(tension=[np.nan] * 8), "tension"),
     "past": (lambda sim: sim.until(0.001), "until: a time from the present one on, 0.003 s"),
     "no time": (lambda sim: sim.until(np.nan), "until: a time"),
+    "words": (lambda sim: sim.until("noon"), "until: a time"),
+    "nothing": (lambda sim: sim.until(None), "until: a time"),
     "observer": (lambda sim: sim.observe(3), "observe: something that can be called"),
     "snapshot": (lambda sim: sim.restore("yesterday"), "restore: a snapshot of this very simulation"),
     "state": (lambda sim: sim.reset([0.0] * 13), "quaternion is zero"),
@@ -295,3 +297,37 @@ def test_any_tree_of_branches():
         sim.step()
         run = sim.run()
     assert run.rows.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("controller", ["computed_torque", "cable_length"])
+def test_a_solver_that_follows_its_last_answer_follows_what_was_pulled(controller):
+    """Tensions change by 20 N a step at most, whoever decided the step before, and in which branch."""
+    overrides = {**SHORT, "solver": {"type": "qp", "change": 20.0}}
+    columns = cdpr.simulate(CAROCA, overrides=SHORT).header.layout.columns
+    pulled = np.linspace(300.0, 900.0, 8)
+    rows = []
+    with cdpr.Simulation(CAROCA, controller=controller, overrides=overrides) as sim:
+        first = sim.snapshot()
+        sim.step(5, wrench=[0.0, 0, 700, 0, 0, 0])
+        sim.restore(first)
+        sim.step(3, tension=pulled)
+        wrench = sim.row[columns["wrench"]]
+        here = sim.snapshot()
+        for detour in (False, True):
+            if detour:
+                sim.step(9, wrench=[50.0, 0, 900, 0, 0, 0])
+                sim.restore(here)
+            sim.step(1, wrench=wrench)
+            rows.append(sim.row)
+            sim.restore(here)
+    np.testing.assert_array_equal(*rows)
+    change = np.abs(rows[0][columns["tension"]] - pulled).max()
+    assert 10.0 < change <= 20.0 + 1e-9
+    assert rows[0][columns["status"]] == 0.0
+
+
+def test_what_was_given_is_told_as_far_as_it_went():
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.step(1000, wrench=[0.0, 0, 700, 0, 0, 0])
+        (event,) = [event for event in sim.run().events if event.kind == "outside"]
+    assert event.text == "the wrench was given from outside (51 samples)"
