@@ -21,6 +21,11 @@ from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
 ABOUT = {"zero": ZERO, "middle": MIDDLE, "previous": PREVIOUS, "given": GIVEN}
+
+# A reference this many times as large as the tensions makes its round-off count (2^-52 of it, against the share of the
+# wrench that answers may leave); of a nearer one it does not, and where it finds nothing there is nothing.
+FAR = 1e3
+
 REFERENCE = 3  # parameters: about, largest change (inf: any), whether weighted, m references, m roots of weights
 
 
@@ -120,7 +125,7 @@ def minimum_norm(
                     return NOT_FOUND
             for j in range(n):
                 A[j, i] = W[j, i] / s if weighted else W[j, i]
-    status, lost = NOT_FOUND, False
+    status, lost, far = NOT_FOUND, OK, 0.0
     for again in range(2):
         r, judged = 0, False
         if worthwhile(n, m):
@@ -152,9 +157,14 @@ def minimum_norm(
             break
         # The round-off of a target far from the limits, such as the middle of one that is as good as none, may be as
         # large as the tensions. What was found is near the optimum: asked about that, it is gone.
+        lost = OK if found else status
         for i in range(m):
-            target[i] = (root[i] if weighted else 1.0) * tension[i] if found else 0.0
-        lost = not found
-    if lost and status == OK:
-        return NOT_FOUND  # there are some, but the nearest ones are lost
+            s = root[i] if weighted else 1.0
+            far = max(far, abs(target[i]) / s)
+            target[i] = s * tension[i] if found else 0.0
+    if lost != OK and status == OK:  # there are some, but the nearest ones are lost
+        size = 0.0
+        for i in range(m):
+            size = max(size, abs(tension[i]))
+        status = NOT_FOUND if far > FAR * size else lost
     return NOT_FOUND if window and status == INFEASIBLE else status

@@ -236,6 +236,33 @@ def test_centre_of_a_sliver(width, length):
         assert abs(terms.sum()) <= 1e-3 * np.abs(terms).max()
 
 
+AT_A_CORNER = [
+    case(
+        [[-2.0, -1.0, -4.0, 2.0, -1.0, 1.0, 4.0, 4.0, 3.0, 3.0, 3.0]],
+        [15520.0 + 15 * 2.0**-23],
+        [32.0, 128.0, 32.0, 320.0, 0.0, 144.0, 176.0, 128.0, 256.0, 192.0, 576.0],
+        [608.0, 736.0, 240.0, 320.0, 288.0, 304.0, 960.0, 448.0, 864.0, 976.0, 1248.0],
+    ),
+    case(
+        [
+            [5.0, 3.0, -5.0, 0.0, 2.0, 5.0],
+            [-5.0, 1.0, -4.0, -1.0, -4.0, -5.0],
+            [-220.0, 231.0, 132.0, -94.0, -272.0, 250.0],
+        ],
+        [10.4375 - 2.0**-30, -21.53125 - 3 * 2.0**-31, 822.625 + 3626 * 2.0**-33],
+        [0.40625, 0.75, 1.125, 1.09375, 1.0, 0.1875],
+        [0.9375, 2.5, 2.0, 1.6875, 1.875, 1.78125],
+    ),
+]
+
+
+@pytest.mark.parametrize("problem", AT_A_CORNER)
+def test_a_corner_missed_by_round_off_is_there_or_not(problem):
+    """About zero it is found, about the middle it is not: an answer either way, for the middle is as near as zero."""
+    for options in ({}, {"about": "middle"}):
+        assert ask(made("qp", problem, options), problem)[0] in (Status.OK, Status.INFEASIBLE)
+
+
 @pytest.mark.parametrize("name", FULL + PARTIAL)
 def test_infinite_limits_give_finite_tensions_or_none(name):
     """Also where the wrench cannot be balanced, and for lower limits."""
