@@ -29,14 +29,33 @@ a hard impact. Where impacts matter, take a shorter physics step.
 
 from __future__ import annotations
 
-from typing import Annotated
+import json
+from collections.abc import Sequence
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
+from cdpr.cables.exit import Exit
 from cdpr.cables.point import Point
 from cdpr.cables.pulley import Pulley
+from cdpr.model import Robot
 
-__all__ = ["AnyExit", "Point", "Pulley"]
+__all__ = ["AnyExit", "Point", "Pulley", "exits_of", "read_exits"]
 
 # Where a cable leaves the frame. To add one, write its file (see `cdpr.cables.exit`) and name it here.
 AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]
+
+
+def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
+    """Return the exits of a robot's cables as plain data, None for a point; () where all are."""
+    plain = [
+        cable.exit.model_dump(mode="json") if isinstance(cable.exit, Exit) and cable.exit.kernels else None
+        for cable in robot.cables
+    ]
+    return tuple(plain) if any(plain) else ()
+
+
+def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
+    """Undo `exits_of`."""
+    read = TypeAdapter[Exit](AnyExit).validate_json
+    return [None if each is None else read(json.dumps(each)) for each in plain]

@@ -48,6 +48,7 @@ class Header:
     log_every: int = 1  # samples from one row of the run to the next
     bounds: Bounds = ()  # of lengths and winding speeds, where there are any
     broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
+    exits: tuple[dict[str, Any] | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
     columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
 
     @property
@@ -71,12 +72,13 @@ class Header:
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
         tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken") if key in data}
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
+        exits = tuple(data.get("exits", ()))
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
-        return cls(**{**data, **tuples, **tables, "columns": tuple(columns)})
+        return cls(**{**data, **tuples, **tables, "exits": exits, "columns": tuple(columns)})
 
 
 # Keys that logs of earlier versions have not, and what that meant.
-NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": (), "columns": ()}
+NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": (), "exits": (), "columns": ()}
 
 
 # Ends that the scenario foresees: what such a run holds is a whole result.

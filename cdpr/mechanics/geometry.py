@@ -120,3 +120,13 @@ def cable_wrench(lines: Array, p: Vector, q: Quaternion, tension: Array) -> tupl
         my += c[1]
         mz += c[2]
     return (fx, fy, fz), (mx, my, mz)
+
+
+@kernel
+def leaving(lines: Array, tips: Array, points: Array) -> None:
+    """Write where the cables leave the frame, (K, m, 3), m, world, for platform anchors at `tips` (K, m, 3)."""
+    for k in range(tips.shape[0]):
+        for i in range(lines.shape[0]):
+            E = exit_point(lines, i, vector(tips[k, i], 0))
+            for j in range(3):
+                points[k, i, j] = E[j]

@@ -35,7 +35,10 @@ class CableExit(Protocol):
     """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
 
     kernels: ClassVar[str]
-    type: str
+
+    @property
+    def type(self) -> str:
+        """Its name in `cdpr.cables`."""
 
     def numbers(self) -> Sequence[float]:
         """Return what the kernels take."""

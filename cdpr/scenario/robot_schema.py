@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from cdpr.cables import AnyExit
 from cdpr.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
 from cdpr.model.robot import Array, CableModel, frozen_array
@@ -27,6 +28,8 @@ UNUSED = {
 
 # What each cable model must know of every cable.
 NEEDED: dict[str, tuple[str, ...]] = {"ideal": (), "rigid": ("winch",), "elastic": ("winch", "axial_stiffness")}
+EXIT = "where the cable leaves the frame: a point, its anchor, unless said"
+
 NEEDS = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -198,6 +201,7 @@ class CablesSection(Section):
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
     )
     damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
+    exit: AnyExit | None = Field(None, description=EXIT)
 
 
 class CableSection(Section):
@@ -216,6 +220,7 @@ class CableSection(Section):
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
     winch: WinchSection | None = Field(None, description="winch of this cable alone; the robot's unless said")
+    exit: AnyExit | None = Field(None, description=f"{EXIT}; that of all cables unless said")
 
 
 class Home(Section):
@@ -310,6 +315,7 @@ class RobotSection(Section):
             length_max=length.max,
             speed_max=cable.speed_max,
             winch=winch.build() if winch else None,
+            exit=self._own(cable, "exit"),
         )
 
 

@@ -11,6 +11,7 @@ from typing import cast, get_args
 import numpy as np
 
 from cdpr import __version__
+from cdpr.cables import exits_of
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
@@ -117,6 +118,7 @@ def make_header(scenario: Scenario) -> Header:
         log_every=scenario.log_every,
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
+        exits=exits_of(robot),
         columns=columns_of(scenario),
     )
 
