@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import Field, TypeAdapter
 
@@ -40,10 +40,17 @@ from cdpr.cables.point import Point
 from cdpr.cables.pulley import Pulley
 from cdpr.model import Robot
 
-__all__ = ["AnyExit", "Point", "Pulley", "exits_of", "read_exits"]
+__all__ = ["EXITS", "AnyExit", "Point", "Pulley", "exits_of", "in_c", "read_exits"]
 
 # Where a cable leaves the frame. To add one, write its file (see `cdpr.cables.exit`) and name it here.
 AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]
+
+EXITS: tuple[type[Exit], ...] = get_args(get_args(AnyExit)[0])
+
+
+def in_c() -> list[type[Exit]]:
+    """Return the exits that an exported FMU knows, those with C; their kind there is their place, from 1."""
+    return [kind for kind in EXITS if kind.kernels and kind.source().is_file()]
 
 
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from cdpr.cables import in_c
+from cdpr.cables.exit import Exit
 from cdpr.cables.winch import COULOMB, COULOMB_SPEED, DAMPING, INERTIA, RADIUS, STIFFNESS, VISCOUS, pack
 from cdpr.errors import CdprError
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
@@ -117,7 +119,7 @@ class Plant(Model):
         return outputs
 
     def _constants(self) -> list[Variable]:
-        constants = [_unilateral(self.robot)]
+        constants = [_unilateral(self.robot), *_exits(self.robot)]
         if self.robot.n < 6:
             guide = tuple(Guide(self.robot).packed.tolist())
             constants.append(
@@ -186,6 +188,21 @@ def _winches(robot: Robot) -> list[Variable]:
         rows.append(("cable.axial_stiffness", "N", STIFFNESS, "axial stiffness, E A"))
         rows.append(("cable.damping", "N.s/m", DAMPING, "damping along the cable"))
     return [parameter(name, (robot.m,), unit, packed[:, column], text) for name, unit, column, text in rows]
+
+
+def _exits(robot: Robot) -> list[Variable]:
+    """Kind and numbers of what each cable leaves the frame by, where not all leave at their anchors."""
+    given = [cable.exit if isinstance(cable.exit, Exit) and cable.exit.kernels else None for cable in robot.cables]
+    if not any(given):
+        return []
+    kinds: list[type[Exit]] = in_c()
+    for cable, each in zip(robot.cables, given, strict=True):
+        if each is not None and type(each) not in kinds:
+            raise CdprError(f"cable '{cable.name}': exit {each.type} has no C, so it cannot be exported")
+    rows = [[0.0] if each is None else [1.0 + kinds.index(type(each)), *each.numbers()] for each in given]
+    width = max(map(len, rows))
+    values = [value for row in rows for value in row + [0.0] * (width - len(row))]
+    return [Variable("exit", "constant", (robot.m, width), "", tuple(values), "kind and numbers, 0 for an anchor")]
 
 
 def _unilateral(robot: Robot) -> Variable:
