@@ -23,9 +23,9 @@ class Exit(Section):
 
     Attributes:
         kernels: the module that holds what compiled code calls, each with the cable's row as `cdpr.cables.lines` says:
-            `leave(row, P)`, the exit point (3,) m, world, for a cable to P; `wound(row, P)`, the length of cable that
-            lies on the exit, m; `carry(row, P, V)`, the velocity of the exit point, m/s, when P moves with V. Empty for
-            a point, which has no need of any.
+            `leave(row, P)`, the exit point (3,) m, world, for a cable to P; `lead(row, P)`, the same, and last the
+            length of cable that lies on the exit, m; `carry(row, P, V)`, the velocity of the exit point, m/s, when P
+            moves with V. Empty for a point, which has no need of any.
     """
 
     kernels: ClassVar[str] = ""

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from cdpr.model import Robot
-from cdpr.model.address import NUMBER, ROW, VECTOR, address
+from cdpr.model.address import LED, ROW, VECTOR, address
 from cdpr.model.robot import Array, CableExit, frozen_array
 
 # Columns of a row: A_i, world, and B_i, platform axes; addresses of the exit's kernels, all 0 for a point; its numbers.
-ANCHORS, LEAVE, WOUND, CARRY, NUMBERS = 6, 6, 7, 8, 9
+ANCHORS, LEAVE, LEAD, CARRY, NUMBERS = 6, 6, 7, 8, 9
 
-SIGNATURES = {"leave": VECTOR(ROW, VECTOR), "wound": NUMBER(ROW, VECTOR), "carry": VECTOR(ROW, VECTOR, VECTOR)}
+SIGNATURES = {"leave": VECTOR(ROW, VECTOR), "lead": LED(ROW, VECTOR), "carry": VECTOR(ROW, VECTOR, VECTOR)}
 
 
 def lines(robot: Robot) -> Array:

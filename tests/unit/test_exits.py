@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cdpr.cables import EXITS, Exit, Point, exits_of, in_c, read_exits
-from cdpr.cables.lines import NUMBERS, SIGNATURES
+from cdpr.cables.lines import NUMBERS
 from cdpr.fmu.export.library import library, sources
 
 KERNELS = [kind for kind in EXITS if kind.kernels]
@@ -43,7 +43,7 @@ def test_the_length_changes_along_the_cable(kind):
     kernels, step = import_module(kind.kernels), 1e-5
 
     def whole(row, P):
-        return np.linalg.norm(np.subtract(kernels.leave(row, tuple(P)), P)) + kernels.wound(row, tuple(P))
+        return np.linalg.norm(np.subtract(kernels.leave(row, tuple(P)), P)) + kernels.lead(row, tuple(P))[3]
 
     for row, P, V in rows(kind, 50):
         E = np.array(kernels.leave(row, tuple(P)))
@@ -63,16 +63,18 @@ def test_the_c_of_a_part_is_its_kernels_to_the_bit(kind, tmp_path):
     files = {name: text for name, text in sources().items() if name in ("exits.h", "vector.h", kind.source().name)}
     (tmp_path / "part.so").write_bytes(library(files, ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off")))
     part, kernels = ctypes.CDLL(str(tmp_path / "part.so")), import_module(kind.kernels)
-    for name, signature in SIGNATURES.items():
-        function = getattr(part, f"{kind.name()}_{name}")
-        vectors = len(signature.args) - 1
-        function.argtypes = [ctypes.POINTER(ctypes.c_double), *[Vector] * vectors]
-        function.restype = ctypes.c_double if name == "wound" else Vector
-        for row, *values in rows(kind, 300):
-            own = np.concatenate([row[:3], row[NUMBERS:]])  # the C has no place for what it does not need
-            there = function(own.ctypes.data_as(function.argtypes[0]), *(Vector(*v) for v in values[:vectors]))
-            here = getattr(kernels, name)(row, *(tuple(v) for v in values[:vectors]))
-            assert (there if name == "wound" else (there.x, there.y, there.z)) == here
+    row_type, wound_type = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_double)
+    leave, carry = getattr(part, f"{kind.name()}_leave"), getattr(part, f"{kind.name()}_carry")
+    leave.argtypes, leave.restype = [row_type, Vector, wound_type], Vector
+    carry.argtypes, carry.restype = [row_type, Vector, Vector], Vector
+    for row, P, V in rows(kind, 300):
+        own = np.concatenate([row[:3], row[NUMBERS:]])  # the C has no place for what it does not need
+        given, wound = own.ctypes.data_as(row_type), ctypes.c_double()
+        there = leave(given, Vector(*P), wound)
+        assert (there.x, there.y, there.z, wound.value) == kernels.lead(row, tuple(P))
+        assert (there.x, there.y, there.z) == kernels.leave(row, tuple(P))
+        there = carry(given, Vector(*P), Vector(*V))
+        assert (there.x, there.y, there.z) == kernels.carry(row, tuple(P), tuple(V))
 
 
 @pytest.mark.parametrize("kind", EXITS, ids=name_of)

@@ -17,27 +17,21 @@ static Plane plane(const double *row, Vector P) {
     at.z = dot(d, axis);
     const Vector away = subtract(d, scale(at.z, axis));
     const double x = sqrt(dot(away, away));
-    at.out = x > 0.0 ? divide(away, x) : vector(row + NUMBERS + 4);
+    at.out = x > 0.0 ? scale(1.0 / x, away) : vector(row + NUMBERS + 4);
     at.c = x - radius;
     at.f = sqrt(x * (x - 2.0 * radius) + at.z * at.z);
-    const double square = at.c * at.c + at.z * at.z;
-    at.sine = (at.f * at.c + radius * at.z) / square;
-    at.cosine = (at.f * at.z - radius * at.c) / square;
+    const double per = 1.0 / (at.c * at.c + at.z * at.z);
+    at.sine = per * (at.f * at.c + radius * at.z);
+    at.cosine = per * (at.f * at.z - radius * at.c);
     return at;
 }
 
-Vector pulley_leave(const double *row, Vector P) {
+Vector pulley_leave(const double *row, Vector P, double *wound) {
     const double radius = row[NUMBERS];
     const Plane at = plane(row, P);
-    const double up = radius * at.sine, away = radius * (1.0 - at.cosine);
+    const double away = radius * (1.0 - at.cosine), up = radius * at.sine, angle = atan2(at.sine, at.cosine);
+    if (wound) *wound = radius * (angle >= FIRST ? angle : angle + TURN);
     return add(add(vector(row), scale(away, at.out)), scale(up, vector(row + NUMBERS + 1)));
-}
-
-double pulley_wound(const double *row, Vector P) {
-    const double radius = row[NUMBERS];
-    const Plane at = plane(row, P);
-    const double angle = atan2(at.f * at.c + radius * at.z, at.f * at.z - radius * at.c);
-    return radius * (angle >= FIRST ? angle : angle + TURN);
 }
 
 Vector pulley_carry(const double *row, Vector P, Vector V) {

@@ -45,11 +45,11 @@ def sources() -> dict[str, bytes]:
 def exit_table(names: Sequence[str]) -> str:
     """Return the C file that lists the functions of all exits, by the number of their kind, from 1."""
     prototypes = [
-        f"Vector {name}_leave(const double *row, Vector P);\ndouble {name}_wound(const double *row, Vector P);\n"
+        f"Vector {name}_leave(const double *row, Vector P, double *wound);\n"
         f"Vector {name}_carry(const double *row, Vector P, Vector V);"
         for name in names
     ]
-    rows = ["{NULL, NULL, NULL}", *(f"{{{name}_leave, {name}_wound, {name}_carry}}" for name in names)]
+    rows = ["{NULL, NULL}", *(f"{{{name}_leave, {name}_carry}}" for name in names)]
     table = "const Exit EXITS[] = {\n    " + ",\n    ".join(rows) + ",\n};"
     count = f"const size_t EXIT_KINDS = {len(names)};"
     head = "/* Written by the exporter. SPDX-License-Identifier: Apache-2.0 */"

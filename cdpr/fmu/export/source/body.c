@@ -158,8 +158,8 @@ static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vecto
     const Exit *exit = exit_of(plant, i, row);
     *b = rotate(at->attitude, vector(plant->body->anchor + 3 * i));
     const Vector P = add(at->position, *b);
-    const Vector E = exit ? exit->leave(row, P) : vector(plant->field[FRAME_ANCHORS] + 3 * i);
-    if (wound) *wound = exit ? exit->wound(row, P) : 0.0;
+    if (wound) *wound = 0.0;
+    const Vector E = exit ? exit->leave(row, P, wound) : vector(plant->field[FRAME_ANCHORS] + 3 * i);
     return subtract(subtract(E, at->position), *b);
 }
 
