@@ -6,14 +6,12 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.cables import EXITS
+from cdpr.cables import EXITS, MODELS
 from cdpr.fmu.options import FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
-CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; tendons and legs are ideal only
-
 ALL_EXITS = tuple(kind.name() for kind in EXITS)
-OUR_CABLES = {"cable_models": CABLE_MODELS, "exits": ALL_EXITS}
+OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # of cdpr's own kernel; tendons and legs know none
 
 # Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.
 EULER = "semi_implicit_euler"

@@ -16,7 +16,9 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+NUMBER = types.float64
 VECTOR = types.UniTuple(types.float64, 3)
+PAIR = types.UniTuple(types.float64, 2)
 LED = types.UniTuple(types.float64, 4)  # a vector and a number
 ROW = types.Array(types.float64, 1, "C")
 

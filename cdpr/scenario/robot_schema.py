@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from cdpr.cables import AnyExit
+from cdpr.cables import COMMANDED, MODELS, AnyExit
+from cdpr.cables.chain import PROPERTIES
 from cdpr.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
-from cdpr.model.robot import Array, CableModel, frozen_array
+from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -19,18 +20,12 @@ MAX_CABLES = 256
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
-# Properties of cables that a run takes no notice of, by cable model.
-UNUSED = {
-    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "winch"),
-    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density"),
-    "elastic": ("diameter", "linear_density"),
-}
-
-# What each cable model must know of every cable.
-NEEDED: dict[str, tuple[str, ...]] = {"ideal": (), "rigid": ("winch",), "elastic": ("winch", "axial_stiffness")}
 EXIT = "where the cable leaves the frame: a point, its anchor, unless said"
 
-NEEDS = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}
+if TYPE_CHECKING:
+    CableModel = str
+else:
+    CableModel = Literal[tuple(MODELS)]
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -193,7 +188,7 @@ class CablesSection(Section):
     """What all cables have in common."""
 
     model: CableModel = Field(
-        "ideal",
+        COMMANDED,
         description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
         "or by a winch and the cable's elasticity (elastic)",
     )
@@ -207,6 +202,9 @@ class CablesSection(Section):
 class CableSection(Section):
     """One cable between the frame and the platform."""
 
+    model: CableModel | None = Field(
+        None, description="how this cable's command becomes its tension; as of all unless said"
+    )
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
     frame: Position = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
     platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
@@ -280,9 +278,12 @@ class RobotSection(Section):
         return self.model_copy(update={"cables": cables})
 
     def unused(self) -> list[str]:
-        """Return the properties, given for some cable or for all, that the cable model does not use."""
+        """Return the properties, given for some cable or for all, that no cable's model uses."""
         keys = []
-        for name in UNUSED[self.cable.model]:
+        chains = [MODELS[cable.model or self.cable.model] for cable in self.cables]
+        for name in PROPERTIES:
+            if not all(name in chain.unused for chain in chains):
+                continue
             if any(getattr(cable, name) is not None for cable in self.cables):
                 keys.append(f"cables[*].{name}")
             if name == "winch" and self.winch is not None:
@@ -316,6 +317,7 @@ class RobotSection(Section):
             speed_max=cable.speed_max,
             winch=winch.build() if winch else None,
             exit=self._own(cable, "exit"),
+            model=cable.model,
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cdpr.cables import COMMANDED
 from cdpr.errors import CdprError, PluginError
 from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
@@ -25,14 +26,15 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"cable '{cable.name}' has exit {cable.exit.type}: choose another backend, or its default cables, or "
                 "leave the exit away"
             )
-    if scenario.cable_model in ("ideal", "fmu"):
+    if scenario.actuators is not None or scenario.ideal_cables:
         return
-    known = declared.get("cable_models", ("ideal",))
-    if not isinstance(known, tuple | list) or robot.cable_model not in known:
-        raise PluginError(
-            f"backend '{backend.info.name}' does not know robot.cable.model {robot.cable_model}: choose another "
-            "backend, or set robot.cable.model to ideal"
-        )
+    known = declared.get("cable_models", (COMMANDED,))
+    for model in sorted({cable.model or robot.cable_model for cable in robot.cables}):
+        if not isinstance(known, tuple | list) or model not in known:
+            raise PluginError(
+                f"backend '{backend.info.name}' does not know robot.cable.model {model}: choose another "
+                f"backend, or set robot.cable.model to {COMMANDED}"
+            )
     from cdpr.mechanics.stability import longest, oscillator, stable
 
     about = oscillator(robot, scenario.initial.state())
