@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cdpr.fmu.options import FmuFile
+from cdpr.fmu.read.options import FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]

@@ -11,7 +11,7 @@ from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
-    from cdpr.report.scene import Scene
+    from cdpr.report.figures.scene import Scene
     from cdpr.tension.stage import TensionStage
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
@@ -43,8 +43,8 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     from cdpr.distribution.survey import survey
     from cdpr.log.run_json import plain
     from cdpr.plugins.registry import registry
-    from cdpr.report.portrait import lines
-    from cdpr.report.scene import Scene
+    from cdpr.report.figures.scene import Scene
+    from cdpr.report.text.portrait import lines
 
     tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
@@ -93,7 +93,7 @@ def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> N
     folder = Path(out)
     make_folder(folder)
     replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
-    from cdpr.report.sketch import write_svg  # needs matplotlib; the figures are written without it, too
+    from cdpr.report.figures.sketch import write_svg  # needs matplotlib; the figures are written without it, too
 
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:
