@@ -71,5 +71,5 @@ def scheduled_events(
     def tensions(k: int) -> dict[str, float]:
         return dict(zip(header.cables, marked[k][columns].tolist(), strict=True)) if k in marked else {}
 
-    came = [one for one in scheduled if round(one.time / step) < samples]
+    came = [one for one in scheduled if first_sample(one.time, step) < samples]
     return [event for one in came for event in one.tell(step, samples, tensions(first_sample(one.time, step)))]

@@ -232,9 +232,13 @@ def test_what_is_logged_stays(tmp_path):
     with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
         here = sim.snapshot()
         sim.step()
-        for call in (lambda: sim.restore(here), sim.reset):
-            with pytest.raises(cdpr.CdprError, match="leave out `out`"):
-                call()
+        with pytest.raises(cdpr.CdprError, match="leave out `out`"):
+            sim.reset()
+    assert len(cdpr.load_run(tmp_path / "run").rows) == 1
+    with cdpr.Simulation(CAROCA, overrides={**SHORT, "log.step": 0.01}) as sim:
+        here = sim.snapshot()
+        with pytest.raises(cdpr.CdprError, match=r"leave out log\.step"):
+            sim.restore(here)
 
 
 class Forgetful(Controller):

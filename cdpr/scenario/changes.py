@@ -1,0 +1,62 @@
+"""The options of controller and solver that are in force, and what may change of them while they run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from cdpr.errors import CdprError, PluginError
+from cdpr.nearest import did_you_mean
+from cdpr.plugins.registry import Registered, Role, describe
+from cdpr.scenario.messages import explain
+from cdpr.scenario.problems import dotted
+
+
+class Options:
+    """Options in force, by role.
+
+    Attributes:
+        values: an instance of the plugin's model each.
+    """
+
+    def __init__(self, plugins: Mapping[Role, Registered], values: Mapping[Role, BaseModel], folder: str) -> None:
+        self._plugins, self._folder = plugins, folder
+        self.values = dict(values)
+
+    def changeable(self) -> list[str]:
+        """Return the keys that may change."""
+        return [f"{role}.{name}" for role, entry in self._plugins.items() for name in entry.info.changeable]
+
+    def owner(self, key: str) -> Role:
+        """Return whose option `key` is; CdprError where it may not change."""
+        for role, entry in self._plugins.items():
+            if key in (f"{role}.{name}" for name in entry.info.changeable):
+                return role
+        keys = self.changeable()
+        may = f"what may: {', '.join(keys)}" if keys else "nothing of this controller and this solver may"
+        raise CdprError(f"'{key}' cannot change during a run: {did_you_mean(key, keys)}{may}")
+
+    def change(self, key: str, value: Any) -> None:
+        """Give an option, named as in `controller.kp`, another value.
+
+        Raises CdprError where it may not change, or where its plugin does not take the value.
+        """
+        role, name = self.owner(key), key.partition(".")[2]
+        entry = self._plugins[role]
+        present, model = self.values[role], entry.info.options
+        try:
+            try:
+                data = {**present.model_dump(mode="json", by_alias=True), name: value}
+                context = {"folder": self._folder}
+                self.values[role] = model.model_validate_json(json.dumps(data), strict=True, context=context)
+            except ValidationError as error:
+                told = "; ".join(f"{dotted(one.path)}: {one.text}" for one in explain(error, model, data))
+                raise CdprError(told) from None
+        except CdprError:
+            raise
+        except Exception as error:  # the model is foreign code
+            title = f"the options of {role} '{entry.info.name}'"
+            raise PluginError(f"{title} cannot be checked: {describe(error)}") from error
