@@ -55,6 +55,7 @@ class Schedule:
         self._limits = stage.limits.copy()
         self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
+        self._loads = np.zeros((0, 10))
         self._todo: dict[int, list[Action]]
         self.plan(events)
 
@@ -63,7 +64,9 @@ class Schedule:
         step = self._step
         swings = [swing for event in events if (swing := event.swing(step)) is not None]
         rows = [(swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude) for swing in swings]
-        self._loads = np.array(rows, dtype=float).reshape(-1, 10)
+        acted, self._loads = len(self._loads) > 0, np.array(rows, dtype=float).reshape(-1, 10)
+        if acted and not rows:
+            self._push[:] = self._external[:] = 0.0
         todo = [(time, partial(do, self)) for event in events for time, do in event.actions(step)]
         self._todo = {}
         for time, do in sorted(todo, key=lambda row: row[0]):

@@ -89,7 +89,10 @@ class Session:
             raise CdprError(f"{title}: {'; '.join(told)}") from None
         except ValueError as error:
             raise CdprError(f"{title}: {error}") from None
-        event = event.named([cable.name for cable in self.scenario.robot.cables])
+        names = [cable.name for cable in self.scenario.robot.cables]
+        if text := event.check_cable(names):
+            raise CdprError(f"{title}: cable: {text}")
+        event = event.named(names)
         self.check(title, (*self.live, event), event)
         return event
 

@@ -11,8 +11,8 @@ from cdpr.trajectory.jerk_limited import NO_MOVE, Limits
 from cdpr.trajectory.knots import Knot, through
 from cdpr.trajectory.trajectory import Stopping, Trajectory
 
-# A quintic's largest norms are looked for at so many places. Between two of them a norm of a polynomial of degree n
-# exceeds both by (n pi / places)^2 / 8 of itself at most: below MISSED for n = 4.
+# A quintic's largest norms are looked for at so many places. Between two of them a norm of polynomials of degree n
+# exceeds both by about (n / places)^2 of itself, and so wrong are third derivatives taken by differences: below MISSED.
 PLACES = 500
 MISSED = 1e-4
 
@@ -112,7 +112,7 @@ def _share(move: Trajectory, limits: Limits, angular: Limits | None) -> float:
     for bound, first in ((limits, 7), (angular, 10)):
         if bound is not None:
             rate, second = values[:, first : first + 3], values[:, first + 6 : first + 9]
-            third = np.diff(second, axis=0) / times[1]
+            third = np.gradient(second, times[1], axis=0, edge_order=2)
             for derivative, limit in ((rate, bound.velocity), (second, bound.acceleration), (third, bound.jerk)):
                 shares.append(float(np.linalg.norm(derivative, axis=1).max()) / limit)
     return (1.0 + MISSED) * max(shares)
