@@ -102,6 +102,8 @@ def _number(value: Any) -> Any:
 
 def locate(path: str | Path) -> tuple[Path, Path | None]:
     """Return the log that `path`, a run folder or a log, stands for, and the run folder if there is one."""
+    if not isinstance(path, str | os.PathLike):
+        raise LogError(f"the folder of a run, or a log, is expected, got {path!r}")
     path = Path(path)
     if path.is_dir():
         log = path / LOG_NAME
