@@ -37,6 +37,7 @@ class Live(ABC):
     """
 
     _attempt: Attempt
+    _loop: Loop
 
     @abstractmethod
     def _alone(self, what: str) -> AbstractContextManager[None]:
@@ -145,11 +146,6 @@ class Live(ABC):
             raise CdprError(f"save: the name of a file is expected, got {path!r}")
         with self._alone("save"):
             self._attempt.session.save(Path(path), self._attempt.samples)
-
-    @property
-    def _loop(self) -> Loop:
-        assert self._attempt.loop is not None
-        return self._attempt.loop
 
     def _do(self, title: str, kind: type[E], keys: Mapping[str, Any]) -> E:
         """Let an event happen now."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from _thread import LockType
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -55,6 +56,25 @@ class Snapshot:
             here = here.before
 
 
+class Alone:
+    """Keeps `lock` for a `with` statement; CdprError, saying `what` was asked for, where somebody has it."""
+
+    __slots__ = ("_lock", "_what")
+
+    def __init__(self, lock: LockType, what: str) -> None:
+        self._lock, self._what = lock, what
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise CdprError(
+                f"{self._what}: the simulation is in the midst of a step, or of another call; observers only look on, "
+                "and threads must wait for each other"
+            )
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+
 Observer = Callable[[Array], None]
 
 # A time that is a sum of steps misses its sample by round-off.
@@ -98,8 +118,9 @@ class Simulation(Live):
         with self._kept():
             loop, self._recorder = made.begin()
             self._pace = Pace(self._recorder.flush)
+            self._loop, self._last = loop, made.scenario.simulation.steps
             with loop.timed():
-                loop.begin(self._recorder.rows, self.steps)
+                loop.begin(self._recorder.rows, self._last)
         self._row = read_only(self._loop.row)
 
     @property
@@ -120,7 +141,7 @@ class Simulation(Live):
     @property
     def done(self) -> bool:
         """Whether nothing is left to do."""
-        return self._attempt.run is not None or self._loop.count > self.steps
+        return self._attempt.run is not None or self._loop.count > self._last
 
     @property
     def row(self) -> Array:
@@ -160,12 +181,14 @@ class Simulation(Live):
             raise CdprError(f"step: a whole number of steps, at least 1, is expected, got {n!r}")
         with self._alone("step"):
             self._ready()
+            until = min(self._loop.count + int(n), self._last)
+            if wrench is None and tension is None:
+                self._go(until, None)
+                return
             given = self._given(wrench, tension)
-            until = min(self._loop.count + int(n), self.steps)
-            if given is not None:
-                stop = until + (until == self.steps)  # then the last sample is decided, too
-                self._attempt.session.give(*given, self._loop.count, stop)
-            self._go(until, None if given is None else self._loop.give(*given))
+            stop = until + (until == self._last)  # then the last sample is decided, too
+            self._attempt.session.give(*given, self._loop.count, stop)
+            self._go(until, self._loop.give(*given))
 
     def until(self, time: float) -> None:
         """Go on to the first sample at or after `time` (s), or to the end."""
@@ -178,7 +201,7 @@ class Simulation(Live):
         if not known or time < self.time * (1.0 - ROUNDING):
             raise CdprError(f"until: a time from the present one on, {self.time:g} s, is expected, got {time!r}")
         period = self.scenario.simulation.control_step
-        last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self.steps)
+        last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self._last)
         self._go(last, None)
 
     def observe(self, observer: Observer) -> None:
@@ -333,43 +356,39 @@ class Simulation(Live):
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
 
-    @contextmanager
-    def _alone(self, what: str) -> Iterator[None]:
+    def _alone(self, what: str) -> Alone:
         """Refuse what comes in the midst of something else."""
-        if not self._at_work.acquire(blocking=False):
-            raise CdprError(
-                f"{what}: the simulation is in the midst of a step, or of another call; observers only look on, and "
-                "threads must wait for each other"
-            )
-        try:
-            yield
-        finally:
-            self._at_work.release()
+        return Alone(self._at_work, what)
 
-    def _given(self, wrench: ArrayLike | None, tension: ArrayLike | None) -> tuple[Output, Array] | None:
-        """What decides in place of controller or solver."""
+    def _given(self, wrench: ArrayLike | None, tension: ArrayLike | None) -> tuple[Output, Array]:
+        """What is given in place of the answer of controller or solver."""
         if wrench is not None and tension is not None:
             raise CdprError("step: wrench or tension is expected, not both")
         if wrench is not None:
             return "wrench", checked(wrench, (6,), "wrench", finite=True).copy()
-        if tension is not None:
-            m = self.scenario.robot.m
-            return "command", checked(tension, (m,), "tension", finite=True).copy()
-        return None
+        assert tension is not None
+        return "command", checked(tension, (self.scenario.robot.m,), "tension", finite=True).copy()
 
     def _go(self, k: int, given: Callable[[], None] | None) -> None:
-        """Go on to sample k; complete that, too, if it is the last."""
-        loop, pace = self._loop, self._pace
-        with self._kept():
+        """Go on to sample k; complete that, too, if it is the last. Whatever ends it, end the run with it."""
+        try:
             if given is None and not self._observers:
-                loop.go(k, pace)
-            with loop.timed():
-                while loop.count < k:
-                    self._decide(given)
-                    loop.advance()
-                    pace.after(loop.count, loop.time)
-                if k == self.steps:
-                    self._decide(given)
+                self._loop.go(k, self._pace)
+            if self._loop.count < k or k == self._last:
+                self._go_watched(k, given)
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            self._attempt.end(self._attempt.told(error))
+
+    def _go_watched(self, k: int, given: Callable[[], None] | None) -> None:
+        """Likewise, where somebody looks on or gives commands."""
+        loop, pace = self._loop, self._pace
+        with loop.timed():
+            while loop.count < k:
+                self._decide(given)
+                loop.advance()
+                pace.after(loop.count, loop.time)
+            if k == self._last:
+                self._decide(given)
 
     def _decide(self, given: Callable[[], None] | None) -> None:
         """Complete a sample."""
