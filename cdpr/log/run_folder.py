@@ -90,6 +90,13 @@ class RunFolder:
                 self.path.rmdir()
 
 
+def folder_name(out: object) -> Path:
+    """Return the path of a run folder; OutputError where it is none."""
+    if not isinstance(out, str | os.PathLike):
+        raise OutputError(f"out: the name of a folder is expected, got {out!r}")
+    return Path(out)
+
+
 def next_folder(path: Path) -> Path:
     """Return PATH-2, PATH-3, ..., the first that does not exist."""
     return next(

@@ -26,7 +26,7 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.model.reach import Reach
+from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
@@ -35,7 +35,8 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.build import build
 from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
-from cdpr.simulation.loop import Loop, Parts
+from cdpr.simulation.loop import Loop
+from cdpr.simulation.parts import Parts
 from cdpr.simulation.schedule import redirected
 from cdpr.simulation.session import Session
 from cdpr.trajectory import Trajectory

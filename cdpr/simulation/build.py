@@ -13,8 +13,8 @@ import numpy as np
 from cdpr import __version__
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
+from cdpr.mechanics.reach import bounds_of
 from cdpr.model import kernel_cache
-from cdpr.model.reach import bounds_of
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
@@ -23,7 +23,7 @@ from cdpr.scenario.events import broken
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of
-from cdpr.simulation.loop import Parts
+from cdpr.simulation.parts import Parts
 from cdpr.simulation.schedule import redirected
 from cdpr.simulation.settings import Settings
 

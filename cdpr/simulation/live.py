@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from _thread import LockType
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -26,6 +27,25 @@ from cdpr.simulation.loop import Loop
 E = TypeVar("E", bound=ScenarioEvent)
 
 Cable = str | int
+
+
+class Alone:
+    """Keeps `lock` for a `with` statement; CdprError, saying `what` was asked for, where somebody has it."""
+
+    __slots__ = ("_lock", "_what")
+
+    def __init__(self, lock: LockType, what: str) -> None:
+        self._lock, self._what = lock, what
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise CdprError(
+                f"{self._what}: the simulation is in the midst of a step, or of another call; observers only look on, "
+                "and threads must wait for each other"
+            )
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
 
 
 class Live(ABC):

@@ -8,28 +8,25 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from cdpr.columns import LATER, Column
+from cdpr.cables.lines import lines
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
-from cdpr.model import Robot
-from cdpr.model.reach import Reach, bounds_of
+from cdpr.mechanics.reach import Reach, bounds_of
 from cdpr.model.robot import Array, read_only
-from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
 from cdpr.simulation.pace import Pace
+from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
 from cdpr.simulation.schedule import Schedule
-from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
-from cdpr.tension.policy import Policy
 from cdpr.tension.stage import TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
@@ -39,29 +36,6 @@ CLOCK_TOLERANCE = 1e-6
 
 # After these a solver need not have written any tensions.
 ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
-
-
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """What a closed loop is made of."""
-
-    robot: Robot
-    controlled: Robot  # the same for the distribution: its dof are the directions in which it has to balance the wrench
-    trajectory: Trajectory
-    controller: Controller
-    solver: TensionSolver
-    solver_name: str
-    respects_bounds: bool
-    policy: Policy
-    backend: Backend
-    control_step: float  # s
-    substeps: int  # physics steps in a control step
-    output: Output = "wrench"  # what the controller puts out
-    events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
-    limits: Literal["warn", "stop"] = "warn"  # where a cable leaves its length or speed_max
-    ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
-    columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
-    settings: Settings | None = None  # options that may change
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +100,7 @@ class Loop:
         plant = (bounds, backend.highest, backend.external, backend.state)
         energies = view("kinetic", "external_work")
         results = (self.state, self.W, view("length"), view("rate"), energies)
-        body = (robot.anchors, robot.inertial, backend.gravity)
+        body = (lines(robot), robot.inertial, backend.gravity)
         self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
         if not parts.ideal_cables:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from _thread import LockType
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
 from threading import Lock
 from types import TracebackType
 from typing import Any, Self
@@ -16,22 +14,22 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import CdprError, OutputError, PlantEnded, PluginError
+from cdpr.errors import CdprError, PlantEnded, PluginError
 from cdpr.log.run import Run
-from cdpr.log.run_folder import RunFolder, next_folder
+from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import Role, describe, registry
-from cdpr.scenario import Scenario, load_scenario
+from cdpr.plugins.registry import describe
+from cdpr.scenario import Scenario
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
-from cdpr.simulation.live import Live
+from cdpr.simulation.live import Alone, Live
 from cdpr.simulation.loop import Moment
 from cdpr.simulation.pace import Pace
-from cdpr.simulation.room import check_room
 from cdpr.simulation.session import Done
+from cdpr.simulation.start import attempt
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,25 +52,6 @@ class Snapshot:
         while here is not None:
             yield here
             here = here.before
-
-
-class Alone:
-    """Keeps `lock` for a `with` statement; CdprError, saying `what` was asked for, where somebody has it."""
-
-    __slots__ = ("_lock", "_what")
-
-    def __init__(self, lock: LockType, what: str) -> None:
-        self._lock, self._what = lock, what
-
-    def __enter__(self) -> None:
-        if not self._lock.acquire(blocking=False):
-            raise CdprError(
-                f"{self._what}: the simulation is in the midst of a step, or of another call; observers only look on, "
-                "and threads must wait for each other"
-            )
-
-    def __exit__(self, *_: object) -> None:
-        self._lock.release()
 
 
 Observer = Callable[[Array], None]
@@ -339,6 +318,10 @@ class Simulation(Live):
         """End the simulation and free what the backend holds; may be called again."""
         self.run()
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Refuse to be copied or sent: a plant cannot be."""
+        raise CdprError("a simulation cannot be copied or pickled: take a snapshot, or make another of its scenario")
+
     def __enter__(self) -> Self:
         return self
 
@@ -406,39 +389,3 @@ class Simulation(Live):
             yield
         except (Exception, SystemExit, KeyboardInterrupt) as error:
             self._attempt.end(self._attempt.told(error))
-
-
-def attempt(
-    scenario: str | os.PathLike[str] | Scenario,
-    backend: str | type[Backend] | None,
-    solver: str | type[TensionSolver] | None,
-    controller: str | type[Controller] | None,
-    overrides: Mapping[str, Any] | None,
-    out: str | os.PathLike[str] | RunFolder | None,
-) -> Attempt:
-    """Load a scenario, with the plugins that are chosen, and make the folder; nothing is built."""
-    changes = overrides or {}
-    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
-    chosen: dict[str, str | None] = {}
-    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
-    for role, choice in given.items():
-        if choice is not None and not isinstance(choice, str):
-            plugins, choice = plugins.with_class(role, choice)
-        chosen[role] = choice
-    if isinstance(scenario, Scenario):
-        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
-    else:
-        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
-    header = make_header(scenario)
-    if isinstance(out, RunFolder):
-        return Attempt(scenario, header, out)
-    path = None if out is None else folder_name(out)
-    check_room(scenario, header, path)
-    return Attempt(scenario, header, None if path is None else RunFolder(path, header))
-
-
-def folder_name(out: object) -> Path:
-    """Return the path of a run folder; OutputError where it is none, or the name of one that cannot be."""
-    if not isinstance(out, str | os.PathLike):
-        raise OutputError(f"out: the name of a folder is expected, got {out!r}")
-    return Path(out)

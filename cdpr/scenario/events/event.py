@@ -14,11 +14,11 @@ from typing import Any, ClassVar, Protocol, Self
 
 from pydantic import Field
 
+from cdpr.fields import NonNegative, Section, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
-from cdpr.scenario.fields import NonNegative, Section, unit
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.motions.motion import Report
 from cdpr.scenario.problems import Path, exact

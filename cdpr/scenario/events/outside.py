@@ -8,10 +8,10 @@ from typing import Literal, Self
 
 from pydantic import Field, PrivateAttr
 
+from cdpr.fields import NonNegative, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.commands import MAX_BYTES, Span, parsed
 from cdpr.scenario.events.event import History, ScenarioEvent
-from cdpr.scenario.fields import NonNegative, unit
 from cdpr.scenario.motions.motion import Report
 from cdpr.scenario.motions.table import TableError
 

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from cdpr import trajectory
+from cdpr.fields import INITIAL, Position, Positive, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import History, ScenarioEvent, first_sample
-from cdpr.scenario.fields import INITIAL, Position, Positive, unit
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.motions.jerk_limited import AngularLimits, Limits, bounds
 from cdpr.scenario.orientation import Orientation
