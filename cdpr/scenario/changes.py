@@ -12,7 +12,15 @@ from cdpr.errors import CdprError, PluginError
 from cdpr.nearest import did_you_mean
 from cdpr.plugins.registry import Registered, Role, describe
 from cdpr.scenario.messages import explain
-from cdpr.scenario.problems import dotted
+from cdpr.scenario.problems import Path, dotted
+
+
+class RefusedError(CdprError):
+    """An option that cannot be changed so: `faults` are (path, text), below `key` or `value` of what asked for it."""
+
+    def __init__(self, key: str, faults: list[tuple[Path, str]]) -> None:
+        super().__init__("; ".join(f"{dotted((key, *path[1:]))}: {text}" for path, text in faults))
+        self.faults = faults
 
 
 class Options:
@@ -31,18 +39,18 @@ class Options:
         return [f"{role}.{name}" for role, entry in self._plugins.items() for name in entry.info.changeable]
 
     def owner(self, key: str) -> Role:
-        """Return whose option `key` is; CdprError where it may not change."""
+        """Return whose option `key` is; RefusedError where it may not change."""
         for role, entry in self._plugins.items():
             if key in (f"{role}.{name}" for name in entry.info.changeable):
                 return role
         keys = self.changeable()
         may = f"what may: {', '.join(keys)}" if keys else "nothing of this controller and this solver may"
-        raise CdprError(f"'{key}' cannot change during a run: {did_you_mean(key, keys)}{may}")
+        raise RefusedError(key, [(("key",), f"'{key}' cannot change during a run: {did_you_mean(key, keys)}{may}")])
 
     def change(self, key: str, value: Any) -> None:
         """Give an option, named as in `controller.kp`, another value.
 
-        Raises CdprError where it may not change, or where its plugin does not take the value.
+        Raises RefusedError where it may not change, or where its plugin does not take the value.
         """
         role, name = self.owner(key), key.partition(".")[2]
         entry = self._plugins[role]
@@ -53,8 +61,8 @@ class Options:
                 context = {"folder": self._folder}
                 self.values[role] = model.model_validate_json(json.dumps(data), strict=True, context=context)
             except ValidationError as error:
-                told = "; ".join(f"{dotted(one.path)}: {one.text}" for one in explain(error, model, data))
-                raise CdprError(told) from None
+                faults = [(("value", *one.path[1:]), one.text) for one in explain(error, model, data)]
+                raise RefusedError(key, faults) from None
         except CdprError:
             raise
         except Exception as error:  # the model is foreign code

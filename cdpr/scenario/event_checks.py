@@ -51,9 +51,14 @@ class EventChecks(Checks):
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, event.named(names)) for i, event in events if self._cable_exists(i, event, names)]
         known.sort(key=lambda place: place[1].time)
+        if self._options is not None:
+            for i, event in sorted(events, key=lambda place: place[1].time):
+                for path, text in event.check_options(self._options):
+                    if not self.problems.has(("events", i, *path)):  # a null has been reported
+                        self.say(("events", i, *path), text)
         self._need_ideal_cables(known)
         history = History(self.document.get(("robot", "unilateral")) is not False)
-        history.cables, history.options = names, self._options
+        history.cables = names
         common = self.section(TensionSection, ("robot", "tension"))
         both = () if common is None else (common.min, common.max)
         if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):

@@ -76,7 +76,6 @@ class History:
         fate: of cables that no longer do what they are told: what has become of them, and when, s.
         stopped: when the robot was stopped, s.
         cables: names of all.
-        options: those in force, None where they are not known.
     """
 
     unilateral: bool
@@ -85,7 +84,6 @@ class History:
     fate: dict[str, tuple[str, float]] = field(default_factory=dict)
     stopped: float | None = None
     cables: Sequence[str] = ()
-    options: Options | None = None
 
 
 class ScenarioEvent(Section):
@@ -123,6 +121,10 @@ class ScenarioEvent(Section):
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
         """Yield key and text of what cannot be with this control step, s."""
+        return iter(())
+
+    def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:
+        """Yield path and text of what cannot be with these options, and change them; asked in the order of time."""
         return iter(())
 
     def follow(self, history: History) -> Iterator[str]:

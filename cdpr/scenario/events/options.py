@@ -10,7 +10,9 @@ from pydantic import Field
 
 from cdpr.errors import CdprError
 from cdpr.log.event import Event
-from cdpr.scenario.events.event import Action, Drives, History, ScenarioEvent, first_sample
+from cdpr.scenario.changes import Options, RefusedError
+from cdpr.scenario.events.event import Action, Drives, ScenarioEvent, first_sample
+from cdpr.scenario.problems import Path
 
 
 class SetOption(ScenarioEvent):
@@ -20,13 +22,14 @@ class SetOption(ScenarioEvent):
     key: str = Field(description="which option, such as controller.kp; the plugin must let it change during a run")
     value: Any = Field(description="its value from then on")
 
-    def follow(self, history: History) -> Iterator[str]:
+    def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:
         """Yield why the option cannot have this value, or cannot change."""
-        if history.options is not None:
-            try:
-                history.options.change(self.key, self.value)
-            except CdprError as error:
-                yield str(error)
+        try:
+            options.change(self.key, self.value)
+        except RefusedError as error:
+            yield from error.faults
+        except CdprError as error:
+            yield ("value",), str(error)
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
         """The option changes at its time."""

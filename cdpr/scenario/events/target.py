@@ -48,11 +48,12 @@ class Target(ScenarioEvent):
 
     @model_validator(mode="after")
     def _complete(self) -> Target:
-        if self.position is None and self.orientation is None:
+        given = self.model_fields_set  # also a null, which is told by itself
+        if not given & {"position", "orientation"}:
             raise ValueError("position (m) or orientation is missing, or both: where to go")
-        if (self.duration is None) == (self.limits is None):
+        if len(given & {"duration", "limits"}) != 1:
             raise ValueError("duration (s) or limits is expected, not both: how fast to go")
-        if self.angular_limits is not None and self.limits is None:
+        if "angular_limits" in given and "limits" not in given:
             raise ValueError("angular_limits go with limits, not with duration")
         return self
 
