@@ -109,7 +109,9 @@ class Attempt:
         """Complete log and record of this run where it stands; return the one that goes on in another folder."""
         assert self.parts is not None
         assert self.loop is not None
-        self.run, _ = self._finished(PlantEnded(f"t = {self._time:.6g} s: goes on in {folder.path}"), closing=False)
+        done = self.samples > self.scenario.simulation.steps
+        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: goes on in {folder.path}")
+        self.run, _ = self._finished(stop, closing=False)
         if self.folder is not None:
             self.folder.finish(self.run)
         new = Attempt(self.scenario, self.header, folder)

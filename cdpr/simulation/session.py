@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -82,7 +82,7 @@ class Session:
             raise CdprError(f"{title}: a scenario holds {MAX_EVENTS} events at most, and so many there are")
         try:
             data: dict[str, Any] = {key: plain_value(value) for key, value in keys.items() if value is not None}
-            data = {"type": get_args(kind.model_fields["type"].annotation)[0], **data, "time": self._time(k)}
+            data = {"type": kind.kind(), **data, "time": self._time(k)}
             event = kind.model_validate_json(json.dumps(data))
         except ValidationError as error:
             told = [f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, kind, data)]
@@ -155,7 +155,7 @@ class Session:
         if spans:
             table = path.with_name(f"{path.stem}_outside.csv")
             replace(table, written(spans, [cable.name for cable in self.scenario.robot.cables]))
-            events.append(Outside(type="outside", file=table.name))
+            events.append(Outside.model_validate({"type": Outside.kind(), "file": table.name}))
         duration = _tidy(max(samples - 1, 1) * step)
         text = self.scenario.session_yaml(os.path.abspath(path.parent), events, duration)
         load_scenario(path, text=text, plugins=self.scenario.plugins)

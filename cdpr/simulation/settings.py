@@ -31,9 +31,9 @@ class Settings:
         self._options.change(key, value)
         try:
             self._plugins[role].change(values[role])
-        except CdprError:
+        except CdprError as error:
             values[role] = before
-            raise
+            raise type(error)(f"{key}: {error}") from error
 
     def snapshot(self) -> Mapping[Role, BaseModel]:
         """Return the options in force."""

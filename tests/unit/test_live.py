@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import pickle
 import threading
 
 import numpy as np
@@ -357,6 +359,53 @@ def test_a_branch_of_a_log_goes_on_in_another_folder(tmp_path):
         {"folder": str(tmp_path / "run"), "time": 0.005},
         {"folder": str(tmp_path / "run-2"), "time": 0.005},
     ]
+
+
+def test_a_thinned_log_counts_what_was_done(tmp_path):
+    with cdpr.Simulation(CAROCA, overrides={**QUIET, "log.step": 0.01}, out=tmp_path / "run") as sim:
+        sim.step(5)
+        sim.cut(2)
+        sim.step(10)
+        sim.jam(3)
+        sim.step(100)
+        run = sim.run()
+    logged, again = cdpr.load_run(tmp_path / "run"), cdpr.simulate(tmp_path / "run" / "session.yaml")
+    assert run.rows.tobytes() == logged.rows.tobytes() == again.rows.tobytes()
+    assert run.events == again.events
+    figures = [each.summary()["tension_N"] for each in (run, logged, again)]
+    assert figures[0] == figures[1] == figures[2]
+
+
+def test_a_finished_log_stays_finished_when_a_branch_leaves_it(tmp_path):
+    with cdpr.Simulation(CAROCA, overrides=QUIET, out=tmp_path / "run") as sim:
+        sim.step(10)
+        here = sim.snapshot()
+        sim.step(100)
+        sim.restore(here)
+        sim.step(3)
+    assert [cdpr.load_run(tmp_path / name).status for name in ("run", "run-2")] == ["finished", "ended"]
+
+
+def test_a_simulation_cannot_be_copied():
+    with quiet() as sim:
+        for copied in (copy.copy, copy.deepcopy, pickle.dumps):
+            with pytest.raises(cdpr.CdprError, match="cannot be copied or pickled"):
+                copied(sim)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: cdpr.simulate(CAROCA, out=5),
+        lambda: cdpr.load_run(None),
+        lambda: cdpr.load_study(None),
+        lambda: cdpr.compare_scenario(CAROCA, out=5),
+        lambda: cdpr.run_study(None, 5),
+    ],
+)
+def test_what_is_no_name_is_told(call):
+    with pytest.raises(cdpr.CdprError, match=r"is expected, (got|not) (5|None)"):
+        call()
 
 
 def test_a_branch_that_has_no_folder_changes_nothing(tmp_path):

@@ -10,7 +10,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self, get_args
 
 from pydantic import Field
 
@@ -107,6 +107,12 @@ class ScenarioEvent(Section):
     def named(self, names: Sequence[str | None]) -> Self:
         """Return the event with its cable's name in place of the number; `names` are those of all cables."""
         return self
+
+    @classmethod
+    def kind(cls) -> str:
+        """Return its `type`."""
+        name: str = get_args(cls.model_fields["type"].annotation)[0]
+        return name
 
     def load(self, report: Report) -> Self | None:
         """Return the event with what its files hold; None where they are wrong, which is reported."""
