@@ -201,6 +201,41 @@ def test_a_target_takes_the_motion_along():
     assert not run.desired_velocity[1502:].any()
 
 
+@pytest.mark.parametrize("time", [0.0, 0.1, 1.0])
+def test_targets_repeat_wherever_the_motion_is(time, tmp_path):
+    """Before it begins, at its start, on its way; at a slant, stopped in the midst of it."""
+    overrides = {"simulation.duration": 1.5, "trajectory.start": 0.5, "initial.orientation": {"rpy": [0.1, -0.2, 3.0]}}
+    with cdpr.Simulation(CAROCA, overrides=overrides) as sim:
+        sim.until(time)
+        sim.target(np.add(sim.desired[:3], [0.01, 0.0, 0.02]), duration=0.3)
+        sim.until(time + 0.2)
+        sim.stop(1, stopping_time=0.1)
+        sim.step(1500)
+        sim.save(tmp_path / "session.yaml")
+        assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+
+
+@pytest.mark.parametrize("step", [1 / 3000, 0.0007, 0.01])
+def test_any_control_step_repeats(step, tmp_path):
+    """What is done at a sample stays there, after what the scenario plans a rounding later."""
+    planned = [{"type": "limits", "time": 7 * step * (1 + 1e-10), "cable": 4, "max": 300}]
+    steps = {"simulation.control_step": step, "simulation.physics_step": step, "simulation.duration": 40 * step}
+    with quiet(**steps, events=planned) as sim:
+        sim.step(7)
+        sim.cut(2)
+        sim.jam(3)
+        sim.limits(min=60)
+        sim.step(6)
+        push = sim.push([3, 0, 0])
+        sim.step(9)
+        sim.release(push)
+        sim.step(3, wrench=[0, 0, 1400, 0, 0, 0])
+        sim.stop(1, stopping_time=5 * step)
+        sim.step(100)
+        sim.save(tmp_path / "session.yaml")
+        assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+
+
 def test_limits_of_a_target_are_kept_and_used():
     limits, angular = (
         {"velocity": 1.0, "acceleration": 4.0, "jerk": 40.0},
@@ -463,7 +498,9 @@ class Stubborn(Controller):
 def test_a_plugin_that_does_not_take_what_it_declares():
     with cdpr.Simulation(CAROCA, controller=Stubborn, overrides=QUIET) as sim:
         sim.step(3)
-        with pytest.raises(cdpr.PluginError, match=r"^set: Stubborn declares changeable options and has no method"):
+        with pytest.raises(
+            cdpr.PluginError, match=r"^set: controller\.kp: Stubborn declares changeable options and has no method"
+        ):
             sim.set("controller.kp", 3)
         sim.step(3)
         assert sim.run().status == "ended"
