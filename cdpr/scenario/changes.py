@@ -19,7 +19,8 @@ class RefusedError(CdprError):
     """An option that cannot be changed so: `faults` are (path, text), below `key` or `value` of what asked for it."""
 
     def __init__(self, key: str, faults: list[tuple[Path, str]]) -> None:
-        super().__init__("; ".join(f"{dotted((key, *path[1:]))}: {text}" for path, text in faults))
+        told = [text if path == ("key",) else f"{key}{dotted(path[1:])}: {text}" for path, text in faults]
+        super().__init__("; ".join(told))
         self.faults = faults
 
 

@@ -29,7 +29,8 @@ class Schedule:
 
     A fault acts on the plant through the tension that the stage imposes after it has distributed; the distribution
     learns of it by limits that lock the cable. tension (m,), wrench (6,), status (1,) and external (6,) are those of
-    the present row, `push` (6,) is the backend's external wrench; `settings` are the options that events may change.
+    the present row, `push` (6,) is the backend's external wrench; `settings` are the options that events may change,
+    None where no controller takes part.
 
     Attributes:
         distribute: what the loop calls in place of the stage's own.
@@ -50,7 +51,7 @@ class Schedule:
         settings: Settings | None = None,
     ) -> None:
         self._stage, self._step = stage, step
-        self._settings = settings or Settings()
+        self._settings = settings
         self._tension, self._wrench, self._status, self._external, self._push = tension, wrench, status, external, push
         self._limits = stage.limits.copy()
         self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
@@ -83,13 +84,15 @@ class Schedule:
     def snapshot(self) -> object:
         """Return what has happened to cables, power and options so far."""
         limits, held, locked = self._stage.limits.copy(), self._stage.held.copy(), self._locked.copy()
-        return self._imposing, self._power, limits, held, locked, self._settings.snapshot()
+        settings = None if self._settings is None else self._settings.snapshot()
+        return self._imposing, self._power, limits, held, locked, settings
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
         *rest, settings = snapshot
         self._imposing, self._power, self._stage.limits[:], self._stage.held[:], self._locked[:] = rest
-        self._settings.restore(settings)
+        if self._settings is not None:
+            self._settings.restore(settings)
 
     def begin(self) -> int:
         """Put everything back; return the sample at which `act` is due, or NEVER."""
@@ -97,7 +100,8 @@ class Schedule:
         self._stage.limits[:] = self._limits
         self._stage.held[:] = np.nan
         self._locked[:] = False
-        self._settings.reset()
+        if self._settings is not None:
+            self._settings.reset()
         if len(self._loads):
             self._push[:] = 0.0
         self._external[:] = self._push
@@ -159,8 +163,9 @@ class Schedule:
         self._power, self._imposing = False, True
 
     def set(self, key: str, value: Any) -> None:
-        """Change an option of a plugin."""
-        self._settings.set(key, value)
+        """Change an option of a plugin, where there are plugins."""
+        if self._settings is not None:
+            self._settings.set(key, value)
 
     def _distribute(self, stage: TensionStage | CommandStage) -> None:
         if self._power:

@@ -14,13 +14,10 @@ from cdpr.scenario.changes import Options
 
 
 class Settings:
-    """Hands plugins the options that change; `options` are those at the start, none of which may where it is None."""
+    """Hands plugins the options that change; `options` are those at the start."""
 
-    def __init__(
-        self, options: Options | None = None, plugins: Mapping[Role, Controller | TensionSolver] | None = None
-    ) -> None:
-        self._options = options or Options({}, {}, "")
-        self._plugins = plugins or {}
+    def __init__(self, options: Options, plugins: Mapping[Role, Controller | TensionSolver]) -> None:
+        self._options, self._plugins = options, plugins
         self._first = self.snapshot()
 
     def set(self, key: str, value: Any) -> None:

@@ -133,6 +133,15 @@ def test_the_command_line_repeats_it(tmp_path):
     assert cdpr.load_run(tmp_path / "run").rows.tobytes() == run.rows.tobytes()
 
 
+def test_other_commands_take_such_scenarios(tmp_path):
+    """What has neither controller nor plant leaves out what concerns them."""
+    with quiet(**PLANNED) as sim:
+        busy(sim)
+        sim.save(tmp_path / "session.yaml")
+    assert "set at 0.005 s" in cdpr_here("info", tmp_path / "session.yaml").stdout
+    assert "ok" in cdpr_here("validate", tmp_path / "session.yaml").stdout
+
+
 def test_a_branch_forgets_what_was_done_after_it():
     with quiet(**PLANNED) as sim:
         sim.step(2)
