@@ -62,6 +62,13 @@ class Pulley(Exit):
         side -= (side @ along) * along
         return [self.radius, *along, *side / np.linalg.norm(side)]
 
+    def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
+        """Tell where the anchor on the platform lies within the pulley."""
+        along, arm = np.array(self.numbers()[1:4]), np.array(tip) - frame
+        z = float(arm @ along)
+        x = float(np.linalg.norm(arm - z * along))
+        return "" if x * (x - 2.0 * self.radius) + z * z > 0.0 else "its anchor on the platform lies within its pulley"
+
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return the groove, a circle in the plane of its cable."""
         _, *values = self.numbers()
