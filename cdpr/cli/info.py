@@ -57,7 +57,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     }
     scene = Scene.of_robot(robot, np.zeros(1), at[None])
     if scenario is not None:
-        from cdpr.simulation.schedule import Schedule, stopped
+        from cdpr.simulation.schedule import Schedule, redirected
 
         simulation = scenario.simulation
         steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
@@ -66,7 +66,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
             return Schedule(events, period, robot, stage, tension, wrench, status, external, np.zeros(6))
 
-        trajectory = stopped(scenario.trajectory.make(), events, period)
+        trajectory = redirected(scenario.trajectory.make(), events, period)
         time = steps * period
         asked, desired = scenario.controlled, np.array([trajectory.sample(t) for t in time])
         solve = solver(asked, options).solve
