@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from cdpr.cables import EXITS, MODELS
-from cdpr.fmu.read.options import FmuFile
+from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 ALL_EXITS = tuple(kind.name() for kind in EXITS)
@@ -198,7 +198,7 @@ def cdpr_backends() -> list[PluginInfo]:
             options=DartOptions,
         ),
         PluginInfo(
-            name="fmu",
+            name=FMU,
             factory="cdpr_backends.fmu:FmuBackend",
             summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
             requires=("fmpy",),

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cdpr.fmu.read.options import FmuFile
+from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]
@@ -137,7 +137,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             changeable=("kp", "ki", "kd", "integral_limit"),
         ),
         PluginInfo(
-            name="fmu",
+            name=FMU,
             factory="cdpr_controllers.fmu:FmuController",
             summary="a controller as an FMU (FMI 2.0 or 3.0, co-simulation) that puts out a wrench or commands",
             requires=("fmpy",),

@@ -32,17 +32,17 @@ from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.point import Point
 from cdpr.cables.pulley import Pulley
 from cdpr.model import Cable, Robot
+from cdpr.model.robot import COMMANDED
 
-__all__ = ["EXITS", "AnyExit", "Point", "Pulley", "exits_of", "in_c", "read_exits"]
+__all__ = ["COMMANDED", "EXITS", "AnyExit", "Point", "Pulley", "exits_of", "in_c", "read_exits"]
 
 # Cable models: a winch and a span each. To add one, write its parts (see `cdpr.cables.chain`) and name it here.
 MODELS = {
-    "ideal": Chain(DIRECT, INEXTENSIBLE),
+    COMMANDED: Chain(DIRECT, INEXTENSIBLE),
     "rigid": Chain(DRUM, INEXTENSIBLE),
     "elastic": Chain(DRUM, ELASTIC),
 }
 
-COMMANDED = "ideal"  # of a plant that is given tensions
 ACTUATED = "elastic"  # of winches that come as an FMU: what cdpr exports of a robot's
 MIXED = "mixed"  # the model of a robot whose cables differ
 

@@ -37,6 +37,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     # Only a sound file is worth the time that these take to import.
     import numpy as np
 
+    from cdpr import defaults
     from cdpr.cli.look import look
     from cdpr.cli.progress import tell_of_compilation
     from cdpr.distribution.portrait import describe_motion, describe_pose, describe_robot
@@ -49,7 +50,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
     robot, gravity, at, source = look(loaded, pose)
-    entry = registry().get("solver", "qp")
+    entry = registry().get("solver", defaults.SOLVER)
     solver, options = entry.load(), entry.info.options()
     figures: dict[str, Any] = {
         "robot": describe_robot(robot),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
+from cdpr.defaults import SOLVER
 from cdpr.errors import PluginError
 from cdpr.hush import hushed
 
@@ -26,7 +27,13 @@ if TYPE_CHECKING:
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
 @click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
 @plugin_option(
-    "--solver", "solver", "names", metavar="NAME", multiple=True, default=["qp"], help="Repeatable; all for all. [qp]"
+    "--solver",
+    "solver",
+    "names",
+    metavar="NAME",
+    multiple=True,
+    default=[SOLVER],
+    help=f"Repeatable; all for all. [{SOLVER}]",
 )
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for the picture (tension.svg) and the figures (tension.json).")

@@ -15,6 +15,8 @@ from cdpr.scenario import Scenario
 #   none     the plant is another one: the distance is told
 Standard = Literal["scheme", "order", "none"]
 
+OWN_CABLES = "ideal"  # what the property `cables` is where a backend declares none: tensions at anchors or exits
+
 CONTINUOUS: tuple[object, ...] = ("C0", "C1", "Cinf")
 
 
@@ -84,7 +86,7 @@ def describe(scenario: Scenario, name: str) -> Engine:
         order=_order(declared),
         scheme=str(declared.get("scheme", "")),
         schemes=tuple(schemes) if isinstance(schemes, (list, tuple)) else (),
-        cables=str(declared.get("cables", "ideal")),
+        cables=str(declared.get("cables", OWN_CABLES)),
     )
 
 

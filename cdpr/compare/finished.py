@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cdpr.compare.comparison import Group, Row, pairs, step_cost
-from cdpr.compare.engines import Engine, describe, is_continuous
+from cdpr.compare.engines import OWN_CABLES, Engine, describe, is_continuous
 from cdpr.compare.job import Comparison, summarise
 from cdpr.compare.scenarios import ENGINE_KEYS, changes
 from cdpr.compare.verdict import Verdict, against_scheme, unjudged
@@ -18,7 +18,7 @@ from cdpr.scenario import Scenario, load_scenario
 # Without these two runs have nothing in common that could be subtracted.
 SHARED = ("robot", "cables", "anchors", "mass", "gravity", "control_step", "log_step")
 
-UNKNOWN = Engine("", 0, "", (), "ideal")
+UNKNOWN = Engine("", 0, "", (), OWN_CABLES)
 
 
 def compare_finished(paths: Sequence[str]) -> Comparison:

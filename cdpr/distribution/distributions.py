@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.cables.lines import lines
+from cdpr.defaults import SOLVER
 from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError
 from cdpr.mechanics import dynamics, geometry
@@ -57,7 +58,7 @@ def distribute(
     poses: ArrayLike,
     wrenches: ArrayLike | None = None,
     *,
-    solver: str | TensionSolver = "qp",
+    solver: str | TensionSolver = SOLVER,
     options: Mapping[str, Any] | None = None,
     gravity: ArrayLike = (0.0, 0.0, -9.81),
     tension_min: ArrayLike | None = None,

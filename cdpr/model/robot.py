@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+COMMANDED = "ideal"  # the cable model whose tensions are the commands: of a robot that names none
+
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -124,7 +126,7 @@ class Robot:
     dof: tuple[str, ...] = DOF_NAMES
     unilateral: bool = True  # False: rigid legs that may also push
     home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
-    cable_model: str = "ideal"  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
+    cable_model: str = COMMANDED  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
 
     @property
     def m(self) -> int:

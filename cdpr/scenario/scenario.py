@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
+from cdpr.fmu.read.options import FMU
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins import FileName
@@ -124,7 +125,7 @@ class Scenario:
     @property
     def cable_model(self) -> str:
         """What turns commands into tensions: the robot's model, or "fmu"."""
-        return model_of(self.robot) if self.actuators is None else "fmu"
+        return model_of(self.robot) if self.actuators is None else FMU
 
     @property
     def ideal_cables(self) -> bool:

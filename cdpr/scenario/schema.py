@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
+from cdpr.defaults import BACKEND, CONTROLLER, SOLVER
 from cdpr.fields import Name, Positive, Section, Vector3, unit
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
@@ -29,7 +30,7 @@ class World(Section):
 class Simulation(Section):
     """The engine and its times."""
 
-    backend: str = Field("reference", description="physics backend, any installed one")
+    backend: str = Field(BACKEND, description="physics backend, any installed one")
     duration: Positive = Field(
         description="simulated time, an integer multiple of control_step", json_schema_extra=unit("s")
     )
@@ -67,13 +68,13 @@ class Log(Section):
 class ControllerSection(Section):
     """The controller; its own options stand beside `type` and are checked by the plugin's model."""
 
-    type: str = Field("computed_torque", description="controller, any installed one; its options stand beside it")
+    type: str = Field(CONTROLLER, description="controller, any installed one; its options stand beside it")
 
 
 class SolverSection(Section):
     """The tension solver; its own options stand beside these keys and are checked by the plugin's model."""
 
-    type: str = Field("qp", description="tension solver, any installed one; its options stand beside it")
+    type: str = Field(SOLVER, description="tension solver, any installed one; its options stand beside it")
     infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
         "best_effort",
         description="what to do while no admissible tensions balance the wrench: apply the nearest wrench "

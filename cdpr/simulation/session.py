@@ -138,7 +138,7 @@ class Session:
                 rows.append((span.kind, first, stop))
         for kind, first, stop in rows:
             text = f"the {kind} was given from outside ({stop - first} samples)"
-            yield Event(first * step, "outside", text, until=stop * step)
+            yield Event(first * step, Outside.kind(), text, until=stop * step)
 
     def save(self, path: Path, samples: int) -> None:
         """Write a scenario that repeats so many samples, and a table of what was given beside it.

@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+FMU = "fmu"  # what scenarios and logs call a backend, a controller and winches that are one
+
 Variables = str | tuple[str, ...]
 
 

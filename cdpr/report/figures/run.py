@@ -13,6 +13,7 @@ from cdpr.report.figures.histories import PLUGIN, Points, histories
 from cdpr.report.figures.legend import Entry
 from cdpr.report.figures.panels import Curves, Limit, Panel, stack
 from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, events, shorten
+from cdpr.scenario.events import limits_change
 
 
 @styled
@@ -169,7 +170,7 @@ def _cable_entries(run: Run) -> list[Entry]:
 
 
 def _tension(run: Run, height: float) -> Panel:
-    first = " at first" if any(event.kind == "limits" for event in run.events) else ""
+    first = " at first" if limits_change({event.kind for event in run.events}) else ""
     limits = tuple(
         _limit(name + first, values)
         for name, values in (("t_min", run.header.tension_min), ("t_max", run.header.tension_max))

@@ -11,7 +11,7 @@ import yaml
 from cdpr.fmu.read.archive import Archive
 from cdpr.fmu.read.mapping import Mapping
 from cdpr.fmu.read.model import Element
-from cdpr.fmu.read.options import Source
+from cdpr.fmu.read.options import FMU, Source
 from cdpr.fmu.read.ports import Port
 from cdpr.fmu.read.signals import INPUTS, OUTPUTS, Role, Signal
 from cdpr.report.text.aligned import row, table, wrapped
@@ -80,7 +80,7 @@ def _cut(text: str, width: int = 32) -> str:
 
 
 PLACES: dict[Role, tuple[str, ...]] = {  # where a scenario speaks of such an FMU
-    "plant": ("backend_options", "fmu"),
+    "plant": ("backend_options", FMU),
     "winch": ("actuators",),
     "controller": ("controller",),
 }
@@ -91,12 +91,12 @@ def yaml_lines(archive: Archive, mapping: Mapping) -> Iterator[str]:
     indent = ""
     if mapping.role == "plant":
         yield "simulation:"
-        yield "  backend: fmu"
+        yield f"  backend: {FMU}"
     for key in PLACES[mapping.role]:
         yield f"{indent}{key}:"
         indent += "  "
     if mapping.role == "controller":
-        yield f"{indent}type: fmu"
+        yield f"{indent}type: {FMU}"
     yield f"{indent}file: {_plain(str(archive.path))}  # from the folder of the scenario"
     yield f"{indent}sha256: {archive.sha256}"
     yield f"{indent}signals:"

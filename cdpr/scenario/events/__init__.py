@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Collection, Sequence
+from typing import Annotated, get_args
 
 from pydantic import Field
 
@@ -16,7 +16,7 @@ from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
 
-__all__ = ["MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample"]
+__all__ = ["EVENTS", "MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample", "limits_change"]
 
 MAX_EVENTS = 1000
 
@@ -24,6 +24,13 @@ AnyEvent = Annotated[
     Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop | Target | SetOption | Outside,
     Field(discriminator="type"),
 ]
+
+EVENTS: tuple[type[ScenarioEvent], ...] = get_args(get_args(AnyEvent)[0])
+
+
+def limits_change(kinds: Collection[str]) -> bool:
+    """Tell whether tension limits change in a run of which events of these kinds are told."""
+    return any(event.changes_limits for event in EVENTS if event.kind() in kinds)
 
 
 def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:

@@ -92,11 +92,13 @@ class ScenarioEvent(Section):
     Attributes:
         ideal_cables_only: whether it needs cables that pull what they are told.
         overrides: whether it gives cables tensions that the distribution did not choose.
+        changes_limits: whether it changes tension limits.
         wants_tensions: whether `tell` needs the tensions of its first sample.
     """
 
     ideal_cables_only: ClassVar[bool] = False
     overrides: ClassVar[bool] = False
+    changes_limits: ClassVar[bool] = False
     wants_tensions: ClassVar[bool] = False
 
     type: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,6 +15,8 @@ from cdpr.scenario.problems import exact
 
 class TensionLimits(CableEvent):
     """The tension limits change. Cables that are broken or jammed keep what they have."""
+
+    changes_limits: ClassVar[bool] = True
 
     type: Literal["limits"] = Field(description="the tension limits of one cable or of all change")
     cable: str | int | None = Field(None, description="name of the cable, or its number from 1; all unless said")

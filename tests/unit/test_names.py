@@ -1,0 +1,181 @@
+"""What is added most often is known by name in its own file and one table: nothing else of the program names it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from importlib.util import find_spec
+from typing import NamedTuple, get_args
+
+import pytest
+from conftest import ROOT
+from imports import modules
+
+import cdpr.cables
+import cdpr_backends
+import cdpr_controllers
+import cdpr_solvers
+from cdpr.cables.chain import Part
+from cdpr.model.kernel_cache import PACKAGES
+from cdpr.scenario.events import EVENTS
+from cdpr.scenario.motions import AnyMotion
+
+BACKENDS = cdpr_backends.cdpr_backends()
+PLUGINS = [*BACKENDS, *cdpr_solvers.cdpr_solvers(), *cdpr_controllers.cdpr_controllers()]
+MOTIONS = get_args(get_args(AnyMotion)[0])
+TABLES = {
+    "cdpr_backends",
+    "cdpr_controllers",
+    "cdpr_solvers",
+    "cdpr.cables",
+    "cdpr.scenario.events",
+    "cdpr.scenario.motions",
+    "cdpr.defaults",
+}
+
+
+class Other(NamedTuple):
+    """A string that is such a name and means something else, in the module or package `where`, or EVERYWHERE."""
+
+    name: str
+    where: str
+    meaning: str
+
+
+EVERYWHERE = ""
+
+OTHERS = [
+    Other("wrench", EVERYWHERE, "the quantity: a column, a signal of an FMU, an argument, what a controller puts out"),
+    Other("cable_length", EVERYWHERE, "the quantity: a signal of an FMU"),
+    Other("best_effort", EVERYWHERE, "the policy for a wrench that is infeasible, a key of the section `solver`"),
+    Other("exact", EVERYWHERE, "the property that a solver declares; in an FMU's description a kind of start value"),
+    Other("limits", "cdpr.simulation.live", "a method, and its argument"),
+    Other("limits", "cdpr.report.text.distributions", "the heading of a row"),
+    Other("limits", "cdpr.scenario.events.target", "its key, as that of the motion `jerk_limited`"),
+    Other("target", "cdpr.simulation.live", "a method"),
+    Other("set", "cdpr.simulation.live", "a method"),
+    Other("csv", "cdpr.log.export", "the ending of a file"),
+    Other("csv", "cdpr.cli.export", "the ending of a file"),
+    Other("hold", "cdpr.trajectory", "a function"),
+    Other("circle", "cdpr.trajectory", "a function"),
+    Other("fmu", "cdpr.cli", "a command"),
+    Other("fmu", "cdpr.fmu.export.library", "a folder of the user's cache"),
+    Other("fmu", "cdpr.fmu.read.options", "the constant by which scenarios, logs and tables call what is an FMU"),
+    Other("daqp", "cdpr.bench.benchmark", "the library, which the oracle asks, too"),
+    Other("daqp", "cdpr_solvers.options", "the library, as qpsolvers calls it"),
+    Other("daqp", "cdpr_solvers.qpsolvers", "the library, as qpsolvers calls it"),
+    Other("reference", "cdpr_solvers.qp", "an option: the tensions to keep close to"),
+    Other("ideal", "cdpr.model.robot", "the constant for a robot that names no cable model, below the table"),
+    Other("ideal", "cdpr.compare.engines", "the constant for a backend that declares no cables of its own"),
+]
+
+# Attributes that hold such names and nothing else: no string is compared with them, whatever else it may mean.
+HOLDERS = {"type", "backend", "cable_model"}
+
+
+class Found(NamedTuple):
+    """A name that stands as a string."""
+
+    name: str
+    line: int
+    compared: bool
+
+
+def homes() -> dict[str, set[str]]:
+    """Return the modules, or packages with all that they hold, in which each name may stand."""
+    found: dict[str, set[str]] = {name: set() for name in cdpr.cables.MODELS}
+    for row in PLUGINS:
+        libraries = row.requires if row in BACKENDS else ()  # engines are also known by these
+        for name in (row.name, *row.aliases, *libraries):
+            found.setdefault(name, set()).add(row.factory.partition(":")[0])
+    for kind in (*EVENTS, *MOTIONS, *cdpr.cables.EXITS):
+        name = get_args(kind.model_fields["type"].annotation)[0]
+        found.setdefault(name, set()).add(kind.__module__)
+    for name, part in vars(cdpr.cables).items():
+        if isinstance(part, Part):
+            found.setdefault(name.lower(), set()).add(f"cdpr.cables.{name.lower()}")
+    return found
+
+
+def strings(text: str, names: set[str]) -> Iterator[Found]:
+    """Yield the names that stand as a whole string in a Python file; docstrings and messages are longer."""
+    tree = ast.parse(text)
+    compared = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Compare)
+        and any(isinstance(side, ast.Attribute) and side.attr in HOLDERS for side in (node.left, *node.comparators))
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names:
+            yield Found(node.value, node.lineno, id(node) in compared)
+
+
+def within(module: str, package: str) -> bool:
+    return package in (EVERYWHERE, module) or module.startswith(f"{package}.")
+
+
+@pytest.fixture(scope="module")
+def found():
+    """All names that stand as a string outside their own files and the tables, by module."""
+    known = homes()
+    return [
+        (module, one)
+        for module, file in modules(ROOT, PACKAGES).items()
+        for one in strings(file.read_text(), set(known))
+        if module not in TABLES and not any(within(module, home) for home in known[one.name])
+    ]
+
+
+def excepted(module: str, one: Found) -> bool:
+    return not one.compared and any(one.name == other.name and within(module, other.where) for other in OTHERS)
+
+
+def test_names_stand_in_their_own_files_and_the_tables(found):
+    """Ask for a declared property instead; a default belongs in `cdpr.defaults`."""
+    wrong = [f"{module}, line {one.line}: '{one.name}'" for module, one in found if not excepted(module, one)]
+    assert wrong == []
+
+
+def test_all_kinds_are_known():
+    """One of each, so that the test above looks for them."""
+    known = homes()
+    assert known["mujoco"] == {"cdpr_backends.mujoco"}
+    assert known["pybullet"] == {"cdpr_backends.bullet"}
+    assert known["fmu"] == {"cdpr_backends.fmu", "cdpr_controllers.fmu"}
+    assert known["qp"] == {"cdpr_solvers.qp"}
+    assert known["2-norm"] == {"cdpr_solvers.qp"}
+    assert known["computed_torque"] == {"cdpr_controllers.computed_torque"}
+    assert known["rigid"] == set()
+    assert known["elastic"] == {"cdpr.cables.elastic"}
+    assert known["drum"] == {"cdpr.cables.drum"}
+    assert known["pulley"] == {"cdpr.cables.pulley"}
+    assert known["quintic"] == {"cdpr.scenario.motions.quintic"}
+    assert known["cable_break"] == {"cdpr.scenario.events.faults"}
+    for home in set().union(*known.values()) | TABLES:
+        assert find_spec(home) is not None, home
+
+
+def test_exceptions_are_still_there(found):
+    """Who mends one of them takes it off the list."""
+    gone = [
+        (other.name, other.where)
+        for other in OTHERS
+        if not any(one.name == other.name and within(module, other.where) for module, one in found)
+    ]
+    assert gone == []
+
+
+@pytest.mark.parametrize(
+    ("line", "compared"),
+    [
+        ('return scenario.backend == "wrench"', True),
+        ('ok = event.type in ("other", "wrench")', True),
+        ('kinds = {"wrench": 1}', False),
+        ('kind: Literal["wrench"] = None', False),
+    ],
+)
+def test_what_is_looked_for_is_found(line, compared):
+    text = f'"""Of a wrench."""\n\n\ndef f(scenario, event):\n    """wrench"""\n    print("no wrench")\n    {line}\n'
+    assert [one for one in strings(text, {"wrench"}) if one.line > 5] == [Found("wrench", 7, compared)]
