@@ -197,6 +197,32 @@ MEASURED = """
 """
 
 
+SPRING_LAW = """\
+from cdpr.plugins import Controller
+
+
+class Spring(Controller):
+    def control(self, time, state, desired, wrench):
+        wrench[:] = 0.0
+        wrench[:3] = 5000.0 * (desired[:3] - state[:3]) - self.robot.platform.mass * self.gravity
+"""
+
+COMMAND = '''\
+"""`cdpr cables`."""
+
+import click
+
+
+@click.command("cables")
+@click.argument("file")
+def command(file: str) -> None:
+    """Name the cables of a robot."""
+    from cdpr import load_robot
+
+    click.echo(", ".join(cable.name for cable in load_robot(file).cables))
+'''
+
+
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
     """A copy of the program, a function that adds to it, and one that calls its command line."""
@@ -276,7 +302,7 @@ def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
     add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
-    place = "        self.distribute = self._through(self.stage)\n"
+    place = "            self._add_winches(energies[2:3])\n        self.distribute = self._through(self.stage)\n"
     add(None, "", "cdpr/simulation/loop.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")
@@ -325,3 +351,37 @@ def test_parts_of_cables(tree):
     np.testing.assert_allclose(told.length[:, 0], np.hypot(tips[:, 1] + 2.0, tips[:, 2] - 3.5), atol=1e-6)
     assert told.header.cable_model == "sprung"
     assert (told.cable_tension > 50.0).all()
+
+
+def test_a_solver_a_controller_and_a_backend(tree):
+    """A file each, and a row in the list of its package. Solver and backend are those that strangers bring, too."""
+    folder, add, run = tree
+    strangers = ROOT / "tests" / "plugins"
+    solver = (strangers / "weighted_solver" / "cdpr_weighted" / "solver.py").read_text()
+    backend = (strangers / "drag_backend" / "cdpr_drag" / "backend.py").read_text()
+    for role, name, made, text, place in (
+        ("solver", "weighted", "Weighted", solver.replace("self.options.power", "1.0"), "null space and active sets"),
+        ("controller", "spring", "Spring", SPRING_LAW, "Return the built-in controllers"),
+        ("backend", "drag", "DragBackend", backend.replace("self.options.area", "0.5"), "Return the built-in backends"),
+    ):
+        package = f"cdpr_{role}s"
+        row = f'        PluginInfo(name="{name}", factory="{package}.{name}:{made}", summary="added"),\n'
+        add(f"{package}/{name}.py", text, f"{package}/__init__.py", listed=(row, f'{place}."""\n    return [\n'))
+    chosen = ("--solver", "weighted", "--controller", "spring", "--backend", "drag")
+    short = ("--set", "simulation.duration=0.02", "--no-report", "--out", folder / "plugins")
+    done = run("run", ROOT / "scenarios" / "caroca.yaml", *chosen, *short, NUMBA_DISABLE_JIT="1")
+    assert done.returncode == 0, done.stderr
+    told = load_run(folder / "plugins")
+    assert (told.header.solver, told.header.controller, told.header.backend) == ("weighted", "spring", "drag")
+    asked = 5000.0 * (told.desired_position - told.position)[:, :2]
+    np.testing.assert_allclose(told.wrench[:, :2], asked, rtol=0.0, atol=1e-9)
+
+
+def test_a_command(tree):
+    _, add, run = tree
+    line = '    "cables": "Name the cables of a robot.",\n'
+    add("cdpr/cli/cables.py", COMMAND, "cdpr/cli/__init__.py", listed=(line, "COMMANDS = {\n"))
+    assert "Name the cables of a robot." in run("--help").stdout
+    done = run("cables", ROOT / "scenarios" / "robots" / "planar_point_mass.yaml")
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.split(", ")) == 3
