@@ -71,11 +71,12 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]
     apart = False
 
     def compile(self, sig: Any) -> Any:
+        args = tuple(sigutils.normalize_signature(sig)[0])
         with global_compiler_lock:
+            new = args not in self.overloads
             entry = super().compile(sig)
-            if self.apart:
-                args = tuple(sigutils.normalize_signature(sig)[0])
-                linking.call_apart(self.targetctx, self, self.overloads[args], self._cache.key(args))
+            if self.apart and new:
+                linking.call_apart(self.targetctx, self, self.overloads[args], linking.SYMBOL + self._cache.key(args))
         return entry
 
     def get_call_template(self, args: Any, kws: Any) -> Any:

@@ -1,9 +1,9 @@
 """How compiled kernels call each other without being made of each other.
 
-numba copies each kernel that another calls into it and optimises the whole anew: sound for the algebra of vectors, which
-melts into its callers, but of a large kernel that many call there is then a copy in each, compiled each time. Such a
-kernel is called apart instead: by the address of its compiled code, with numba's own convention for calls. The code of
-the caller holds but a name, its symbol, for which the linker must know an address before it sees that code.
+numba copies each kernel that another calls into it and optimises the whole anew: sound for the algebra of vectors,
+which melts into its callers, but of a large kernel that many call there is then a copy in each, compiled each time.
+Such a kernel is called apart instead: its code where it is, with numba's own convention for calls. The code of the
+caller holds but a name, its symbol, for which the linker must know an address before it sees that code.
 
 A symbol is the name under which the kernel is kept on disk: other sources, types or machines have others. What is kept
 of a caller tells which it needs, so that they are there first (`KernelStore`).
@@ -16,11 +16,11 @@ import sys
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
-from llvmlite import ir
-from numba.core import cgutils, types
+from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
-SYMBOL = "cdpr kernel "  # begins the symbols: nothing else has a space in its name
+SYMBOL = "cdpr:"  # begins the symbols; the names of functions have no colon
 
 
 class Needed(NamedTuple):
@@ -55,7 +55,7 @@ def needed_by(library: Any) -> list[Needed]:
 def link(needed: Needed) -> bool:
     """Have a kernel loaded, or compiled; return whether its symbol has an address: not so where it has changed."""
     if needed.symbol not in _linked:
-        dispatcher = getattr(sys.modules.get(needed.module), needed.name, None)
+        dispatcher: Any = getattr(sys.modules.get(needed.module), needed.name, None)
         if hasattr(dispatcher, "compile"):
             dispatcher.compile(needed.types)
     return needed.symbol in _linked
@@ -68,13 +68,25 @@ def address(dispatcher: Any, signature: Any) -> int:
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
 
 
-def call(context: Any, builder: Any, pointer: Any, signature: Any, arguments: Any) -> Any:
-    """Emit a call of the compiled code at an address, which must have been compiled for just this signature."""
-    convention = context.call_conv
-    function = convention.get_function_type(signature.return_type, signature.args)
-    status, result = convention.call_function(
-        builder, builder.inttoptr(pointer, ir.PointerType(function)), signature.return_type, signature.args, arguments
-    )
-    with cgutils.if_unlikely(builder, status.is_error):
-        convention.return_status_propagate(builder, status)
-    return result
+def caller(signature: Any) -> Any:
+    """Return what calls, within a kernel, the code of a kernel for this signature: f(address, arguments as a tuple)."""
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def call(typing_context: Any, pointer: Any, arguments: Any) -> Any:
+        def emit(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+            convention = context.call_conv
+            function = convention.get_function_type(signature.return_type, signature.args).as_pointer()
+            status, result = convention.call_function(
+                builder,
+                builder.inttoptr(values[0], function),
+                signature.return_type,
+                signature.args,
+                cgutils.unpack_tuple(builder, values[1]),
+            )
+            with cgutils.if_unlikely(builder, status.is_error):
+                convention.return_status_propagate(builder, status)
+            return result
+
+        return signature.return_type(types.intp, types.BaseTuple.from_types(signature.args)), emit
+
+    return call
