@@ -14,7 +14,7 @@ from cdpr.cables.winch import INERTIA, LOWEST, RADIUS, drum_acceleration, elasti
 from cdpr.model import Robot
 from cdpr.model.body_frame import BodyFrame, applied_wrench
 from cdpr.model.cholesky import factorise, solve
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import cable_geometry, inverse_dynamics, quaternion, vector, wrench_matrix_rate
 from cdpr.model.robot import Array
 
@@ -86,6 +86,7 @@ def live(m: int, command: Array, external: Array, body: Array, applied: Array) -
     )
 
 
+@apart
 @kernel
 def settle(fixed: Fixed, live: Live) -> None:
     """Write geometry, tensions and applied wrench at `body`; add what the last tensions did on the way there."""
@@ -131,6 +132,7 @@ def pull(fixed: Fixed, live: Live) -> None:
             live.highest[i] = size
 
 
+@apart
 @kernel
 def rigid_tensions(fixed: Fixed, live: Live) -> None:
     """Write the tensions of rigid cables.

@@ -11,7 +11,7 @@ import numpy as np
 
 from cdpr.model import rotations
 from cdpr.model.guide import Guide
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import (
     Quaternion,
     Vector,
@@ -128,6 +128,7 @@ def body_wrench(
     )
 
 
+@apart
 @kernel
 def applied_wrench(anchors: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array) -> None:
     """Write `body_wrench` at a body state (13,) into `applied` (6,)."""

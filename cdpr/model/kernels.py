@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 
 Vector = tuple[float, float, float]
@@ -96,6 +96,7 @@ def logarithm(q: Quaternion) -> Vector:
     return (scale * q[1], scale * q[2], scale * q[3])
 
 
+@apart
 @kernel
 def cable_geometry(anchors: Array, state: Array, W: Array, length: Array, rate: Array) -> None:
     """Write the wrench matrix (6, m), the lengths (m,) and their rates (m,) at `state`; anchors are (m, 6).
@@ -122,6 +123,7 @@ def cable_geometry(anchors: Array, state: Array, W: Array, length: Array, rate: 
         rate[i] = -dot(u, v) - dot(c, omega)
 
 
+@apart
 @kernel
 def wrench_matrix_rate(anchors: Array, state: Array, rate: Array) -> None:
     """Write the time derivative (6, m) of the wrench matrix at `state`."""
@@ -177,6 +179,7 @@ def product(matrix: Array, start: int, v: Vector) -> Vector:
     )
 
 
+@apart
 @kernel
 def inverse_dynamics(
     inertial: Array, gravity: Array, q: Quaternion, omega: Vector, a: Vector, alpha: Vector, wrench: Array
