@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.run import Header, Run
-from cdpr.model.reach import EXCEEDED, Reach
+from cdpr.mechanics.reach import EXCEEDED, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
 
@@ -131,7 +131,7 @@ class Tally:
             "max": high.get("tension", 0.0),
             "largest_step": high.get("step", 0.0),
         }
-        if self._header.cable_model != "ideal":
+        if not self._header.ideal_cables:
             figures["cable_tension_N"] = {
                 "min": low.get("cable tension", 0.0),
                 "max": high.get("cable tension", 0.0),

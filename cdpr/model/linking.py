@@ -16,9 +16,6 @@ import sys
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 SYMBOL = "cdpr:"  # begins the symbols; the names of functions have no colon
 
@@ -59,34 +56,3 @@ def link(needed: Needed) -> bool:
         if hasattr(dispatcher, "compile"):
             dispatcher.compile(needed.types)
     return needed.symbol in _linked
-
-
-def address(dispatcher: Any, signature: Any) -> int:
-    """Return the address of a kernel's code for a signature, which is compiled if need be and stays in memory."""
-    dispatcher.compile(signature.args)
-    compiled = dispatcher.overloads[signature.args]
-    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
-
-
-def caller(signature: Any) -> Any:
-    """Return what calls, within a kernel, the code of a kernel for this signature: f(address, arguments as a tuple)."""
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def call(typing_context: Any, pointer: Any, arguments: Any) -> Any:
-        def emit(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-            convention = context.call_conv
-            function = convention.get_function_type(signature.return_type, signature.args).as_pointer()
-            status, result = convention.call_function(
-                builder,
-                builder.inttoptr(values[0], function),
-                signature.return_type,
-                signature.args,
-                cgutils.unpack_tuple(builder, values[1]),
-            )
-            with cgutils.if_unlikely(builder, status.is_error):
-                convention.return_status_propagate(builder, status)
-            return result
-
-        return signature.return_type(types.intp, types.BaseTuple.from_types(signature.args)), emit
-
-    return call

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-CableModel = Literal["ideal", "rigid", "elastic"]
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -29,6 +27,22 @@ def read_only(array: Array) -> Array:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+class CableExit(Protocol):
+    """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
+
+    kernels: ClassVar[str]
+
+    @property
+    def type(self) -> str:
+        """Its name in `cdpr.cables`."""
+
+    def numbers(self) -> Sequence[float]:
+        """Return what the kernels take."""
+
+    def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
+        """Return points (k, 3), m, of a line that shows it."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +76,8 @@ class Cable:
     length_max: float | None = None  # m
     speed_max: float | None = None  # m/s
     winch: Winch | None = None
+    exit: CableExit | None = None  # a point, the anchor, unless said
+    model: str | None = None  # the robot's cable_model unless said
 
 
 @dataclass(frozen=True)
@@ -105,7 +121,7 @@ class Robot:
     dof: tuple[str, ...] = DOF_NAMES
     unilateral: bool = True  # False: rigid legs that may also push
     home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
-    cable_model: CableModel = "ideal"  # how commands become tensions: see `cdpr.cables`
+    cable_model: str = "ideal"  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
 
     @property
     def m(self) -> int:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import platform
 from contextlib import ExitStack
-from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
 import numpy as np
 
 from cdpr import __version__
+from cdpr.cables import COMMANDED, exits_of, with_model
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
+from cdpr.mechanics.reach import bounds_of
 from cdpr.model import kernel_cache
-from cdpr.model.reach import bounds_of
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
@@ -48,7 +48,7 @@ def build(scenario: Scenario) -> Parts:
             robot, gravity, simulation.control_step, scenario.controller_options
         )
         made.callback(controller.close)
-        plant = robot if scenario.actuators is None else replace(robot, cable_model="ideal")
+        plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
         backend: Backend = chosen["backend"].make(
             plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
@@ -72,7 +72,7 @@ def build(scenario: Scenario) -> Parts:
             substeps=simulation.substeps,
             output=_output(chosen["controller"], controller),
             events=scenario.events,
-            ideal_cables=scenario.cable_model == "ideal",
+            ideal_cables=scenario.ideal_cables,
             columns=columns_of(scenario),
         )
         made.pop_all()
@@ -117,6 +117,7 @@ def make_header(scenario: Scenario) -> Header:
         log_every=scenario.log_every,
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
+        exits=exits_of(robot),
         columns=columns_of(scenario),
     )
 

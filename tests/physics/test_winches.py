@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from winch_oracle import HELD, SMOOTH, Oracle, on_winches
 
 from cdpr.errors import PluginError
+from cdpr.mechanics.kinematics import make_state, wrench_matrix, wrench_matrix_rate
 from cdpr.model import rotations
-from cdpr.model.kinematics import make_state, wrench_matrix, wrench_matrix_rate
 from cdpr.model.robot import DOF_NAMES
 from cdpr.tension import distribute
 from cdpr.testing import samples
@@ -66,7 +66,7 @@ def tensions(backend):
 
 @pytest.mark.parametrize("robot", [samples.free(), samples.planar(), samples.spherical()], ids=KINDS)
 @pytest.mark.parametrize("name", ALL)
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", [*MODELS, "mixed"])
 def test_semi_implicit_or_exact(name, model, robot):
     """Centre of mass off the origin, friction, an external wrench, a guide: as the equations written anew."""
     robot = on_winches(robot, model)

@@ -319,30 +319,6 @@ def test_a_change_of_what_is_called_apart_is_seen(store, apart):
     assert loaded(again) == [0]
 
 
-@compiled
-def test_a_kernel_calls_an_address(store):
-    """Of two kernels for one signature; the data tell which."""
-
-    @jit.kernel
-    def more(x, a):
-        a[0] += x
-        return a[0]
-
-    @jit.kernel
-    def less(x, a):
-        a[0] -= x
-        return a[0]
-
-    signature = numba.float64(numba.float64, numba.types.Array(numba.float64, 1, "C"))
-    call = linking.caller(signature)
-
-    @jit.kernel
-    def either(address, a):
-        return call(address, (2.0, a)) + 1.0
-
-    assert [either(linking.address(each, signature), np.ones(1)) for each in (more, less)] == [4.0, 0.0]
-
-
 def test_moved_sources_have_another_digest(tmp_path, monkeypatch):
     """Two files of one name that change places make other kernels."""
     monkeypatch.syspath_prepend(tmp_path)

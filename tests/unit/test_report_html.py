@@ -73,11 +73,11 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cdpr.report.html.drawings", lambda run: [])
 
 
-# Two hundred times the points of the others: seconds of drawing.
-LARGE = "100000 rows"
+# Seconds of drawing what hardly differs from the others, or has two hundred times their points.
+SLOW = {"100000 rows", "interrupted", "12 cables", "noisy"}
 
 
-@pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow) if x == LARGE else x for x in CASES])
+@pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])
 def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> None:
     run = CASES[case]()
     text = render(run)

@@ -1,4 +1,4 @@
-/* The frame in which the body is integrated, as cdpr.model.body_frame chooses it, and the cables on it.
+/* The frame in which the body is integrated, as cdpr.mechanics.body_frame chooses it, and the cables on it.
    SPDX-License-Identifier: Apache-2.0
 
    That of a free platform lies at the centre of mass along the principal axes; that of a guided one at its origin along
@@ -8,6 +8,8 @@
 
 #include <math.h>
 #include <string.h>
+
+#include "exits.h"
 
 static const double DIAGONAL = 1e-14; /* share of the trace below which an entry beside the diagonal is round-off */
 static const double DEFINITE = 1e-12; /* share of it that each principal moment must exceed */
@@ -87,7 +89,7 @@ static Quaternion attitude_of(double R[3][3]) {
     return (Quaternion){sign * q[0], sign * q[1], sign * q[2], sign * q[3]};
 }
 
-/* As cdpr.model.spherical.pack: inertia about the origin (Steiner), and its inverse. */
+/* As cdpr.mechanics.spherical.pack: inertia about the origin (Steiner), and its inverse. */
 static void about_origin(Body *body, double mass, const double *J, Vector c) {
     const double Jxx = J[0] + mass * (c.y * c.y + c.z * c.z), Jyy = J[4] + mass * (c.x * c.x + c.z * c.z);
     const double Jzz = J[8] + mass * (c.x * c.x + c.y * c.y), Jxy = J[1] - mass * (c.x * c.y);
@@ -140,17 +142,40 @@ Motion body_to_platform(const Body *body, Motion at) {
                     multiply(at.attitude, conjugate(quaternion(body->turn)))};
 }
 
-/* From platform to frame; b, the lever of its end on the platform. */
-static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vector *b) {
+/* What cable i leaves the frame by, NULL where that is its anchor; `row` as exits.h says. */
+static const Exit *exit_of(const Plant *plant, size_t i, double row[NUMBERS + EXIT_NUMBERS]) {
+    const double *own = plant->field[EXIT] ? plant->field[EXIT] + i * plant->exit : NULL;
+    if (!own || own[0] == 0.0) return NULL;
+    memset(row, 0, (NUMBERS + EXIT_NUMBERS) * sizeof *row);
+    memcpy(row, plant->field[FRAME_ANCHORS] + 3 * i, 3 * sizeof *row);
+    memcpy(row + NUMBERS, own + 1, (plant->exit - 1) * sizeof *row);
+    return EXITS + (size_t)own[0];
+}
+
+/* From platform to frame; b, the lever of its end on the platform; what lies on the exit, unless NULL. */
+static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vector *b, double *wound) {
+    double row[NUMBERS + EXIT_NUMBERS];
+    const Exit *exit = exit_of(plant, i, row);
     *b = rotate(at->attitude, vector(plant->body->anchor + 3 * i));
-    return subtract(subtract(vector(plant->field[FRAME_ANCHORS] + 3 * i), at->position), *b);
+    const Vector P = add(at->position, *b);
+    if (wound) *wound = 0.0;
+    const Vector E = exit ? exit->leave(row, P, wound) : vector(plant->field[FRAME_ANCHORS] + 3 * i);
+    return subtract(subtract(E, at->position), *b);
+}
+
+Vector body_exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V) {
+    double row[NUMBERS + EXIT_NUMBERS];
+    const Exit *exit = exit_of(plant, i, row);
+    return exit ? exit->carry(row, add(at->position, b), V) : (Vector){0.0, 0.0, 0.0};
 }
 
 Line body_cable(const Plant *plant, const Motion *at, size_t i) {
     Line line;
-    const Vector l = cable_vector(plant, at, i, &line.b);
-    line.length = sqrt(dot(l, l));
-    line.u = divide(l, line.length);
+    double wound;
+    const Vector l = cable_vector(plant, at, i, &line.b, &wound);
+    line.span = sqrt(dot(l, l));
+    line.length = line.span + wound;
+    line.u = divide(l, line.span);
     line.c = cross(line.b, line.u);
     line.rate = -dot(line.u, at->velocity) - dot(line.c, at->omega);
     return line;
@@ -161,7 +186,7 @@ Wrench body_wrench(const Plant *plant, const Motion *at) {
     const bool pulls_only = plant_pulls_only(plant);
     Vector force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0}, b;
     for (size_t i = 0; i < plant->cables; i++) {
-        const Vector l = cable_vector(plant, at, i, &b);
+        const Vector l = cable_vector(plant, at, i, &b, NULL);
         const double tension = plant->field[CABLE_TENSION][i], pull = pulls_only && tension < 0.0 ? 0.0 : tension;
         const Vector f = scale(pull / sqrt(dot(l, l)), l);
         force = add(force, f);
