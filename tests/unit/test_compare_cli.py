@@ -13,7 +13,7 @@ from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
 
 from cdpr.cli.compare import command
 from cdpr.errors import CdprError, ExitCode
-from cdpr.report.compare_text import lines
+from cdpr.report.text.compare import lines
 from cdpr.simulation.cases import Outcome
 
 CAROCA = str(SCENARIOS / "caroca.yaml")
