@@ -79,13 +79,13 @@ def analytic_centre(
         return BAD_INPUT  # made for another robot
     if t_max.shape[0] < m:
         return BAD_INPUT
-    N, x, box, bounds, rest = work[:m], work[m], work[m + 1 : m + 4], work[m + 4 : m + 6, :m], work[m + 7 :]
-    centre = work[m + 6, :m]
+    N, x, box, rest = work[:m], work[m], work[m + 1 : m + 4], work[m + 7 :]
+    low, high, centre = work[m + 4, :m], work[m + 5, :m], work[m + 6, :m]
     for i in range(m):
-        bounds[0, i], bounds[1, i] = t_min[i], t_max[i]
+        low[i], high[i] = t_min[i], t_max[i]
     status = NOT_FOUND
     for locked in range(m):  # each time at least one cable more
-        r = reduce(W, wrench, bounds[0], bounds[1], box, N, rest)
+        r = reduce(W, wrench, low, high, box, N, rest)
         if r < 0:
             return status if locked else -r
         radius = safest_point(True, N, r, box, x, rest)
@@ -118,13 +118,13 @@ def analytic_centre(
             status = settled
             for i in range(m):
                 tension[i] = centre[i]
-        if not thin or status != OK or not _lock(THIN * largest, N, r, box, bounds, rest):
+        if not thin or status != OK or not _lock(THIN * largest, N, r, box, low, high, rest):
             break
     return status
 
 
 @kernel
-def _lock(thin: float, N: Array, r: int, box: Array, bounds: Array, work: Array) -> bool:
+def _lock(thin: float, N: Array, r: int, box: Array, low: Array, high: Array, work: Array) -> bool:
     """Lock the cables whose tensions can change by no more than round-off where they are; return whether there are any.
 
     A set that is as good as flat may still be long: its centre is that of the other cables. `thin` is N.
@@ -146,7 +146,7 @@ def _lock(thin: float, N: Array, r: int, box: Array, bounds: Array, work: Array)
             ends += 0.5 * point[i]
             span += point[i] if side == 1 else -point[i]
         if span <= WIDEST * thin:
-            bounds[0, i] = bounds[1, i] = min(max(ends, box[1, i]), box[2, i])
+            low[i] = high[i] = min(max(ends, box[1, i]), box[2, i])
             found = True
     return found
 

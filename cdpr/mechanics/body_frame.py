@@ -13,7 +13,7 @@ from cdpr.cables.lines import lines
 from cdpr.mechanics.geometry import cable_wrench
 from cdpr.mechanics.guide import Guide
 from cdpr.model import rotations
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import Quaternion, Vector, conjugate, cross, multiply, quaternion, rotate, store, vector
 from cdpr.model.robot import Array, Robot
 
@@ -125,6 +125,7 @@ def body_wrench(
     )
 
 
+@apart
 @kernel
 def applied_wrench(lines: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array) -> None:
     """Write `body_wrench` at a body state (13,) into `applied` (6,)."""

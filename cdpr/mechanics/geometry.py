@@ -10,7 +10,7 @@ import math
 
 from cdpr.cables.lines import ANCHORS, CARRY, LEAD, LEAVE, SIGNATURES
 from cdpr.model.address import caller
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import Quaternion, Vector, cross, dot, quaternion, rotate, vector
 from cdpr.model.robot import Array
 
@@ -44,6 +44,7 @@ def exit_velocity(lines: Array, i: int, P: Vector, V: Vector) -> Vector:
     return (0.0, 0.0, 0.0)
 
 
+@apart
 @kernel
 def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> None:
     """Write the wrench matrix (6, m), the lengths (m,) and their rates (m,) at `state`; see above for `lines`.
@@ -72,6 +73,7 @@ def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Ar
         rate[i] = -dot(u, v) - dot(c, omega)
 
 
+@apart
 @kernel
 def wrench_matrix_rate(lines: Array, state: Array, rate: Array) -> None:
     """Write the time derivative (6, m) of the wrench matrix at `state`."""

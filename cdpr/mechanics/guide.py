@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import Vector, cross, dot, product, rotate, vector
 from cdpr.model.robot import Array, Robot
 
@@ -56,6 +56,7 @@ class Guide:
         return 0.0 if self.hinge is None else 2.0 * math.atan2(state[4 + self.hinge], state[3])
 
 
+@apart
 @kernel
 def guided_acceleration(
     guide: Array, inertial: Array, gravity: Array, angle: float, spin: float, force: Vector, moment: Vector

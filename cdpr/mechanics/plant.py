@@ -17,7 +17,7 @@ from cdpr.mechanics.geometry import cable_geometry, wrench_matrix_rate
 from cdpr.model import Robot
 from cdpr.model.address import caller
 from cdpr.model.cholesky import factorise, solve
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import inverse_dynamics, quaternion, vector
 from cdpr.model.robot import Array
 
@@ -93,6 +93,7 @@ def live(m: int, command: Array, external: Array, body: Array, applied: Array) -
     )
 
 
+@apart
 @kernel
 def settle(fixed: Fixed, live: Live) -> None:
     """Write geometry, tensions and applied wrench at `body`; add what the last tensions did on the way there."""
@@ -179,6 +180,7 @@ def tell(fixed: Fixed, live: Live) -> bool:
     return heavy
 
 
+@apart
 @kernel
 def share(fixed: Fixed, live: Live) -> None:
     """Take from the tensions what the drums' inertia needs to go with the platform.

@@ -7,9 +7,11 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
+from numba.core import sigutils
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
-from cdpr.model import kernel_cache
+from cdpr.model import kernel_cache, linking
 from cdpr.model.kernel_store import KernelStore
 
 P = ParamSpec("P")
@@ -31,6 +33,17 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", _kept(_Kernel(function, targetoptions=options)))
 
 
+def apart(function: Callable[P, R]) -> Callable[P, R]:
+    """Let the kernels that call this one, a `kernel`, call its code where it is: none gets a copy (`linking`).
+
+    For the large ones that several call; the answers are the same to the bit. A small one is faster within its callers,
+    where it is optimised with them.
+    """
+    if isinstance(function, _Kernel) and isinstance(function._cache, KernelStore):
+        function.apart = True
+    return function
+
+
 def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile for one signature, when the module is imported, a kernel that lets other threads run meanwhile."""
 
@@ -50,7 +63,21 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]
 
     numba would compile another for each combination, and does so in the middle of a run where a caller's arrays are
     read-only for the first time. The code is the same: that a kernel writes only what it says is its own duty.
+
+    Attributes:
+        apart: whether callers call its code where it is.
     """
+
+    apart = False
+
+    def compile(self, sig: Any) -> Any:
+        args = tuple(sigutils.normalize_signature(sig)[0])
+        with global_compiler_lock:
+            new = args not in self.overloads
+            entry = super().compile(sig)
+            if self.apart and new:
+                linking.call_apart(self.targetctx, self, self.overloads[args], linking.SYMBOL + self._cache.key(args))
+        return entry
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         plain = [numba.types.unliteral(arg) for arg in args]

@@ -22,10 +22,11 @@ import llvmlite
 import numba
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
-from cdpr.model import kernel_cache
+from cdpr.model import kernel_cache, linking
 
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the start of each file
 
@@ -63,20 +64,23 @@ class KernelStore(_Cache):  # type: ignore[misc]
         # What numba's caches do here, refresh(), imports all that compiling needs besides: half of a process's start.
         rtsys.initialize(target_context)
         try:
-            content = self._file(sig, target_context.codegen()).read_bytes()
+            content = (folder() / self.key(sig)).read_bytes()
         except OSError:
             return None
         checksum, payload = content[:CHECKSUM], content[CHECKSUM:]
         if hashlib.sha256(payload).digest() != checksum:
             return None
-        return CompileResult._rebuild(target_context, *pickle.loads(payload))
+        needed, kernel = pickle.loads(payload)
+        if not all(map(linking.link, needed)):  # before its code is seen: without an address, that ends the process
+            return None
+        return CompileResult._rebuild(target_context, *kernel)
 
     def save_overload(self, sig: object, data: Any) -> None:
         """Keep a compiled function; where that fails, such as on a full disk, it is compiled again next time."""
         if data.lifted or data.library.has_dynamic_globals:  # pointers of this process
             return
-        payload = dumps(data._reduce())
-        target = self._file(sig, data.library.codegen)
+        payload = dumps((linking.needed_by(data.library), data._reduce()))
+        target = folder() / self.key(sig)
         part = None
         try:
             with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as file:
@@ -97,6 +101,8 @@ class KernelStore(_Cache):  # type: ignore[misc]
     def flush(self) -> None:
         """Do nothing: what is compiled anew replaces what is there."""
 
-    def _file(self, sig: object, codegen: Any) -> Path:
-        key = hashlib.sha256(repr((self._version, str(sig), codegen.magic_tuple())).encode()).hexdigest()
-        return folder() / f"{self._name.replace('<', '').replace('>', '')[:120]}-{key[:32]}"
+    def key(self, sig: object) -> str:
+        """Return what a signature's code is called: the name of its file, and the one by which kernels call it."""
+        magic = cpu_target.target_context.codegen().magic_tuple()
+        key = hashlib.sha256(repr((self._version, str(sig), magic)).encode()).hexdigest()
+        return f"{self._name.replace('<', '').replace('>', '')[:120]}-{key[:32]}"

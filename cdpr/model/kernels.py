@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 
 Vector = tuple[float, float, float]
@@ -106,6 +106,7 @@ def product(matrix: Array, start: int, v: Vector) -> Vector:
     )
 
 
+@apart
 @kernel
 def inverse_dynamics(
     inertial: Array, gravity: Array, q: Quaternion, omega: Vector, a: Vector, alpha: Vector, wrench: Array

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.factors import append, back_substitute, remove
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, UNSUPPORTED
@@ -23,6 +23,7 @@ def work_rows(r: int) -> int:
     return 2 * r + 8
 
 
+@apart
 @kernel
 def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array, work: Array) -> int:
     """Write the x (r,) of least norm with low <= c + N x <= high, and point = c + N x (m,); return the steps taken.
@@ -141,6 +142,7 @@ def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array,
     return steps
 
 
+@apart
 @kernel
 def extreme(g: Array, N: Array, r: int, box: Array, x: Array, point: Array, active: Array, work: Array) -> int:
     """Write the x (r,) with low <= c + N x <= high that minimises g . x; of several, that of least norm.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension import active_set, null_space
 from cdpr.tension.active_set import nearest
@@ -30,6 +30,7 @@ def work_rows(n: int, m: int) -> int:
     return max(3 * n + 8, norm)
 
 
+@apart
 @kernel
 def box_least_squares(
     W: Array, wrench: Array, weights: Array, low: Array, high: Array, tension: Array, work: Array
@@ -78,6 +79,7 @@ def box_least_squares(
     return steps
 
 
+@apart
 @kernel
 def _nearest_wrench(
     W: Array, wrench: Array, weights: Array, low: Array, high: Array, tension: Array, work: Array

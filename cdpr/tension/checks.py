@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
@@ -69,6 +69,7 @@ def room(limits: Array, tension: Array, report: Array, held: Array | None = None
     report[3] = at_limit
 
 
+@apart
 @kernel
 def judge(
     W: Array,
@@ -102,6 +103,7 @@ def judge(
     return RESIDUAL_TOLERANCE * max(newton(limits), math.sqrt(load) / unit)
 
 
+@apart
 @kernel
 def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, report: Array) -> int:
     """Copy a solver's answer (m,) into `tension` if it is finite, within the limits and balances the wrench.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND
 
@@ -35,6 +35,7 @@ def work_rows(n: int) -> int:
     return n + 5
 
 
+@apart
 @kernel
 def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: Array, work: Array) -> int:
     """Write all solutions of W t = wrench, W (n, m), as t = c + N[:, :r] x; return r, the redundancy.
@@ -66,6 +67,7 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     return r
 
 
+@apart
 @kernel
 def reduce_to_rows(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, B: Array, work: Array) -> int:
     """Write W t = wrench, W (n, m), as B[:, :k]^T t = B[:, :k]^T c with orthonormal columns; return k, the rank.
@@ -108,6 +110,7 @@ def _expand(n: int, free: int, rank: int, first: int, end: int, box: Array, basi
                 box[0, int(cable[i])] = y[i]
 
 
+@apart
 @kernel
 def factorise(m: int, W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, work: Array) -> tuple[int, int]:
     """Write the limits and locked tensions into `box`, factors into `work`; return the rank and how many are free.

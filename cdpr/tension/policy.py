@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.box_least_squares import box_least_squares
 from cdpr.tension.checks import judge
@@ -29,6 +29,7 @@ def action(policy: Policy, respects_bounds: bool) -> int:
     return NEAREST if respects_bounds else CLIP
 
 
+@apart
 @kernel
 def fall_back(
     action: int,

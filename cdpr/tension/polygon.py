@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 
 # A limit counts as kept within this share of the largest tension or limit: some hundred times the round-off of
@@ -23,6 +23,7 @@ def most_vertices(m: int) -> int:
     return 2 * m + 4
 
 
+@apart
 @kernel
 def clip_interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> int:
     """Write the ends of { x : low <= c + N[:, 0] x <= high } into ends[0] <= ends[1].
@@ -59,6 +60,7 @@ def clip_interval(N: Array, c: Array, low: Array, high: Array, ends: Array) -> i
     return 1
 
 
+@apart
 @kernel
 def clip_polygon(N: Array, c: Array, low: Array, high: Array, vertices: Array, work: Array) -> int:
     """Write the corners of { x : low <= c + N[:, :2] x <= high } into `vertices` (>= 2 m + 4, >= 2), anticlockwise.

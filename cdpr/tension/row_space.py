@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.null_space import reduce_to_rows
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
@@ -45,6 +45,7 @@ def worthwhile(n: int, m: int) -> bool:
     return m - n > n
 
 
+@apart
 @kernel
 def nearest_by_rows(
     W: Array, wrench: Array, low: Array, high: Array, target: Array, tension: Array, B: Array, box: Array, work: Array

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension import active_set
 from cdpr.tension.active_set import extreme
@@ -18,6 +18,7 @@ def work_rows(m: int) -> int:
     return 2 * m + 7 + active_set.work_rows(m + 1)
 
 
+@apart
 @kernel
 def safest_point(ball: bool, N: Array, r: int, box: Array, x: Array, work: Array) -> float:
     """Write x (r,) and return the largest s with low + s d <= c + N x <= high - s d; of several x that of least norm.

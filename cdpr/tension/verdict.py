@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.status import INFEASIBLE, OK
@@ -28,6 +28,7 @@ def solution(N: Array, r: int, box: Array, x: Array, tension: Array) -> None:
             tension[i] += N[i, k] * x[k]
 
 
+@apart
 @kernel
 def settle(W: Array, wrench: Array, box: Array, tension: Array) -> int:
     """Return OK where a solution (m,) of W t = wrench keeps the limits in `box`, else INFEASIBLE.

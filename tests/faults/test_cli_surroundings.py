@@ -99,16 +99,18 @@ def test_a_signal_before_the_first_sample(tmp_path, number, code):
     assert json.loads((out / "run.json").read_text())["status"] == "interrupted"
 
 
-def distribution(folder, name, entry_points):
+def distribution(folder, name, entry_points, version="Version: 1.0"):
     info = folder / f"{name}-1.0.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\n{version}\n")
     (info / "entry_points.txt").write_bytes(entry_points)
 
 
-@pytest.mark.parametrize("spoilt", [b"[cdpr]\n=\n", b"[cdpr]\n\xff = x:y\n"])
+@pytest.mark.parametrize(
+    "spoilt", [(b"[cdpr]\n=\n",), (b"[cdpr]\n\xff = x:y\n",), (b"[cdpr]\nmine = sys\n", "Ver")], ids=str
+)
 def test_a_spoilt_entry_points_file_is_named_and_costs_nobody_else(tmp_path, monkeypatch, spoilt):
-    distribution(tmp_path, "spoilt", spoilt)
+    distribution(tmp_path, "spoilt", *spoilt)
     monkeypatch.syspath_prepend(tmp_path)
     registry.cache_clear()
     try:

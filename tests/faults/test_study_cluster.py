@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import pytest
 from command_line import cdpr_here
@@ -15,10 +16,11 @@ from study_cases import command, environment, faulty_study, tables, wait_until, 
 import cdpr
 from cdpr.errors import ExitCode
 
-pytest.importorskip("distributed")
-psutil = pytest.importorskip("psutil")  # comes with it
-
-pytestmark = pytest.mark.usefixtures("warm_workers", "faulty_plugin")
+# Asked for, not imported: that takes seconds, and each of pytest's processes collects this file.
+pytestmark = [
+    pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed"),
+    pytest.mark.usefixtures("warm_workers", "faulty_plugin"),
+]
 
 KINDS = """
 axes:
@@ -63,6 +65,8 @@ def start_cluster(folder):
 def cluster(tmp_path_factory):
     """The process of a cluster of two workers, and its address."""
     process = start_cluster(tmp_path_factory.mktemp("cluster"))
+    import psutil  # comes with distributed
+
     yield psutil.Process(process.pid), process.stdout.readline().strip()
     process.communicate(timeout=60)
 
@@ -138,15 +142,13 @@ def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     assert cdpr.load_run(folder).status == "finished"
 
 
-def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(tmp_path):
+def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(cluster, tmp_path):
+    """The last of those that share the cluster."""
     study = faulty_study(tmp_path, ["none", "hang", "hang"], 0.1)
     out = tmp_path / "out"
-    doomed = start_cluster(tmp_path)
-    address = doomed.stdout.readline().strip()
-    process = begin(study, out, (doomed, address), [tmp_path / "faults" / name for name in "12"])
+    process = begin(study, out, cluster, [tmp_path / "faults" / name for name in "12"])
     wait_until(lambda: (out / "cases.jsonl").stat().st_size)  # one case has ended
-    doomed.kill()
-    doomed.communicate()
+    cluster[0].kill()
     _, errors = process.communicate(timeout=60)
     assert process.returncode == ExitCode.BACKEND_DIED
     assert "is gone; the cases that had ended are kept" in errors

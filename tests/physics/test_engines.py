@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import os
 import subprocess
 import sys
 from functools import cache
@@ -206,7 +207,7 @@ def two_processes(tmp_path_factory):
         folder = tmp_path_factory.mktemp(seed)
         done = subprocess.run(
             [sys.executable, "-c", HASHES, ROOT / "scenarios" / "caroca.yaml", folder / "run", "reference", *ENGINES],
-            env={"PYTHONHASHSEED": seed, "OPENBLAS_NUM_THREADS": seed},
+            env={**os.environ, "PYTHONHASHSEED": seed, "OPENBLAS_NUM_THREADS": seed},
             capture_output=True,
             text=True,
             check=True,

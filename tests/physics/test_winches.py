@@ -23,6 +23,7 @@ SAME_SCHEME = 1e-8  # m, rad and their rates after 0.1 s of the same scheme in n
 EXACT = 1e-9  # of the reference at 0.1 ms, from DOP853 at 1e-12
 # m, from DOP853 after 0.5 s at 1 ms, by axial stiffness, N; all engines: 1.9e-5 of 2.3 mm, and 2.6e-5 of 0.65 mm
 FIRST_ORDER = {1e5: 3e-5, 1e6: 4e-5}
+NEAR_ENOUGH = 1e-9  # DOP853's tolerance where 3e-7 m is looked for
 
 ENGINES = installed("mujoco", "bullet", "dart")
 ALL = ["reference", *ENGINES]
@@ -110,7 +111,7 @@ def test_first_order_bounds(stiffness):
     """A platform that a step of force makes swing on cables whose drums hardly turn, 0.5 s at 1 ms."""
     robot = on_winches(samples.braced(), "elastic", stiffness=stiffness, winch=HELD)
     rest, command = swinging(robot)
-    truth = Oracle(robot, command, PUSH).exact(rest, 0.5)
+    truth = Oracle(robot, command, PUSH).exact(rest, 0.5, NEAR_ENOUGH)
     errors = {}
     for name in ALL:
         backend = travel(name, robot, rest, command, 0.5, external=PUSH)

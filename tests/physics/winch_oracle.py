@@ -20,6 +20,11 @@ SMOOTH = Winch(drum_radius=0.04, inertia=3e-3)
 HELD = Winch(drum_radius=0.04, inertia=1e9)  # so heavy that it does not turn
 
 
+def cross(a, b):
+    """As numpy's, in a fifth of the time; vectors, or rows of them."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+
+
 def on_winches(robot, model, *, stiffness=1e5, damping=50.0, winch=WINCH):
     """The robot with the same winch and cable everywhere, but no two quite alike; if mixed, of different models."""
     models = ["rigid", "elastic", "elastic", "ideal"] if model == "mixed" else [None]
@@ -64,9 +69,9 @@ class Oracle:
         line = self.robot.anchors[:, :3] - y[:3] - arms
         l = np.linalg.norm(line, axis=1)  # noqa: E741
         u = line / l[:, None]
-        speed = -(v + np.cross(omega, arms))
+        speed = -(v + cross(omega, arms))
         rate = np.sum(u * speed, axis=1)
-        swing = (np.sum(speed**2, axis=1) - rate**2) / l - np.sum(u * np.cross(omega, np.cross(omega, arms)), axis=1)
+        swing = (np.sum(speed**2, axis=1) - rate**2) / l - np.sum(u * cross(omega, cross(omega, arms)), axis=1)
         return arms, u, l, rate, swing
 
     def dynamics(self, y):
@@ -75,10 +80,10 @@ class Oracle:
         R = Rotation.from_quat(y[3:7], scalar_first=True).as_matrix()
         c, omega, m = R @ platform.center_of_mass, y[10:13], platform.mass
         inertia = R @ platform.inertia @ R.T
-        S = np.cross(c, np.eye(3)).T  # c x
+        S = cross(c, np.eye(3)).T  # c x
         M = np.block([[m * np.eye(3), -m * S], [m * S, inertia - m * S @ S]])
-        force = m * self.gravity - m * np.cross(omega, np.cross(omega, c))
-        return M, np.concatenate([force, np.cross(c, force) - np.cross(omega, inertia @ omega)])
+        force = m * self.gravity - m * cross(omega, cross(omega, c))
+        return M, np.concatenate([force, cross(c, force) - cross(omega, inertia @ omega)])
 
     def given(self, y):
         """Tensions (m,) that do not depend on the acceleration, NaN for rigid cables."""
@@ -94,7 +99,7 @@ class Oracle:
     def solve(self, y, given=None):
         """Acceleration (6,), zero where a guide holds, and tensions (m,), unless these are given."""
         arms, u, _, rate, swing = self.geometry(y)
-        W = np.vstack([u.T, np.cross(arms, u).T])
+        W = np.vstack([u.T, cross(arms, u).T])
         M, h = self.dynamics(y)
         rows, m = self.robot.rows, self.robot.m
         load, M, W = (self.external + h)[rows], M[np.ix_(rows, rows)], W[rows]
@@ -153,9 +158,10 @@ class Oracle:
         drum = (self.r * (self.command - tension) - self.friction(speed)) / self.inertia
         return np.concatenate([body, *np.where(self.elastic, [-self.r * speed, drum], 0.0)])
 
-    def exact(self, state, seconds):
-        """Where it all is after some time, by an integrator of order eight."""
-        y = solve_ivp(self.slope, (0, seconds), self.start(state), method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    def exact(self, state, seconds, tolerance=1e-12):
+        """Where it all is after some time, by an integrator of order eight, its tolerance a step's."""
+        start, both = self.start(state), {"rtol": tolerance, "atol": tolerance}
+        y = solve_ivp(self.slope, (0, seconds), start, method="DOP853", **both).y[:, -1]
         y[3:7] /= np.linalg.norm(y[3:7])
         return y
 
@@ -167,15 +173,15 @@ class Oracle:
             acceleration, tension = self.solve(y)
             R = Rotation.from_quat(y[3:7], scalar_first=True)
             r, omega = R.apply(center), y[10:13]
-            speed = y[7:10] + np.cross(omega, r)
-            pull = acceleration[:3] + np.cross(acceleration[3:], r) + np.cross(omega, np.cross(omega, r))
+            speed = y[7:10] + cross(omega, r)
+            pull = acceleration[:3] + cross(acceleration[3:], r) + cross(omega, cross(omega, r))
             body_rate = R.inv().apply(omega) + h * R.inv().apply(acceleration[3:])
             place = y[:3] + r + h * (speed + h * pull)
             turned = R * Rotation.from_rotvec(h * body_rate)
             omega = turned.apply(body_rate)
             y[:3] = place - turned.apply(center)
             y[3:7] = turned.as_quat(scalar_first=True)
-            y[7:10] = speed + h * pull - np.cross(omega, turned.apply(center))
+            y[7:10] = speed + h * pull - cross(omega, turned.apply(center))
             y[10:13] = omega
             if self.elastic.any():
                 w = y[13 + m :]

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from command_line import cdpr_here
 from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
-from conftest import TRAPS
 
 from cdpr.cli.compare import command
 from cdpr.errors import CdprError, ExitCode
@@ -134,15 +130,12 @@ def test_a_folder_of_others_is_not_emptied_by_an_interrupt(tmp_path):
     assert (tmp_path / "runs" / "mine").read_text() == "years of work"
 
 
+@pytest.mark.usefixtures("traps_plugin")
 def test_a_trap_ends_with_seven(tmp_path):
     """In workers, too; the page says who and why first."""
-    env = {"PYTHONPATH": os.pathsep.join([str(TRAPS), str(TRAPS.parent), os.environ.get("PYTHONPATH", "")])}
     options = ("--set", f"backend_options.traps.engine={ENGINES[0]}", "--set", "backend_options.traps.trap=lag")
     words = ("compare", CAROCA, "--backends", "traps", *options, *SHORT, "--out", str(tmp_path / "out"))
-    done = subprocess.run(
-        [sys.executable, "-m", "cdpr", *words], env={**os.environ, **env}, capture_output=True, text=True
-    )
-    assert done.returncode == 7, done.stderr
+    done = cdpr_here(*words, code=7)
     assert done.stdout.startswith("DISAGREE: caroca")
     assert "traps: DISAGREES: position beyond its bound" in done.stdout
     html = (tmp_path / "out" / "compare.html").read_text()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from cdpr.model import jit, kernel_cache, kernel_store, kernels
+from cdpr.model import jit, kernel_cache, kernel_store, kernels, linking
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
 
@@ -225,6 +225,98 @@ def test_what_has_no_file_is_not_kept(store):
     exec("def double(x):\n    return 2.0 * x", space)
     assert jit.kernel(space["double"])(1.5) == 3.0
     assert not list(store.iterdir())
+
+
+# A kernel that others call where its code is, by way of one that is copied into its callers.
+SHARED = """
+from cdpr.model.jit import apart, kernel
+
+@apart
+@kernel
+def scaled(x):
+    return {factor} * x
+
+@kernel
+def twice(x):
+    return scaled(x) + scaled(x)
+"""
+CALLS_SHARED = """
+from cdpr.model.jit import kernel
+from stranger_helper import twice
+
+@kernel
+def first(x):
+    return twice(x[0])
+"""
+
+
+@pytest.fixture
+def apart(tmp_path, stranger, monkeypatch):
+    """The stranger calls a kernel of another package; write it with a factor, and no address is known of it."""
+    (stranger / "stranger_helper.py").unlink()
+    other = tmp_path / "other"
+    other.mkdir()
+    monkeypatch.syspath_prepend(other)
+
+    def write(factor):
+        (other / "stranger_helper.py").write_text(SHARED.format(factor=factor))
+        (stranger / "stranger.py").write_text(CALLS_SHARED)
+        monkeypatch.setattr(linking, "_linked", {})
+        return fresh()
+
+    return write
+
+
+def loaded(*kernels):
+    return [sum(each.stats.cache_hits.values()) for each in kernels]
+
+
+@compiled
+def test_what_is_called_apart_is_not_copied(store, apart):
+    first = apart(2.0)
+    assert first(np.ones(1)) == 4.0
+    (library,) = (each.library for each in first.overloads.values())
+    assert [(each.module, each.name) for each in linking.needed_by(library)] == [("stranger_helper", "scaled")]
+    assert not any("scaled" in each.name for each in library.get_defined_functions())
+
+
+@compiled
+def test_processes_at_once_keep_kernels_and_what_they_call_apart(store, tmp_path, apart):
+    """And this one, which has compiled none of them, loads both."""
+    factor = 3.0
+    first = apart(factor)
+    helper = sys.modules["stranger_helper"]
+    script = "import numpy, stranger; print(stranger.first(numpy.ones(1)))"
+    path = os.pathsep.join(map(str, (ROOT, tmp_path / "modules", tmp_path / "other")))
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, text=True
+        )
+        for _ in range(2)
+    ]
+    assert [each.communicate()[0] for each in both] == ["6.0\n"] * 2
+    assert first(np.ones(1)) == 6.0
+    assert loaded(first, helper.scaled, helper.twice) == [1, 1, 0]
+
+
+@compiled
+@pytest.mark.parametrize("damage", [lambda file: file.write_bytes(b"?"), lambda file: file.unlink()])
+def test_what_is_called_apart_is_compiled_again_where_its_file_is_damaged(store, apart, damage):
+    apart(2.0)(np.ones(1))
+    (file,) = store.glob("stranger_helper.scaled-*")
+    damage(file)
+    again = apart(2.0)
+    assert again(np.ones(1)) == 4.0
+    assert loaded(again, sys.modules["stranger_helper"].scaled) == [1, 0]
+
+
+@compiled
+def test_a_change_of_what_is_called_apart_is_seen(store, apart):
+    """Though nothing of the caller's package has changed."""
+    assert apart(2.0)(np.ones(1)) == 4.0
+    again = apart(50.0)
+    assert again(np.ones(1)) == 100.0
+    assert loaded(again) == [0]
 
 
 def test_moved_sources_have_another_digest(tmp_path, monkeypatch):
