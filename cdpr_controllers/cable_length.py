@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -51,7 +52,8 @@ class CableLength(SnapshotOfArrays, Controller):
         self._tracking = np.zeros(1, dtype=bool)  # whether the pose is one that was found
         self._integral = np.zeros(m)
         measured, wanted, W = np.zeros((2, m)), np.zeros((2, m)), np.zeros((6, m))
-        self._measure = partial(lengths_and_rates, robot.anchors, W, measured)
+        self._measured = measured
+        self._measure: Callable[[Array], None] = partial(lengths_and_rates, robot.anchors, W, measured)
         self._want = partial(lengths_and_rates, robot.anchors, W, wanted)
         self._fit = None
         if options.forward_kinematics:
@@ -60,6 +62,14 @@ class CableLength(SnapshotOfArrays, Controller):
         self._holding = Holding(robot, gravity, options.pretension)
         self.arrays = (self._pose, self._tracking, self._integral, self._holding.tension)
         self._law = partial(law, gains, limits, measured, wanted, self._holding.tension, self._integral)
+
+    def sense(self, cables: Array) -> None:
+        """Measure at the cables what they are, whatever the robot is believed to be."""
+
+        def measure(state: Array) -> None:
+            self._measured[:] = cables
+
+        self._measure = measure
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the commands (m,)."""

@@ -49,6 +49,7 @@ class Header:
     bounds: Bounds = ()  # of lengths and winding speeds, where there are any
     broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
     columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
+    believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
 
     @property
     def log_step(self) -> float:
@@ -76,7 +77,7 @@ class Header:
 
 
 # Keys that logs of earlier versions have not, and what that meant.
-NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": (), "columns": ()}
+NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": (), "columns": (), "believed": ""}
 
 
 # Ends that the scenario foresees: what such a run holds is a whole result.

@@ -29,8 +29,7 @@ class RunChecks(Checks):
         simulation = self.section(Simulation, ("simulation",))
         motion = MotionChecks(self.document, self.problems)
         motion.load()
-        if initial:
-            self._start(initial)
+        self.start()
         if simulation:
             self._steps(simulation)
             log = self.section(Log, ("log",))
@@ -40,7 +39,11 @@ class RunChecks(Checks):
         motion.guided(initial)
         return motion.motion
 
-    def _start(self, initial: Initial) -> None:
+    def start(self) -> None:
+        """Report cables that have no direction where the run begins."""
+        initial = self.section(Initial, ("initial",))
+        if initial is None:
+            return
         cables = list(self.cables(("robot",)))
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         R = rotations.matrix(initial.orientation.quaternion())

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any, Literal
 
 from cdpr.plugins.registry import Registry
-from cdpr.scenario import examples
+from cdpr.scenario import belief, examples
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.overrides import Change, Overrides, apply, read_overrides
@@ -66,6 +66,9 @@ def change(
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
     for each in [*chosen, *read_overrides(overrides, problems)]:
+        if each.path[0] == belief.KEY:
+            belief.change_belief(document, each, problems)
+            continue
         if each.path[0] == "robot" and len(each.path) > 1:
             _include_robot(document, problems)
         apply(document, each, problems)

@@ -35,17 +35,18 @@ def build(scenario: Scenario) -> Parts:
 
     Raises PluginError where a plugin is missing, broken or fails to be made.
     """
-    robot = scenario.robot
+    robot, believed = scenario.robot, scenario.believed
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
     chosen = chosen_plugins(scenario)
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
     check_cables(scenario, chosen["backend"])
-    solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
+    controlled = scenario.controlled if believed is None else replace(believed, dof=scenario.controlled.dof)
+    solver: TensionSolver = chosen["solver"].make(controlled, scenario.solver_options)
     with ExitStack() as made:  # what was made is closed where the next fails
         controller: Controller = chosen["controller"].make(
-            robot, gravity, simulation.control_step, scenario.controller_options
+            believed or robot, gravity, simulation.control_step, scenario.controller_options
         )
         made.callback(controller.close)
         plant = robot if scenario.actuators is None else replace(robot, cable_model="ideal")
@@ -59,7 +60,8 @@ def build(scenario: Scenario) -> Parts:
         backend.reset(scenario.initial.state())
         parts = Parts(
             robot=robot,
-            controlled=scenario.controlled,
+            controlled=controlled,
+            believed=believed,
             trajectory=stopped(scenario.trajectory.make(), scenario.events, simulation.control_step),
             controller=controller,
             solver=solver,
@@ -118,6 +120,7 @@ def make_header(scenario: Scenario) -> Header:
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
         columns=columns_of(scenario),
+        believed=scenario.belief,
     )
 
 
