@@ -16,8 +16,8 @@ from time import perf_counter
 import numpy as np
 from step import pinv_cost
 
-from cdpr.model import kinematics
-from cdpr.model.forward_kinematics import forward_kinematics
+from cdpr.mechanics import kinematics
+from cdpr.mechanics.forward_kinematics import forward_kinematics
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 

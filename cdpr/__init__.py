@@ -77,6 +77,7 @@ __all__ = [
     "load_run",
     "load_scenario",
     "load_study",
+    "mechanics",
     "model",
     "plugins",
     "run_study",
@@ -88,7 +89,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from cdpr import bench, compare, errors, model, plugins, study, tension, testing, trajectory
+    from cdpr import bench, compare, errors, mechanics, model, plugins, study, tension, testing, trajectory
     from cdpr.compare.job import compare_scenario
     from cdpr.distribution import admissible, distribute
     from cdpr.errors import (

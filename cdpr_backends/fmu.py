@@ -21,7 +21,8 @@ from cdpr.fmu.kernels import normalise
 from cdpr.fmu.parameters import Known, robot_parameters
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
-from cdpr.model import Robot, kinematics
+from cdpr.mechanics import kinematics
+from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import Saved, put_back, save

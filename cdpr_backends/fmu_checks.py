@@ -10,7 +10,8 @@ from collections.abc import Collection
 
 import numpy as np
 
-from cdpr.model import Robot, dynamics, kinematics
+from cdpr.mechanics import dynamics, kinematics
+from cdpr.model import Robot
 from cdpr.model.robot import Array
 
 # m, rad, m/s, rad/s: far below what any robot's start is known to, far above what single precision and angles lose.

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.mechanics.body_frame import BodyFrame, body_wrench, from_platform, to_platform
+from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot
-from cdpr.model.body_frame import BodyFrame, body_wrench, from_platform, to_platform
-from cdpr.model.guide import Guide
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, vector
 from cdpr.model.robot import Array
@@ -54,7 +54,7 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
         inertial = np.array([frame.mass, *frame.moments])
         self._advance = partial(
             runge_kutta,
-            frame.anchors,
+            frame.lines,
             frame.offset,
             inertial,
             self.gravity,
@@ -95,7 +95,7 @@ def angular_momentum(moments: Array, body: Array, momentum: Array) -> None:
 
 @kernel
 def runge_kutta(
-    anchors: Array,
+    lines: Array,
     offset: Array,
     inertial: Array,
     gravity: Array,
@@ -118,7 +118,7 @@ def runge_kutta(
         p, q, v, L = p0, q0, v0, L0
         dp, dq, dv, dL = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for stage in range(4):
-            f, kL = body_wrench(anchors, offset, command, external, p, q)
+            f, kL = body_wrench(lines, offset, command, external, p, q)
             w = rotate(conjugate(q), L)
             w = rotate(q, (w[0] / inertial[1], w[1] / inertial[2], w[2] / inertial[3]))
             kv = (f[0] / mass + gravity[0], f[1] / mass + gravity[1], f[2] / mass + gravity[2])

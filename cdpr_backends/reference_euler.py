@@ -11,7 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.model.guide import guided_acceleration, write_pose
+from cdpr.mechanics.guide import guided_acceleration, write_pose
+from cdpr.mechanics.spherical import INERTIA, INVERSE, moment_about_ball, pack
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import (
     Quaternion,
@@ -27,7 +28,6 @@ from cdpr.model.kernels import (
     vector,
 )
 from cdpr.model.robot import Array
-from cdpr.model.spherical import INERTIA, INVERSE, moment_about_ball, pack
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.snapshots import SnapshotOfArrays
 from cdpr_backends.attitude import put_attitude
@@ -116,7 +116,7 @@ def turn(q: Quaternion, w: Vector, body: Array, h: float) -> None:
 def spherical_step(packed: Array, gravity: Array, applied: Array, body: Array, h: float) -> None:
     """One step of a body that turns about its held origin: w += h J^-1 (M - w x J w), then q <- q exp(h w).
 
-    In body axes; M is the moment about the origin, `packed` is as `cdpr.model.spherical.pack` returns it.
+    In body axes; M is the moment about the origin, `packed` is as `cdpr.mechanics.spherical.pack` returns it.
     """
     q = quaternion(body, 3)
     w = rotate(conjugate(q), vector(body, 10))

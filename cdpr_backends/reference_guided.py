@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables.lines import lines
+from cdpr.mechanics.geometry import cable_wrench
+from cdpr.mechanics.guide import Guide, guided_acceleration, write_pose
 from cdpr.model import Robot
-from cdpr.model.guide import Guide, guided_acceleration, write_pose
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_wrench, vector
+from cdpr.model.kernels import vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
@@ -26,7 +28,7 @@ class GuidedReference(SnapshotOfArrays, Backend):
         self._advance = partial(
             runge_kutta,
             guide.packed,
-            robot.anchors,
+            lines(robot),
             robot.inertial,
             self.gravity,
             self.command,
@@ -56,7 +58,7 @@ class GuidedReference(SnapshotOfArrays, Backend):
 @kernel
 def runge_kutta(
     guide: Array,
-    anchors: Array,
+    lines: Array,
     inertial: Array,
     gravity: Array,
     command: Array,
@@ -75,7 +77,7 @@ def runge_kutta(
         dp, dv, turn, gain = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
         for stage in range(4):
             write_pose(guide, p, angle, v, spin, state)
-            f, m = cable_wrench(anchors, p, (state[3], state[4], state[5], state[6]), command)
+            f, m = cable_wrench(lines, p, (state[3], state[4], state[5], state[6]), command)
             f = (f[0] + push[0], f[1] + push[1], f[2] + push[2])
             m = (m[0] + twist[0], m[1] + twist[1], m[2] + twist[2])
             a, alpha = guided_acceleration(guide, inertial, gravity, angle, spin, f, m)

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables.lines import lines
+from cdpr.mechanics.geometry import cable_wrench
+from cdpr.mechanics.spherical import INERTIA, INVERSE, moment_about_ball, pack, turned_product
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_wrench, quaternion, store, vector
+from cdpr.model.kernels import quaternion, store, vector
 from cdpr.model.robot import Array
-from cdpr.model.spherical import INERTIA, INVERSE, moment_about_ball, pack, turned_product
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
 
@@ -29,7 +31,7 @@ class SphericalReference(SnapshotOfArrays, Backend):
         self._momentum = np.zeros(3)
         self._advance = partial(
             runge_kutta,
-            robot.anchors,
+            lines(robot),
             self._packed,
             self.gravity,
             self.command,
@@ -58,7 +60,7 @@ class SphericalReference(SnapshotOfArrays, Backend):
 
 @kernel
 def runge_kutta(
-    anchors: Array,
+    lines: Array,
     packed: Array,
     gravity: Array,
     command: Array,
@@ -78,7 +80,7 @@ def runge_kutta(
         q, L = q0, L0
         dq, dL = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for stage in range(4):
-            _, m = cable_wrench(anchors, p, q, command)
+            _, m = cable_wrench(lines, p, q, command)
             m = (m[0] + external[3], m[1] + external[4], m[2] + external[5])
             kL = moment_about_ball(packed, gravity, q, m)
             w = turned_product(packed, INVERSE, q, L)

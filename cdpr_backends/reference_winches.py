@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.plant import Fixed, Live, accelerate, mass_matrix, pull, settle
 from cdpr.cables.winch import RADIUS, drum_acceleration
-from cdpr.cables.winches import Winches
+from cdpr.mechanics.body_frame import BodyFrame, from_platform, to_platform
+from cdpr.mechanics.geometry import cable_geometry
+from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, settle
+from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
-from cdpr.model.body_frame import BodyFrame, from_platform, to_platform
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_geometry
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
@@ -120,7 +120,7 @@ def scatter(point: Array, live: Live) -> None:
 @kernel
 def slopes(fixed: Fixed, live: Live, slope: Array) -> None:
     """Write the time derivatives of body, work and winches."""
-    cable_geometry(fixed.anchors, live.body, live.W, live.length, live.rate)
+    cable_geometry(fixed.lines, live.body, live.W, live.length, live.rate)
     pull(fixed, live)
     mass_matrix(fixed, live)
     accelerate(fixed, live)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import PluginError
+from cdpr.mechanics.body_frame import applied_wrench
 from cdpr.model import Robot, rotations
-from cdpr.model.body_frame import applied_wrench
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
 from cdpr_backends.ideal import require_ideal
@@ -83,7 +83,7 @@ class UpsBackend(RigidBodyBackend):
         frame = self.frame
         self._damping = np.array([options.hinge_damping, options.hinge_damping, options.slide_damping])
         slack = np.zeros(robot.m)  # the slides already pull
-        self._pull = partial(applied_wrench, frame.anchors, frame.offset, slack, self.external, self.body, self.applied)
+        self._pull = partial(applied_wrench, frame.lines, frame.offset, slack, self.external, self.body, self.applied)
 
     def legs(self) -> list[Leg]:
         """The legs for the pose in `body`."""

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables.lines import lines
 from cdpr.errors import CdprError
+from cdpr.mechanics.forward_kinematics import fit, scales, work_size
+from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
-from cdpr.model.forward_kinematics import fit, scales, work_size
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_geometry
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.tension.checks import LIMIT_TOLERANCE
@@ -53,12 +54,12 @@ class CableLength(SnapshotOfArrays, Controller):
         self._integral = np.zeros(m)
         measured, wanted, W = np.zeros((2, m)), np.zeros((2, m)), np.zeros((6, m))
         self._measured = measured
-        self._measure: Callable[[Array], None] = partial(lengths_and_rates, robot.anchors, W, measured)
-        self._want = partial(lengths_and_rates, robot.anchors, W, wanted)
+        self._measure: Callable[[Array], None] = partial(lengths_and_rates, lines(robot), W, measured)
+        self._want = partial(lengths_and_rates, lines(robot), W, wanted)
         self._fit = None
         if options.forward_kinematics:
             work = np.zeros(work_size(n, m))
-            self._fit = partial(fit, robot.anchors, *scales(robot), measured[0], self._pose, np.zeros((n, n)), work)
+            self._fit = partial(fit, lines(robot), *scales(robot), measured[0], self._pose, np.zeros((n, n)), work)
         self._holding = Holding(robot, gravity, options.pretension)
         self.arrays = (self._pose, self._tracking, self._integral, self._holding.tension)
         self._law = partial(law, gains, limits, measured, wanted, self._holding.tension, self._integral)
@@ -91,9 +92,9 @@ class CableLength(SnapshotOfArrays, Controller):
 
 
 @kernel
-def lengths_and_rates(anchors: Array, W: Array, out: Array, state: Array) -> None:
+def lengths_and_rates(lines: Array, W: Array, out: Array, state: Array) -> None:
     """Write lengths (m) and rates (m/s) at `state` into `out` (2, m); W (6, m) is work space."""
-    cable_geometry(anchors, state, W, out[0], out[1])
+    cable_geometry(lines, state, W, out[0], out[1])
 
 
 @kernel

@@ -11,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables.lines import lines
 from cdpr.fmu.archive import open_archive
 from cdpr.fmu.exchange import DESIRED, STATE, reader, writer
 from cdpr.fmu.parameters import Known, robot_parameters
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
-from cdpr.model import Robot, kinematics
-from cdpr.model.kernels import cable_geometry
+from cdpr.mechanics import kinematics
+from cdpr.mechanics.geometry import cable_geometry
+from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller
 
@@ -59,7 +61,7 @@ class FmuController(Controller):
         if self._asks_cables:
             W, length, rate = self._cables
             if self._sensed is None:
-                cable_geometry(self.robot.anchors, state, W, length, rate)
+                cable_geometry(lines(self.robot), state, W, length, rate)
             else:
                 length[:], rate[:] = self._sensed
             self._put_length(length)

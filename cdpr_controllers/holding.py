@@ -7,9 +7,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.cables.lines import lines
+from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_geometry, inverse_dynamics, quaternion
+from cdpr.model.kernels import inverse_dynamics, quaternion
 from cdpr.model.robot import Array
 from cdpr.tension.box_least_squares import box_least_squares, work_rows
 from cdpr.tension.checks import select
@@ -34,7 +36,7 @@ class Holding:
         self._state = np.zeros(13)  # at rest
         self._balance = partial(
             balance,
-            robot.anchors,
+            lines(robot),
             rows,
             weights,
             shifted,
@@ -54,7 +56,7 @@ class Holding:
 
 @kernel
 def balance(
-    anchors: Array,
+    lines: Array,
     rows: NDArray[np.int64],
     weights: Array,
     shifted: Array,
@@ -70,10 +72,10 @@ def balance(
     rows and weights (n,): degrees of freedom, and 1 or 1 / characteristic length; shifted (2, m): limits less
     `pretension`; state (13,) at rest; work a table of some rows.
     """
-    n, m = rows.shape[0], anchors.shape[0]
+    n, m = rows.shape[0], lines.shape[0]
     W, wrench, length, rate, change = work[:6], work[6, :6], work[7], work[8], work[9, :m]
     free_wrench, free_W, rest = work[10, :n], work[11 : 11 + n], work[11 + n :]
-    cable_geometry(anchors, state, W, length, rate)
+    cable_geometry(lines, state, W, length, rate)
     zero = (0.0, 0.0, 0.0)
     inverse_dynamics(inertial, gravity, quaternion(state, 3), zero, zero, zero, wrench)
     for j in range(6):

@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 from cdpr.errors import PluginError
+from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
-from cdpr.model.kinematics import lengths, make_state
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space

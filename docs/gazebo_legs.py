@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cdpr.model.kinematics import wrench_matrix
+from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, TensionSolver
 from cdpr.tension import Status

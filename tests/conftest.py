@@ -74,6 +74,14 @@ def crossed_box(rng: np.random.Generator, m: int) -> np.ndarray:
     return anchors
 
 
+def moved(state: np.ndarray, dt: float) -> np.ndarray:
+    """The pose after `dt` at constant twist."""
+    omega = state[10:13]
+    angle = float(np.linalg.norm(omega)) * dt
+    q = rotations.multiply(rotations.from_axis_angle(omega / np.linalg.norm(omega), angle), state[3:7])
+    return np.concatenate([state[:3] + dt * state[7:10], q, state[7:]])
+
+
 def random_state(rng: np.random.Generator, *, tilt: float = 0.3) -> np.ndarray:
     """A state (13,) near the middle of that cube, tilted by up to about `tilt` rad, moving."""
     v = rng.uniform(-tilt, tilt, 3)

@@ -8,10 +8,10 @@ import numpy as np
 
 from cdpr.distribution.adversaries import Adversaries
 from cdpr.distribution.continuity import Path
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import make_state, wrench_matrix
+from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot, rotations
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.kinematics import make_state, wrench_matrix
-from cdpr.model.properties import home_pose
 from cdpr.model.robot import DOF_NAMES, Array, frozen_array
 
 GRAVITY = frozen_array([0.0, 0.0, -9.81])  # m/s^2, world axes

@@ -26,3 +26,17 @@ after a kink of second, instead of fourth. Engines are of first order anyway; wh
 step's travel or more, the stiffness turns into a tension: E A / l0 times v h / 2, which at 1 ms may be some percent of
 a hard impact. Where impacts matter, take a shorter physics step.
 """
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from cdpr.cables.point import Point
+from cdpr.cables.pulley import Pulley
+
+__all__ = ["AnyExit", "Point", "Pulley"]
+
+# Where a cable leaves the frame. To add one, write its file (see `cdpr.cables.exit`) and name it here.
+AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]

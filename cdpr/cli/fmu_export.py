@@ -51,8 +51,8 @@ def command(
     import numpy as np
 
     from cdpr.fmu.export import Actuator, Plant, write_fmu
-    from cdpr.model.kinematics import make_state
-    from cdpr.model.properties import home_pose
+    from cdpr.mechanics.kinematics import make_state
+    from cdpr.mechanics.properties import home_pose
 
     if with_winch and only_winch:
         raise click.UsageError("--with-winch and --only-winch exclude each other")

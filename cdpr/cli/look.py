@@ -7,8 +7,8 @@ import math
 import click
 import numpy as np
 
+from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
-from cdpr.model.properties import home_pose
 from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.model.rotations import from_rpy, held_upright
 from cdpr.scenario import Scenario, World

@@ -56,9 +56,9 @@ def command(
     from cdpr.cli.progress import tell_of_compilation
     from cdpr.distribution.comparison import compare, describe
     from cdpr.log.run_json import plain
-    from cdpr.model.dynamics import required_wrench
-    from cdpr.model.kinematics import make_state
-    from cdpr.model.properties import check_lengths
+    from cdpr.mechanics.dynamics import required_wrench
+    from cdpr.mechanics.kinematics import make_state
+    from cdpr.mechanics.properties import check_lengths
     from cdpr.report.distributions import lines
     from cdpr.tension.problem import Problem
 

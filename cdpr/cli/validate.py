@@ -49,7 +49,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
 
 def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
     """Load one file and return what there is to say of it."""
-    from cdpr.model.restraint import few_cables
+    from cdpr.mechanics.restraint import few_cables
     from cdpr.scenario import Scenario, load_any
 
     notes: list[str] = []

@@ -12,8 +12,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from cdpr.compare.baseline import FIELDS, STATE, Baseline
 from cdpr.errors import CdprError
+from cdpr.fields import NonNegative, Section
 from cdpr.log.files import make_folder, replace
-from cdpr.scenario.fields import NonNegative, Section
 from cdpr.scenario.messages import explain
 
 FORMAT = 1

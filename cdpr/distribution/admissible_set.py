@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdpr.distribution.distributions import check_robot, check_unit
 from cdpr.errors import CdprError
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import make_state
+from cdpr.mechanics.properties import check_lengths
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.kinematics import make_state
-from cdpr.model.properties import check_lengths
 from cdpr.model.robot import Array, frozen_array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.null_space import RANK_TOLERANCE

@@ -9,6 +9,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
+from cdpr.mechanics import geometry
 from cdpr.model import kernels
 from cdpr.model.jit import threaded_kernel
 from cdpr.model.robot import Array
@@ -32,7 +33,7 @@ def distribute_rows(
     size: tuple[int, int],
     spare: tuple[int, int],
     action: int,
-    anchors: Array,
+    lines: Array,
     rows: NDArray[np.int64],
     inertial: Array,
     gravity: Array,
@@ -50,7 +51,7 @@ def distribute_rows(
     (K, 2, m), or (1, 2, m) for all. Without `wrenches` (K, 6) the platform is held still against `gravity`. A row with
     an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
     """
-    m, n = anchors.shape[0], rows.shape[0]
+    m, n = lines.shape[0], rows.shape[0]
     W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)
     state, lengths, rates, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
     work, spare_work = np.empty(size), np.empty(spare)
@@ -65,7 +66,7 @@ def distribute_rows(
         sound = True
         for i in range(m):
             sound = sound and own[0, i] <= own[1, i]
-        kernels.cable_geometry(anchors, state, W6, lengths, rates)
+        geometry.cable_geometry(lines, state, W6, lengths, rates)
         if wrenches.shape[0] > 0:
             wrench6[:] = wrenches[k]
         else:

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot, rotations
-from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.model.robot import Array
 
 # A step that halving its width so often leaves above this share of its first size does not vanish.

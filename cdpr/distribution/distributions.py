@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.cables.lines import lines
 from cdpr.distribution.status_array import StatusArray
 from cdpr.errors import CdprError
-from cdpr.model import Robot, dynamics, kernels
+from cdpr.mechanics import dynamics, geometry
+from cdpr.model import Robot
 from cdpr.model.arrays import checked, real
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver, TensionSolver
@@ -214,7 +216,7 @@ def _compiled(task: _Task, jobs: int) -> None:
         solver.work.shape,
         (box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
         action("best_effort", task.respects_bounds),
-        robot.anchors.copy(),
+        lines(robot).copy(),
         np.array(robot.rows),
         robot.inertial.copy(),
         task.gravity,
@@ -241,14 +243,14 @@ def _row_by_row(task: _Task) -> None:
     """Fill tension and report by a solver that is Python."""
     robot, m = task.robot, task.robot.m
     W, w, t, row, spare = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(m)
-    state = np.zeros(13)
+    state, ways = np.zeros(13), lines(robot)
     solve, name = task.solver.solve, type(task.solver).__name__
     stage = TensionStage(robot, solve, name, task.respects_bounds, "best_effort", W, w, t, row)
     task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
     for k, at in enumerate(task.pose):
         state[:7] = at
         state[3:7] /= np.linalg.norm(at[3:])
-        kernels.cable_geometry(robot.anchors, state, W, spare, spare)
+        geometry.cable_geometry(ways, state, W, spare, spare)
         given = task.wrench
         w[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
         stage.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]

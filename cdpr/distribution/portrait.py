@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from cdpr.distribution.survey import Survey, survey
-from cdpr.model.kinematics import make_state
-from cdpr.model.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
-from cdpr.model.reach import Reach, bounds_of
-from cdpr.model.restraint import RESTRAINTS, few_cables, restraint
+from cdpr.mechanics.kinematics import make_state
+from cdpr.mechanics.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
+from cdpr.mechanics.reach import Reach, bounds_of
+from cdpr.mechanics.restraint import RESTRAINTS, few_cables, restraint
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
 from cdpr.tension.closure import positive_null_vector

@@ -8,9 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from cdpr.model import kernels
+from cdpr.cables.lines import lines
+from cdpr.mechanics import geometry
+from cdpr.mechanics.dynamics import required_wrench
 from cdpr.model.arrays import checked
-from cdpr.model.dynamics import required_wrench
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.stage import Solve, TensionStage
 
@@ -76,11 +77,11 @@ def survey(
     due = happening.begin() if happening else -1
     numbers = np.arange(count) if samples is None else samples
     length, rate, tension = np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, m))
-    wrench, reports = np.zeros((count, 6)), np.zeros((count, 4))
+    wrench, reports, ways = np.zeros((count, 6)), np.zeros((count, 4)), lines(robot)
     for k, row in enumerate(desired):
         while happening and 0 <= due <= numbers[k]:
             due = happening.act(due)
-        kernels.cable_geometry(robot.anchors, row[:13].copy(), W, length[k], rate[k])
+        geometry.cable_geometry(ways, row[:13].copy(), W, length[k], rate[k])
         w[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
         distribute()
         wrench[k], tension[k], reports[k] = w, t, report

@@ -11,8 +11,8 @@ from cdpr.columns import FIRST, Column
 from cdpr.lazy import late
 from cdpr.log.event import Event
 from cdpr.log.layout import Layout
+from cdpr.mechanics.reach import Bounds
 from cdpr.model import rotations
-from cdpr.model.reach import Bounds
 from cdpr.model.robot import Array, read_only
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.run import Header, Run
-from cdpr.model.reach import EXCEEDED, Reach
+from cdpr.mechanics.reach import EXCEEDED, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
 

@@ -27,9 +27,6 @@ from typing import TYPE_CHECKING
 from cdpr.model.robot import DOF_NAMES, Box, Cable, Platform, Robot, Sphere, Winch
 
 if TYPE_CHECKING:
-    from cdpr.model import forward_kinematics as forward_kinematics
-    from cdpr.model import kinematics as kinematics
-    from cdpr.model import properties as properties
     from cdpr.model import rotations as rotations
 else:  # most of the modules compile
     from cdpr.lazy import lazily

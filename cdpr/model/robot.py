@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,19 @@ def read_only(array: Array) -> Array:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+class CableExit(Protocol):
+    """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
+
+    kernels: ClassVar[str]
+    type: str
+
+    def numbers(self) -> Sequence[float]:
+        """Return what the kernels take."""
+
+    def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
+        """Return points (k, 3), m, of a line that shows it."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +75,7 @@ class Cable:
     length_max: float | None = None  # m
     speed_max: float | None = None  # m/s
     winch: Winch | None = None
+    exit: CableExit | None = None  # a point, the anchor, unless said
 
 
 @dataclass(frozen=True)

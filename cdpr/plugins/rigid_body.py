@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.winches import Winches
+from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
+from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
-from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model.robot import Array
 from cdpr.plugins.backend import Backend
 
@@ -32,7 +32,7 @@ class RigidBodyBackend(Backend):
             origin (world), angular velocity (world).
         winches: what turns commands into tensions; None where cables are ideal.
         applied: (6,) what the engine must apply during the next step besides gravity: force, moment about the body
-            frame's origin, world axes. `cdpr.model.guide.onto_coordinates` gives the forces along slides and hinge.
+            frame's origin, world axes. `cdpr.mechanics.guide.onto_coordinates` gives the forces along slides and hinge.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -43,7 +43,7 @@ class RigidBodyBackend(Backend):
         self.build()
         frame = self.frame
         self._pull: Callable[[], None] = partial(
-            applied_wrench, frame.anchors, frame.offset, self.command, self.external, self.body, self.applied
+            applied_wrench, frame.lines, frame.offset, self.command, self.external, self.body, self.applied
         )
         self._publish = partial(to_platform, frame.offset, self.body, self.state)
         self.winches: Winches | None = None

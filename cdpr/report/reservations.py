@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cdpr.log.run import Run
-from cdpr.model.reach import EXCEEDED
+from cdpr.mechanics.reach import EXCEEDED
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 

@@ -94,7 +94,7 @@ class _Overlay:
     def lay(self, at: Path, source: Path) -> None:
         """Lay the value at `source` in the document over that at `at` in the twin."""
         given, base = self._document.get(source), self._twin.get(at)
-        if isinstance(given, dict) and isinstance(base, dict) and at[-1] not in WHOLE:
+        if isinstance(given, dict) and isinstance(base, dict) and not _another_form(at, given, base):
             for key in given:
                 self.lay((*at, key), (*source, key))
         elif at == CABLES and isinstance(given, list) and isinstance(base, list):
@@ -130,6 +130,11 @@ class _Overlay:
 
     def _say(self, path: Path, text: str) -> None:
         self._found.add(self._document.mark(path), (*ROBOT, *path[1:]), text)
+
+
+def _another_form(at: Path, given: dict[str, Any], base: dict[str, Any]) -> bool:
+    """Whether a section is said anew: one that holds one of several forms, or is of another type."""
+    return at[-1] in WHOLE or given.get("type", base.get("type")) != base.get("type")
 
 
 def cable_names(cables: list[Any]) -> list[str]:

@@ -9,9 +9,9 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
+from cdpr.fields import Section
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.document import Document
-from cdpr.scenario.fields import Section
 from cdpr.scenario.problems import Path, Problem, Problems
 from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 

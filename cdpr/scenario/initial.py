@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
+from cdpr.fields import ZERO, Position, Section, Vector3, unit
 from cdpr.model.robot import Array
-from cdpr.scenario.fields import ZERO, Position, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 

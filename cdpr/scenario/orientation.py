@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field, model_validator
 
+from cdpr.fields import EulerOrder, Number, Section, Vector3, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.scenario.fields import EulerOrder, Number, Section, Vector3, unit
 
 UNIT_TOLERANCE = 1e-3  # how far a quaternion's norm may be from 1: typed with three decimals
 

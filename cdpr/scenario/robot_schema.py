@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from cdpr.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
 from cdpr.model.robot import Array, CableModel, frozen_array
-from cdpr.scenario.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
+from cdpr.fields import Name, Positive, Section, Vector3, unit
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
-from cdpr.scenario.fields import Name, Positive, Section, Vector3, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Hold
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order

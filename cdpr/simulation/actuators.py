@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables.lines import lines
 from cdpr.errors import CdprError, FmuError
 from cdpr.fmu.archive import Archive, open_archive
 from cdpr.fmu.exchange import reader, writer
@@ -15,8 +16,8 @@ from cdpr.fmu.export import Actuator, cached_fmu
 from cdpr.fmu.parameters import Known
 from cdpr.fmu.running import RunningFmu
 from cdpr.fmu.trust import require_trust
+from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
-from cdpr.model.kernels import cable_geometry
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.registry import Registered
@@ -140,7 +141,7 @@ class ActuatedPlant(Backend):
 
     def _look(self) -> None:
         """Find lengths and rates of the cables."""
-        cable_geometry(self.robot.anchors, self.state, *self._cables)
+        cable_geometry(lines(self.robot), self.state, *self._cables)
 
     def _refresh(self) -> None:
         """Read the tensions that follow from the present inputs."""
@@ -179,7 +180,7 @@ def _known(robot: Robot, step: float) -> dict[str, Known]:
 
 def _stability(scenario: Scenario, entry: Registered) -> dict[str, Any]:
     """Say how far the step is from where plant and winches swing each other up; refuse one beyond, if told to."""
-    from cdpr.cables.stability import longest, oscillator, stable
+    from cdpr.mechanics.stability import longest, oscillator, stable
 
     robot, step = scenario.robot, scenario.simulation.physics_step
     if not _complete(robot):

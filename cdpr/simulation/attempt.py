@@ -24,7 +24,7 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.model.reach import Reach
+from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost

@@ -13,8 +13,8 @@ import numpy as np
 from cdpr import __version__
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
+from cdpr.mechanics.reach import bounds_of
 from cdpr.model import kernel_cache
-from cdpr.model.reach import bounds_of
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry

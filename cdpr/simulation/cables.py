@@ -22,7 +22,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
             f"backend '{backend.info.name}' does not know robot.cable.model {robot.cable_model}: choose another "
             "backend, or set robot.cable.model to ideal"
         )
-    from cdpr.cables.stability import longest, oscillator, stable
+    from cdpr.mechanics.stability import longest, oscillator, stable
 
     about = oscillator(robot, scenario.initial.state())
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit

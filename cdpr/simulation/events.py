@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cdpr.log.event import Event
 from cdpr.log.run import Header
-from cdpr.model.reach import Reach
+from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loop import Parts

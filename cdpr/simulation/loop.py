@@ -12,11 +12,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from cdpr.cables.lines import lines
 from cdpr.columns import LATER, Column
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
+from cdpr.mechanics.reach import Reach, bounds_of
 from cdpr.model import Robot
-from cdpr.model.reach import Reach, bounds_of
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
@@ -125,7 +126,7 @@ class Loop:
         plant = (bounds, backend.highest, backend.external, backend.state)
         energies = view("kinetic", "external_work")
         results = (self.state, self.true_W, view("length"), view("rate"), energies)
-        body = (robot.anchors, robot.inertial, backend.gravity)
+        body = (lines(robot), robot.inertial, backend.gravity)
         self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
         self.observe_start: Callable[[], int] = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
         if not parts.ideal_cables:
@@ -354,7 +355,7 @@ class Loop:
     def _add_belief(self, believed: Robot) -> None:
         """Make W, which the stage works with, that of the believed robot at the true state."""
         spare = np.zeros(believed.m), np.zeros(believed.m)
-        think = partial(believe, believed.anchors, self.state, self.W, *spare)
+        think = partial(believe, lines(believed), self.state, self.W, *spare)
 
         def after(look: Callable[[], int]) -> Callable[[], int]:
             return lambda: look() or think()

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from cdpr.mechanics.energy import energy, external_work
+from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
-from cdpr.model.energy import energy, external_work
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_geometry, conjugate, logarithm, multiply, quaternion
+from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
 
 # Faster than any cable robot by two orders: whoever gets there has diverged.
@@ -54,7 +55,7 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
 
 @kernel
 def observe(
-    anchors: Array,
+    lines: Array,
     inertial: Array,
     gravity: Array,
     period: float,
@@ -95,7 +96,7 @@ def observe(
             push += external[i] ** 2
             torque += external[3 + i] ** 2
         pull = math.sqrt(push)
-        for i in range(anchors.shape[0]):
+        for i in range(lines.shape[0]):
             pull += abs(highest[i])
         arm = bounds[2]
         angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
@@ -109,10 +110,10 @@ def observe(
         ):
             fault = 4
         work = 0.0
-        for i in range(anchors.shape[0]):
+        for i in range(lines.shape[0]):
             work += highest[i] * length[i]
-        cable_geometry(anchors, live, W, length, rate)
-        for i in range(anchors.shape[0]):
+        cable_geometry(lines, live, W, length, rate)
+        for i in range(lines.shape[0]):
             work -= highest[i] * length[i]
             if not length[i] > LENGTH_MIN:
                 fault = 5
@@ -128,10 +129,10 @@ def observe(
 
 
 @kernel
-def believe(anchors: Array, state: Array, W: Array, length: Array, rate: Array) -> int:
+def believe(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> int:
     """Write wrench matrix (6, m), lengths and rates (m,) of the believed robot; return 0 or a key of FAULTS."""
-    cable_geometry(anchors, state, W, length, rate)
-    for i in range(anchors.shape[0]):
+    cable_geometry(lines, state, W, length, rate)
+    for i in range(length.shape[0]):
         if not length[i] > LENGTH_MIN:
             return 6
     return 0

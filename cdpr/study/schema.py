@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.scenario.fields import Number, Section, WholeOrNumber
+from cdpr.fields import Number, Section, WholeOrNumber
 from cdpr.scenario.schema import MAX_SEED
 
 Keep = Literal["none", "failed", "all"]

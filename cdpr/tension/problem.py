@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from cdpr.mechanics.kinematics import make_state, wrench_matrix
+from cdpr.mechanics.properties import conditioning, free_wrench_matrix
 from cdpr.model.arrays import checked
-from cdpr.model.kinematics import make_state, wrench_matrix
-from cdpr.model.properties import conditioning, free_wrench_matrix
 from cdpr.model.robot import Array, Robot
 from cdpr.tension import active_set, null_space, polygon, safest
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton

@@ -9,7 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.errors import CdprError
-from cdpr.model import Robot, dynamics, rotations
+from cdpr.mechanics import dynamics
+from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.simulation.observe import ANGULAR_SPEED_MAX, SPEED_MAX
 from cdpr.testing import samples

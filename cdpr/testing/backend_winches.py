@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from cdpr.mechanics.energy import energy
 from cdpr.model import Robot, Winch
-from cdpr.model.energy import energy
 from cdpr.model.robot import CableModel
 from cdpr.testing import samples
 from cdpr.testing.backend_physics import NO_WRENCH, ONE_STEP, SHORT

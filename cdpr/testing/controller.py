@@ -8,7 +8,8 @@ from time import perf_counter
 import numpy as np
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.model import Robot, dynamics, kinematics, rotations
+from cdpr.mechanics import dynamics, kinematics
+from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, frozen_array
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs

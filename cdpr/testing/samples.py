@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.distribution import adversaries
-from cdpr.model import Cable, Platform, Robot, dynamics, kinematics, rotations
+from cdpr.mechanics import dynamics, kinematics
+from cdpr.model import Cable, Platform, Robot, rotations
 from cdpr.model.robot import DOF_NAMES, Array, frozen_array
 
 GRAVITY = frozen_array([0.0, 0.0, -9.81])

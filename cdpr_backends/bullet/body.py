@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.mechanics.body_frame import BodyFrame
+from cdpr.mechanics.guide import Guide, from_coordinates, onto_coordinates
 from cdpr.model import rotations
-from cdpr.model.body_frame import BodyFrame
-from cdpr.model.guide import Guide, from_coordinates, onto_coordinates
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.snapshots import put_back, save

@@ -8,9 +8,9 @@ from typing import Any
 import dartpy
 import numpy as np
 
+from cdpr.mechanics.body_frame import BodyFrame
+from cdpr.mechanics.guide import Guide, from_coordinates
 from cdpr.model import rotations
-from cdpr.model.body_frame import BodyFrame
-from cdpr.model.guide import Guide, from_coordinates
 from cdpr.model.kernels import Quaternion, conjugate, multiply, quaternion, rotate, vector
 from cdpr.model.robot import Array
 from cdpr_backends.dart.kernels import FACING, along_axes, follow, follow_ball, write_free_joint, write_rotation

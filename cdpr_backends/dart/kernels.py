@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.guide import IntArray, onto_coordinates
+from cdpr.mechanics.guide import IntArray, onto_coordinates
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import (
     Quaternion,

@@ -7,8 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model import Robot
-from cdpr.model.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import put_back, save
@@ -45,7 +45,7 @@ class MujocoTendons(Backend):
             for _ in range(n):  # the external wrench moves with the platform
                 self._read()
                 applied_wrench(
-                    self.frame.anchors, self.frame.offset, self._slack, self.external, self._body, self._applied
+                    self.frame.lines, self.frame.offset, self._slack, self.external, self._body, self._applied
                 )
                 self._apply()
                 mujoco.mj_step(world.model, world.data)

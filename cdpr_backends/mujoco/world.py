@@ -8,8 +8,8 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from cdpr.model.body_frame import BodyFrame
-from cdpr.model.guide import from_coordinates, onto_coordinates
+from cdpr.mechanics.body_frame import BodyFrame
+from cdpr.mechanics.guide import from_coordinates, onto_coordinates
 from cdpr.model.robot import Array
 from cdpr_backends.mujoco.kernels import read_ball, read_free_joint, write_ball, write_free_joint
 

@@ -118,7 +118,7 @@ class FrozenGeometry(Wrapped):
     """Runge-Kutta with the cables evaluated once a step: first order, declared fourth."""
 
     def loads(self):
-        from cdpr.model import kinematics
+        from cdpr.mechanics import kinematics
 
         wrench = kinematics.wrench_matrix(self.robot, self.inner.state) @ self.command
         return np.zeros(self.robot.m), self.external + wrench

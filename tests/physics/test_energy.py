@@ -10,8 +10,8 @@ from conftest import GRAVITY, ROOT, random_state
 from plants import installed
 
 import cdpr
+from cdpr.mechanics.energy import energy, external_work
 from cdpr.model import rotations
-from cdpr.model.energy import energy, external_work
 from cdpr.simulation.observe import acceleration_bounds, observe
 
 FIRST_ORDER = installed("mujoco", "bullet", "dart")

@@ -9,8 +9,8 @@ import pytest
 from fmu.cases import CASES, load, plant_of, scenario, write
 from fmu.driver import Driver, FMICallException
 
+from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.model import kernels
-from cdpr.model.kinematics import wrench_matrix
 from cdpr_backends.reference import make
 
 # m, rad and their rates, over one second without control: what the rounding of other operations grows to. Most cases

@@ -10,8 +10,8 @@ from conftest import GRAVITY, ROOT, crossed_box, make_robot
 from plants import installed, plant
 from scipy.integrate import solve_ivp
 
+from cdpr.mechanics.kinematics import make_state
 from cdpr.model import rotations
-from cdpr.model.kinematics import make_state
 from cdpr.scenario import load_robot
 from cdpr_backends.reference import make
 

@@ -11,8 +11,8 @@ from oracle import oracle
 from plants import installed, plant
 from scipy.integrate import solve_ivp
 
+from cdpr.mechanics.energy import energy
 from cdpr.model import rotations
-from cdpr.model.energy import energy
 from cdpr.model.robot import frozen_array
 from cdpr.testing import samples
 

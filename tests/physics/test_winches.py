@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from winch_oracle import HELD, SMOOTH, Oracle, on_winches
 
 from cdpr.errors import PluginError
+from cdpr.mechanics.kinematics import make_state, wrench_matrix, wrench_matrix_rate
 from cdpr.model import rotations
-from cdpr.model.kinematics import make_state, wrench_matrix, wrench_matrix_rate
 from cdpr.model.robot import DOF_NAMES
 from cdpr.tension import distribute
 from cdpr.testing import samples

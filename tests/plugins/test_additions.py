@@ -37,7 +37,7 @@ from pydantic import Field
 
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
-from cdpr.scenario.fields import Positive, unit
+from cdpr.fields import Positive, unit
 
 
 class Gust(ScenarioEvent):
@@ -75,7 +75,7 @@ from typing import Literal, Self
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.scenario.fields import Positive, unit
+from cdpr.fields import Positive, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, pose, posed

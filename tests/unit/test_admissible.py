@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 
 import cdpr
 from cdpr.errors import CdprError
-from cdpr.model.properties import home_pose
+from cdpr.mechanics.properties import home_pose
 
 AT = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]
 

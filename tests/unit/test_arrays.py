@@ -9,10 +9,10 @@ from conftest import ROOT
 import cdpr
 from cdpr.distribution.survey import survey
 from cdpr.errors import CdprError
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.forward_kinematics import forward_kinematics
 from cdpr.model.arrays import checked, live
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.forward_kinematics import forward_kinematics
 from cdpr.plugins.registry import registry
 from cdpr.tension.closure import positive_null_vector
 from cdpr.tension.problem import Problem

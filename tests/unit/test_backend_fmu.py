@@ -12,7 +12,7 @@ from cdpr import load_scenario, simulate
 from cdpr.errors import BackendDied, FmuError, PluginError, ScenarioError
 from cdpr.fmu.archive import open_archive
 from cdpr.fmu.export import Plant, fmu_bytes
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
 from cdpr.plugins.registry import registry
 from cdpr.simulation.build import build
 from cdpr.testing import check_backend

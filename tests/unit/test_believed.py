@@ -12,7 +12,7 @@ from conftest import ROOT
 import cdpr
 from cdpr.compare.finished import compare_finished
 from cdpr.errors import Diverged
-from cdpr.model.kinematics import lengths, wrench_matrix
+from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.plugins import Controller
 from cdpr.report.html import render
 from cdpr.scenario import load_scenario

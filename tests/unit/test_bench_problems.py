@@ -9,9 +9,9 @@ from conftest import GRAVITY, ROOT
 
 from cdpr.bench.oracle import consult
 from cdpr.bench.problems import HEAVY_EVERY, TILT, box, make_paths, make_problems, random_pose
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import make_state
 from cdpr.model import rotations
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.kinematics import make_state
 from cdpr.scenario import load_robot
 
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 from scipy.spatial import ConvexHull
 
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
 from cdpr.plugins import PluginOptions
 from cdpr.tension import Status
 from cdpr_solvers.centroid import Centroid

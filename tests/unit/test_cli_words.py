@@ -13,7 +13,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 from cdpr.errors import ScenarioError
-from cdpr.model.restraint import few_cables
+from cdpr.mechanics.restraint import few_cables
 from cdpr.scenario import load_robot, load_scenario
 from cdpr.scenario.angle_checks import in_degrees
 

@@ -12,7 +12,7 @@ from conftest import ROOT
 import cdpr
 from cdpr.cli import info, run, tension
 from cdpr.errors import ScenarioError
-from cdpr.model.kinematics import wrench_matrix
+from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.scenario import load_scenario
 from cdpr.tension import Status
 from cdpr.tension.checks import RESIDUAL_TOLERANCE

@@ -8,7 +8,8 @@ from conftest import GRAVITY, random_state
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.model import dynamics, kinematics, rotations
+from cdpr.mechanics import dynamics, kinematics
+from cdpr.model import rotations
 from cdpr_controllers import ComputedTorqueOptions, StaticOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 from cdpr_controllers.static import Static

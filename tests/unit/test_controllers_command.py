@@ -10,7 +10,7 @@ from conftest import GRAVITY, ROOT, crossed_box, make_robot, random_state
 
 import cdpr
 from cdpr.errors import BeyondLimits, CdprError, Diverged, Infeasible, PluginError
-from cdpr.model import dynamics, kinematics
+from cdpr.mechanics import dynamics, kinematics
 from cdpr.plugins import Controller
 from cdpr.plugins.registry import registry
 from cdpr.simulation.build import build

@@ -9,7 +9,8 @@ import pytest
 from conftest import GRAVITY, ROOT, random_state
 
 import cdpr
-from cdpr.model import dynamics, kinematics, rotations
+from cdpr.mechanics import dynamics, kinematics
+from cdpr.model import rotations
 from cdpr.tension import Status
 from cdpr_controllers import PidOptions
 from cdpr_controllers.pid import Pid

@@ -255,7 +255,7 @@ def test_what_cdpr_exports_maps_by_itself(here, path, fmi):
     from cdpr.fmu.archive import open_archive
     from cdpr.fmu.export import Plant, fmu_bytes
     from cdpr.fmu.mapping import map_signals
-    from cdpr.model.kinematics import make_state
+    from cdpr.mechanics.kinematics import make_state
     from cdpr.scenario import load_robot
 
     robot = load_robot(path)

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdpr.errors import CdprError
-from cdpr.model import kinematics, rotations
-from cdpr.model.forward_kinematics import forward_kinematics
+from cdpr.mechanics import kinematics
+from cdpr.mechanics.forward_kinematics import forward_kinematics
+from cdpr.model import rotations
 from cdpr.scenario import load_robot
 
 EXACT = 1e-10  # m and rad; measured 1e-13

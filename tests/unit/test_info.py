@@ -16,10 +16,10 @@ from cdpr import simulate
 from cdpr.cli.info import command
 from cdpr.distribution.portrait import describe_pose
 from cdpr.errors import CdprError, OutputError, ScenarioError
+from cdpr.mechanics.kinematics import make_state, wrench_matrix
+from cdpr.mechanics.properties import conditioning, free_wrench_matrix, home_pose, unresisted
+from cdpr.mechanics.restraint import restraint
 from cdpr.model import rotations
-from cdpr.model.kinematics import make_state, wrench_matrix
-from cdpr.model.properties import conditioning, free_wrench_matrix, home_pose, unresisted
-from cdpr.model.restraint import restraint
 from cdpr.scenario import load_robot
 from cdpr.tension.closure import positive_null_vector
 from cdpr_solvers.options import QpOptions

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from conftest import crossed_box, make_robot, random_state
+from conftest import crossed_box, make_robot, moved, random_state
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.model import dynamics, kinematics, rotations
+from cdpr.mechanics import dynamics, kinematics
+from cdpr.model import rotations
 
 EXACT = 1e-13  # roundings of a few products of order one
 STEP = 1e-6  # for central differences: their error is about STEP^2, their noise 1e-16 / STEP
 DIFFERENCE = 1e-8
 
 seeds = st.integers(0, 2**32 - 1)
-
-
-def moved(state: np.ndarray, dt: float) -> np.ndarray:
-    """The pose after `dt` at constant twist."""
-    omega = state[10:13]
-    angle = float(np.linalg.norm(omega)) * dt
-    q = rotations.multiply(rotations.from_axis_angle(omega / np.linalg.norm(omega), angle), state[3:7])
-    return np.concatenate([state[:3] + dt * state[7:10], q, state[7:]])
 
 
 @given(seeds, st.integers(1, 12))

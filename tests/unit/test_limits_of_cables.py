@@ -12,7 +12,7 @@ from conftest import ROOT
 from cdpr import BeyondLimits, Infeasible, load_run, simulate
 from cdpr.cli import run as run_command
 from cdpr.errors import ExitCode
-from cdpr.model.reach import Reach
+from cdpr.mechanics.reach import Reach
 from cdpr.report.tables import banner
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"

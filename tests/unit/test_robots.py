@@ -7,9 +7,9 @@ import pytest
 from conftest import ROOT
 
 from cdpr import load_scenario, simulate
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.model import rotations
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.kinematics import lengths, make_state, wrench_matrix
 from cdpr.scenario import load_robot
 
 ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))

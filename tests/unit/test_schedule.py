@@ -266,7 +266,7 @@ def test_faults_reach_controllers_that_put_out_commands():
 
 
 def wrench_of(run, k):
-    from cdpr.model.kinematics import wrench_matrix
+    from cdpr.mechanics.kinematics import wrench_matrix
 
     robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
     return wrench_matrix(robot, run.rows[k, run.header.layout.span("position", "angular_velocity")]) @ run.tension[k]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 from test_tension_qp import loads, margin, problem, seeds
 
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr_solvers.dykstra import Dykstra
 from cdpr_solvers.improved_closed_form import ImprovedClosedForm

@@ -17,7 +17,7 @@ from cdpr.cli.tension import command
 from cdpr.distribution.comparison import Contestant, compare, describe
 from cdpr.errors import CdprError, OutputError, PluginError, ScenarioError
 from cdpr.log.run_json import plain
-from cdpr.model.kinematics import make_state, wrench_matrix
+from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.plugins import PluginInfo, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Registered, registry
 from cdpr.report.distributions import lines, no_picture

@@ -11,9 +11,9 @@ from conftest import ROOT
 import cdpr
 from cdpr.distribution.distributions import CHUNK
 from cdpr.errors import CdprError, PluginError
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import rotations
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.kinematics import make_state, wrench_matrix
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status, distribute

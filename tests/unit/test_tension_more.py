@@ -14,6 +14,7 @@ from test_tension_qp import margin, problem
 import cdpr
 from cdpr.cli import cli as main
 from cdpr.errors import PluginError
+from cdpr.mechanics import kinematics
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 
@@ -120,7 +121,7 @@ def test_corners_of_the_limits_are_never_infeasible(m):
 def test_weights_from_stiffness_are_compliances_at_home():
     robot = cdpr.load_robot(ROBOTS / "caroca_winches.yaml")
     stiff = [cable.axial_stiffness for cable in robot.cables]
-    lengths = cdpr.model.kinematics.lengths(robot, cdpr.model.kinematics.make_state(robot.home[:3], robot.home[3:]))
+    lengths = kinematics.lengths(robot, kinematics.make_state(robot.home[:3], robot.home[3:]))
     pose, weights = robot.home, (lengths / stiff).tolist()
     from cdpr.distribution import distribute
 

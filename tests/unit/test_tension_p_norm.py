@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 from test_tension_classic import HIGH, LOW, NEAR, solve
 from test_tension_qp import loads, problem, seeds
 
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr_solvers.options import PNormOptions
 from cdpr_solvers.p_norm import PNorm

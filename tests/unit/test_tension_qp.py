@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog, lsq_linear
 
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension.box_least_squares import box_least_squares, work_rows
 from cdpr_solvers.options import QpOptions

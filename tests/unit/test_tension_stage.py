@@ -7,7 +7,7 @@ import pytest
 from conftest import crossed_box, make_robot
 
 from cdpr.errors import Diverged, Infeasible, PluginError
-from cdpr.model import kinematics
+from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, accept

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from cdpr.cables.winch import COULOMB, COULOMB_SPEED, DAMPING, INERTIA, RADIUS, STIFFNESS, VISCOUS, pack
 from cdpr.errors import CdprError
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
+from cdpr.mechanics.guide import Guide
+from cdpr.mechanics.kinematics import lengths, make_state
+from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
-from cdpr.model.guide import Guide
-from cdpr.model.kinematics import lengths, make_state
-from cdpr.model.properties import home_pose
 from cdpr.model.robot import Array
 
 COMMAND = "tension that the motor of each winch would hold at rest"

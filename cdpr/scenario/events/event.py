@@ -14,9 +14,9 @@ from typing import ClassVar, Protocol, Self
 
 from pydantic import Field
 
+from cdpr.fields import NonNegative, Section, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
-from cdpr.scenario.fields import NonNegative, Section, unit
 from cdpr.scenario.problems import exact
 
 ROUNDING = 1e-9  # of a step: times are decimal fractions, which floats miss by rounding

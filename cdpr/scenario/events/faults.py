@@ -8,9 +8,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from cdpr.fields import NonNegative, Positive, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
-from cdpr.scenario.fields import NonNegative, Positive, unit
 from cdpr.scenario.problems import exact
 
 

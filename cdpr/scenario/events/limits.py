@@ -7,9 +7,9 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from cdpr.fields import Number, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, CableEvent, Drives, History, first_sample
-from cdpr.scenario.fields import Number, unit
 from cdpr.scenario.problems import exact
 
 

@@ -8,9 +8,9 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from cdpr.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, Swing, first_sample
-from cdpr.scenario.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
 from cdpr.scenario.problems import exact
 
 QUARTER = 0.5 * math.pi  # the phase of what does not swing

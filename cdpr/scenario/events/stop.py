@@ -7,9 +7,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from cdpr.fields import Positive, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, Drives, History, ScenarioEvent, first_sample
-from cdpr.scenario.fields import Positive, unit
 from cdpr.scenario.problems import exact
 
 

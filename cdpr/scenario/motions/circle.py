@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
+from cdpr.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
 from cdpr.scenario.checks import MIN_LENGTH
-from cdpr.scenario.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import HELD, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, pose, posed

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, PrivateAttr
 
 from cdpr import trajectory
+from cdpr.fields import INITIAL, NonNegative
 from cdpr.model.robot import Array
-from cdpr.scenario.fields import INITIAL, NonNegative
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import HELD, RATES, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, posed

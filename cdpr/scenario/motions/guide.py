@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from cdpr.fields import ZERO, Vector3
 from cdpr.model import DOF_NAMES
 from cdpr.model.robot import Array
-from cdpr.scenario.fields import ZERO, Vector3
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path, exact
 

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
+from cdpr.fields import INITIAL, NonNegative, Position, Positive, Section, unit
 from cdpr.model import rotations
-from cdpr.scenario.fields import INITIAL, NonNegative, Position, Positive, Section, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
+from cdpr.fields import INITIAL, ZERO, Position, Section, unit
 from cdpr.model.robot import Array
-from cdpr.scenario.fields import INITIAL, ZERO, Position, Section, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed, Rated
 from cdpr.scenario.orientation import Orientation

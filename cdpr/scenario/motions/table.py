@@ -9,9 +9,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from cdpr.fields import MAX_DISTANCE, MAX_MAGNITUDE
 from cdpr.model.robot import Array
 from cdpr.nearest import did_you_mean
-from cdpr.scenario.fields import MAX_DISTANCE, MAX_MAGNITUDE
 from cdpr.scenario.orientation import UNIT_TOLERANCE
 from cdpr.scenario.problems import exact, shown
 

@@ -7,7 +7,7 @@ from typing import Literal, Self
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.scenario.fields import INITIAL, ZERO, NonNegative, Position, Section, Vector3, unit
+from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Section, Vector3, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, knot, posed

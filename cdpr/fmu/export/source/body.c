@@ -1,4 +1,4 @@
-/* The frame in which the body is integrated, as cdpr.model.body_frame chooses it, and the cables on it.
+/* The frame in which the body is integrated, as cdpr.mechanics.body_frame chooses it, and the cables on it.
    SPDX-License-Identifier: Apache-2.0
 
    That of a free platform lies at the centre of mass along the principal axes; that of a guided one at its origin along
@@ -87,7 +87,7 @@ static Quaternion attitude_of(double R[3][3]) {
     return (Quaternion){sign * q[0], sign * q[1], sign * q[2], sign * q[3]};
 }
 
-/* As cdpr.model.spherical.pack: inertia about the origin (Steiner), and its inverse. */
+/* As cdpr.mechanics.spherical.pack: inertia about the origin (Steiner), and its inverse. */
 static void about_origin(Body *body, double mass, const double *J, Vector c) {
     const double Jxx = J[0] + mass * (c.y * c.y + c.z * c.z), Jyy = J[4] + mass * (c.x * c.x + c.z * c.z);
     const double Jzz = J[8] + mass * (c.x * c.x + c.y * c.y), Jxy = J[1] - mass * (c.x * c.y);

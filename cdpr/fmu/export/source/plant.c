@@ -64,7 +64,7 @@ static Motion guided_motion(const Plant *plant, const double *y) {
     return (Motion){vector(y + P), vector(y + GUIDED_V), scale(y[SPIN], axis), q};
 }
 
-/* As cdpr.model.guide.guided_acceleration: m v' + m c w' = f and c . m v' + J w' = torque, J about the hinge. */
+/* As cdpr.mechanics.guide.guided_acceleration: m v' + m c w' = f and c . m v' + J w' = torque, J about the hinge. */
 static void guided_slope(const Plant *plant, const double *y, double *dy) {
     const Motion at = guided_motion(plant, y);
     const Wrench applied = body_wrench(plant, &at);

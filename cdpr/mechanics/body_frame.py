@@ -9,21 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from cdpr.cables.lines import lines
+from cdpr.mechanics.geometry import cable_wrench
+from cdpr.mechanics.guide import Guide
 from cdpr.model import rotations
-from cdpr.model.guide import Guide
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import (
-    Quaternion,
-    Vector,
-    cable_wrench,
-    conjugate,
-    cross,
-    multiply,
-    quaternion,
-    rotate,
-    store,
-    vector,
-)
+from cdpr.model.kernels import Quaternion, Vector, conjugate, cross, multiply, quaternion, rotate, store, vector
 from cdpr.model.robot import Array, Robot
 
 # Off-diagonal entries below this share of the trace are round-off of the input: the tensor counts as diagonal and the
@@ -46,7 +37,8 @@ class BodyFrame:
         center: (3,) centre of mass in the body frame, m; zero for a free platform.
         moments: (3,) principal moments of inertia, kg m^2.
         axes: (4,) attitude of the principal axes in the body frame, w, x, y, z; 1, 0, 0, 0 for a free platform.
-        anchors: (m, 6) anchors A_i in the world and B_i in the body frame, m.
+        lines: what the kernels take of the cables, as `cdpr.cables.lines` says, with B_i in the body frame.
+        anchors: (m, 6) of it, A_i in the world and B_i in the body frame, m.
         offset: (7,) from the platform's origin to that of the body frame in body axes (3), m, and the attitude of the
             body frame in the platform, w, x, y, z (4).
         guide: what holds the platform, None if it is free.
@@ -58,7 +50,7 @@ class BodyFrame:
         attitude = rotations.from_matrix(axes)
         self.mass = platform.mass
         self.moments = moments
-        self.anchors = robot.anchors.copy()
+        self.lines = lines(robot).copy()
         if robot.n < 6:
             self.guide: Guide | None = Guide(robot)
             self.center, self.axes = platform.center_of_mass.copy(), attitude
@@ -66,8 +58,13 @@ class BodyFrame:
         else:
             self.guide = None
             self.center, self.axes = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-            self.anchors[:, 3:] = (robot.anchors[:, 3:] - platform.center_of_mass) @ axes
+            self.lines[:, 3:6] = (robot.anchors[:, 3:] - platform.center_of_mass) @ axes
             self.offset = np.concatenate([axes.T @ platform.center_of_mass, attitude])
+
+    @property
+    def anchors(self) -> Array:
+        """Anchors (m, 6), m."""
+        return self.lines[:, :6]
 
 
 def principal_axes(inertia: Array) -> tuple[Array, Array]:
@@ -112,13 +109,13 @@ def to_platform(offset: Array, body: Array, state: Array) -> None:
 
 @kernel
 def body_wrench(
-    anchors: Array, offset: Array, tension: Array, external: Array, p: Vector, q: Quaternion
+    lines: Array, offset: Array, tension: Array, external: Array, p: Vector, q: Quaternion
 ) -> tuple[Vector, Vector]:
     """Force and moment about the body frame's origin, world axes, of cables and external wrench on a body at p, q.
 
     `external` (6,) acts at the platform's origin, which lies at -r from that of the body frame.
     """
-    f, moment = cable_wrench(anchors, p, q, tension)
+    f, moment = cable_wrench(lines, p, q, tension)
     push = vector(external, 0)
     lever = cross(rotate(q, vector(offset, 0)), push)
     return (f[0] + push[0], f[1] + push[1], f[2] + push[2]), (
@@ -129,8 +126,8 @@ def body_wrench(
 
 
 @kernel
-def applied_wrench(anchors: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array) -> None:
+def applied_wrench(lines: Array, offset: Array, tension: Array, external: Array, body: Array, applied: Array) -> None:
     """Write `body_wrench` at a body state (13,) into `applied` (6,)."""
-    f, moment = body_wrench(anchors, offset, tension, external, vector(body, 0), quaternion(body, 3))
+    f, moment = body_wrench(lines, offset, tension, external, vector(body, 0), quaternion(body, 3))
     store(f, applied, 0)
     store(moment, applied, 3)

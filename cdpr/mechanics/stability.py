@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model import Robot
-from cdpr.model.dynamics import required_wrench
-from cdpr.model.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model.robot import Array
 
 # Motion that nothing resists has the growth 1 twice over, which eigenvalues render to the root of their round-off.

@@ -1,7 +1,7 @@
 """Platforms that a guide keeps from moving in some directions: point masses, planar robots, carriages.
 
 The guide lets the origin move along some of the world's axes and the platform turn about at most one of them, through
-the origin; or it holds the origin and lets the platform turn about all three, on a ball: see `cdpr.model.spherical`.
+the origin; or it holds the origin and lets the platform turn about all three, on a ball (`cdpr.mechanics.spherical`).
 Its coordinates are the origin's position and the angle; in the held directions it takes whatever force or moment comes.
 A centre of mass off the origin loads the guide, and couples turning with moving.
 """

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdpr.mechanics.kinematics import STILL
 from cdpr.model import kernels
 from cdpr.model.arrays import checked
-from cdpr.model.kinematics import STILL
 from cdpr.model.robot import Array, Robot
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdpr.model import kernels
+from cdpr.cables.lines import lines
+from cdpr.mechanics import geometry
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 
@@ -51,11 +52,11 @@ def wrench_matrix(robot: Robot, state: Array) -> Array:
 def wrench_matrix_rate(robot: Robot, state: Array) -> Array:
     """Time derivative (6, m) of the wrench matrix at a state (13,) with its twist."""
     rate = np.empty((6, robot.m))
-    kernels.wrench_matrix_rate(robot.anchors, checked(state, (13,), "state"), rate)
+    geometry.wrench_matrix_rate(lines(robot), checked(state, (13,), "state"), rate)
     return rate
 
 
 def _geometry(robot: Robot, state: Array) -> tuple[Array, Array, Array]:
     W, length, rate = np.empty((6, robot.m)), np.empty(robot.m), np.empty(robot.m)
-    kernels.cable_geometry(robot.anchors, checked(state, (13,), "state"), W, length, rate)
+    geometry.cable_geometry(lines(robot), checked(state, (13,), "state"), W, length, rate)
     return W, length, rate

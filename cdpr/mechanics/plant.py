@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from cdpr.cables.winch import INERTIA, LOWEST, RADIUS, drum_acceleration, elastic_tension, friction, pack, start_elastic
+from cdpr.mechanics.body_frame import BodyFrame, applied_wrench
+from cdpr.mechanics.geometry import cable_geometry, wrench_matrix_rate
 from cdpr.model import Robot
-from cdpr.model.body_frame import BodyFrame, applied_wrench
 from cdpr.model.cholesky import factorise, solve
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_geometry, inverse_dynamics, quaternion, vector, wrench_matrix_rate
+from cdpr.model.kernels import inverse_dynamics, quaternion, vector
 from cdpr.model.robot import Array
 
 
@@ -24,7 +25,7 @@ class Fixed(NamedTuple):
 
     elastic: bool  # else rigid
     cables: Array  # (m, 8), as `winch.pack` says
-    anchors: Array  # (m, 6), A_i in the world and B_i in the body frame, m
+    lines: Array  # as `cdpr.cables.lines` says, B_i in the body frame, m
     offset: Array  # (7,), as `BodyFrame` says
     inertial: Array  # (13,), mass, centre of mass (3) and inertia (3, 3), body frame; laid out as `Robot.inertial`
     free: Array  # (6,), 1 for each row of a twist in which the platform moves, 0 where a guide holds it
@@ -61,7 +62,7 @@ def fixed(robot: Robot, frame: BodyFrame, gravity: Array) -> Fixed:
     free = np.zeros(6)
     free[robot.rows] = 1.0
     elastic = robot.cable_model == "elastic"
-    return Fixed(elastic, pack(robot), frame.anchors, frame.offset, inertial, free, np.array(gravity))
+    return Fixed(elastic, pack(robot), frame.lines, frame.offset, inertial, free, np.array(gravity))
 
 
 def live(m: int, command: Array, external: Array, body: Array, applied: Array) -> Live:
@@ -93,7 +94,7 @@ def settle(fixed: Fixed, live: Live) -> None:
     before = live.light
     for i in range(m):
         before[i] = live.length[i]
-    cable_geometry(fixed.anchors, live.body, live.W, live.length, live.rate)
+    cable_geometry(fixed.lines, live.body, live.W, live.length, live.rate)
     for i in range(m):
         live.work[0] += live.tension[i] * (before[i] - live.length[i])
     pull(fixed, live)
@@ -124,7 +125,7 @@ def pull(fixed: Fixed, live: Live) -> None:
             )
     else:
         rigid_tensions(fixed, live)
-    applied_wrench(fixed.anchors, fixed.offset, live.tension, live.external, live.body, live.applied)
+    applied_wrench(fixed.lines, fixed.offset, live.tension, live.external, live.body, live.applied)
     for i in range(m):
         size = abs(live.tension[i])
         if size > live.highest[i]:
@@ -141,7 +142,7 @@ def rigid_tensions(fixed: Fixed, live: Live) -> None:
     """
     cables, W, tension, light, pulls = fixed.cables, live.W, live.tension, live.light, live.pulls
     m = cables.shape[0]
-    wrench_matrix_rate(fixed.anchors, live.body, live.W_rate)
+    wrench_matrix_rate(fixed.lines, live.body, live.W_rate)
     for i in range(m):
         swing = 0.0  # l'' of a platform that does not accelerate
         for j in range(6):
@@ -154,7 +155,7 @@ def rigid_tensions(fixed: Fixed, live: Live) -> None:
     for _ in range(2 * m + 2):
         for i in range(m):
             tension[i] = pulls[i] * light[i]
-        applied_wrench(fixed.anchors, fixed.offset, tension, live.external, live.body, live.applied)
+        applied_wrench(fixed.lines, fixed.offset, tension, live.external, live.body, live.applied)
         mass_matrix(fixed, live)
         for i in range(m):
             reflected = pulls[i] * cables[i, INERTIA] / (cables[i, RADIUS] * cables[i, RADIUS])

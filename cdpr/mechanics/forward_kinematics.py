@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.cables.lines import lines
 from cdpr.errors import CdprError
+from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model.arrays import checked
 from cdpr.model.cholesky import factorise, solve
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import cable_geometry, exponential, multiply, quaternion
+from cdpr.model.kernels import exponential, multiply, quaternion
 from cdpr.model.robot import Array, Robot
 
 MOST_ITERATIONS = 100
@@ -77,7 +79,7 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
         raise CdprError(f"forward kinematics: sigma must be a finite number of metres >= 0, not {sigma}")
     pose[3:] /= norm
     inverse = np.empty((n, n))
-    count, residual = fit(robot.anchors, *scales(robot), target, pose, inverse, np.empty(work_size(n, m)))
+    count, residual = fit(lines(robot), *scales(robot), target, pose, inverse, np.empty(work_size(n, m)))
     if sigma is None:
         sigma = residual / math.sqrt(m - n) if m > n else math.nan
     return Fit(pose, residual, sigma * sigma * inverse, abs(count), count > 0)
@@ -96,7 +98,7 @@ def work_size(n: int, m: int) -> int:
 
 @kernel
 def fit(
-    anchors: Array,
+    lines: Array,
     rows: NDArray[np.int64],
     scale: Array,
     target: Array,
@@ -112,7 +114,7 @@ def fit(
     Gauss and Newton's step, J^T J step = J^T r; damped, by a share of the diagonal, only where it does not reduce
     |r|. Turns are taken as rotation vectors in world axes, so that no attitude is singular.
     """
-    n, m = rows.shape[0], anchors.shape[0]
+    n, m = rows.shape[0], lines.shape[0]
     state = work[:13]  # the twist stays zero
     trial = work[13:26]
     geometry = work[26 : 26 + 8 * m]
@@ -125,7 +127,7 @@ def fit(
     damping, count, converged = 0.0, 0, False
     while count < MOST_ITERATIONS and damping <= MOST_DAMPING and not converged:
         count += 1
-        cost = _linearise(anchors, rows, target, state, geometry, A, gradient)
+        cost = _linearise(lines, rows, target, state, geometry, A, gradient)
         if factorise(A, damping):
             solve(A, gradient, step)
             size = 0.0
@@ -133,7 +135,7 @@ def fit(
                 size += (scale[k] * step[k]) ** 2
             _move(rows, state, step, trial)
             converged = damping == 0.0 and size <= LAST_STEP * LAST_STEP
-            if converged or _cost(anchors, target, trial, geometry) <= cost * (1.0 + ROUND_OFF):
+            if converged or _cost(lines, target, trial, geometry) <= cost * (1.0 + ROUND_OFF):
                 for i in range(7):
                     state[i] = trial[i]
                 damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
@@ -141,7 +143,7 @@ def fit(
         damping = max(10.0 * damping, FIRST_DAMPING)
     for i in range(7):
         pose[i] = state[i]
-    cost = _linearise(anchors, rows, target, state, geometry, A, gradient)
+    cost = _linearise(lines, rows, target, state, geometry, A, gradient)
     determined = factorise(A, 0.0)
     for k in range(n):
         for j in range(n):
@@ -153,11 +155,11 @@ def fit(
 
 
 @kernel
-def _cost(anchors: Array, target: Array, state: Array, geometry: Array) -> float:
+def _cost(lines: Array, target: Array, state: Array, geometry: Array) -> float:
     """Write W, lengths and rates at `state` into `geometry` (8 m,); return the sum of squared differences."""
-    m = anchors.shape[0]
+    m = lines.shape[0]
     length = geometry[6 * m : 7 * m]
-    cable_geometry(anchors, state, geometry[: 6 * m].reshape(6, m), length, geometry[7 * m :])
+    cable_geometry(lines, state, geometry[: 6 * m].reshape(6, m), length, geometry[7 * m :])
     cost = 0.0
     for i in range(m):
         cost += (target[i] - length[i]) ** 2
@@ -166,11 +168,11 @@ def _cost(anchors: Array, target: Array, state: Array, geometry: Array) -> float
 
 @kernel
 def _linearise(
-    anchors: Array, rows: NDArray[np.int64], target: Array, state: Array, geometry: Array, A: Array, gradient: Array
+    lines: Array, rows: NDArray[np.int64], target: Array, state: Array, geometry: Array, A: Array, gradient: Array
 ) -> float:
     """Write J^T J (n, n) and J^T r (n,) at `state`; return |r|^2. J = -W^T: a length shrinks along +u."""
-    n, m = rows.shape[0], anchors.shape[0]
-    cost = _cost(anchors, target, state, geometry)
+    n, m = rows.shape[0], lines.shape[0]
+    cost = _cost(lines, target, state, geometry)
     W = geometry[: 6 * m].reshape(6, m)
     length = geometry[6 * m : 7 * m]
     for k in range(n):

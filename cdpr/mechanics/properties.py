@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.errors import CdprError
-from cdpr.model.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
+from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model.robot import Array, Robot
 
 # A singular value below this share of the largest one is round-off.

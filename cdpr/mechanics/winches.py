@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.cables.plant import fixed, live, settle, step
+from cdpr.mechanics.body_frame import BodyFrame
+from cdpr.mechanics.plant import fixed, live, settle, step
 from cdpr.model import Robot
-from cdpr.model.body_frame import BodyFrame
 from cdpr.model.robot import Array
 
 
@@ -16,7 +16,7 @@ class Winches:
     """Turns the commands of a backend into tensions; its arrays are those of the backend.
 
     Attributes:
-        fixed, live: what the kernels take, see `cdpr.cables.plant`.
+        fixed, live: what the kernels take, see `cdpr.mechanics.plant`.
         step: called before each step of a semi-implicit engine: writes `applied` and advances the winches.
         settle: evaluates tensions and work at `body` without advancing anything.
     """

@@ -1,0 +1,38 @@
+"""What an exit is: where a cable leaves the frame on its way from the winch to the platform.
+
+A cable runs from its winch to the exit, leaves it at the exit point E and goes straight on to its anchor on the
+platform, P. Where E depends on P, the cable's direction is that from P to E, and its length |E - P| plus what lies on
+the exit. For any exit on which a taut cable lies without friction this length changes by -u . dP, u being the unit
+vector from P to E: what the exit point's own motion adds to |E - P| is what it takes from the rest. So the rates, the
+wrench matrix and the forces follow from E alone.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+from cdpr.fields import Section
+
+
+class Exit(Section):
+    """An exit, as a robot file describes it.
+
+    Attributes:
+        kernels: the module that holds what compiled code calls, each with the cable's row as `cdpr.cables.lines` says:
+            `leave(row, P)`, the exit point (3,) m, world, for a cable to P; `wound(row, P)`, the length of cable that
+            lies on the exit, m; `carry(row, P, V)`, the velocity of the exit point, m/s, when P moves with V. Empty for
+            a point, which has no need of any.
+    """
+
+    kernels: ClassVar[str] = ""
+    type: str
+
+    @abstractmethod
+    def numbers(self) -> Sequence[float]:
+        """Return what the kernels find in the row, from the column NUMBERS on."""
+
+    @abstractmethod
+    def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
+        """Return points (k, 3), m, of a line that shows the exit at `frame` while its cable leaves at `leaving`."""

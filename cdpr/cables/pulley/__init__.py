@@ -1,0 +1,75 @@
+"""A pulley that swivels about the line on which its cable arrives.
+
+The cable arrives along the axis a, touches the groove at A, the anchor on the frame, lies on it over the wrap angle
+beta and leaves tangentially for P on the platform. The bearing lets the pulley turn about the line through A along a,
+so that its plane follows the cable. In that plane, with x away from the line and z along a, both from A, the centre
+lies at (r, 0), P at (x, z), x >= 0. From the centre C the tangent to P has the length f = sqrt((x - r)^2 + z^2 - r^2),
+and with (c, z) = P - C
+
+    sin beta = (f c + r z) / (c^2 + z^2),   cos beta = (f z - r c) / (c^2 + z^2),
+    E = A + r (1 - cos beta) e_x + r sin beta a,   length = r beta + f.
+
+Pott, Cable-Driven Parallel Robots (2018), section 3.4, and Bruckmann et al., "Wire robots part I" (2008), draw the same
+pulley; derived anew, and a radius of 0 gives the point. Bearing and groove have neither friction nor inertia. Where P
+lies within the pulley there is no tangent, and length and direction are NaN; on the swivel's line itself the plane is
+not determined, and a fixed one is taken.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from cdpr.cables.exit import Exit
+from cdpr.fields import NonNegative, Vector3, unit
+
+OUTLINE = 32  # corners of the drawn circle
+
+UP: Vector3 = (0.0, 0.0, 1.0)
+
+
+class Pulley(Exit):
+    """A swivelling pulley."""
+
+    kernels: ClassVar[str] = "cdpr.cables.pulley.kernels"
+    type: Literal["pulley"] = Field("pulley", description="swivels about the line on which its cable arrives")
+    radius: NonNegative = Field(
+        description="radius on which the middle of the cable runs: that of the groove and half the cable's diameter",
+        json_schema_extra=unit("m"),
+    )
+    axis: Vector3 = Field(
+        UP,
+        description="direction in which the cable arrives from its winch, of any length, world axes; the pulley "
+        "swivels about the line along it through the cable's `frame` anchor, where the groove begins",
+    )
+
+    @field_validator("axis")
+    @classmethod
+    def _some_direction(cls, axis: Vector3) -> Vector3:
+        if not math.hypot(*axis) > 0.0:
+            raise ValueError("a direction is expected, got [0, 0, 0]")
+        return axis
+
+    def numbers(self) -> Sequence[float]:
+        """Return radius, unit vector of the axis, and one square to it: the plane where none is determined."""
+        along = np.array(self.axis) / np.abs(self.axis).max()
+        along /= np.linalg.norm(along)
+        side = np.eye(3)[np.argmin(np.abs(along))]
+        side -= (side @ along) * along
+        return [self.radius, *along, *side / np.linalg.norm(side)]
+
+    def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
+        """Return the groove, a circle in the plane of its cable."""
+        _, *values = self.numbers()
+        along, side = np.array(values[:3]), np.array(values[3:])
+        arm = np.array(leaving) - frame
+        arm -= (arm @ along) * along
+        away = arm / np.linalg.norm(arm) if np.linalg.norm(arm) > 0.0 else side
+        angle = np.linspace(0.0, 2.0 * np.pi, OUTLINE + 1)[:, None]
+        circle = np.array(frame) + self.radius * ((1.0 - np.cos(angle)) * away + np.sin(angle) * along)
+        points: list[list[float]] = circle.tolist()
+        return points

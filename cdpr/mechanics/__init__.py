@@ -1,0 +1,14 @@
+"""Robots with their cables: where these lead, what they exert, how the platform moves. See `cdpr.model`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cdpr.mechanics import forward_kinematics as forward_kinematics
+    from cdpr.mechanics import kinematics as kinematics
+    from cdpr.mechanics import properties as properties
+else:  # most of the modules compile
+    from cdpr.lazy import lazily
+
+    __getattr__ = lazily(__name__)

@@ -1,0 +1,122 @@
+"""Lengths, directions and rates of the cables, and what they exert: compiled. Conventions: see `cdpr.model`.
+
+`lines` is what `cdpr.cables.lines` returns: (m, 6) anchors, or more columns where cables leave from something else than
+a point.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cdpr.cables.lines import ANCHORS, CARRY, LEAVE, SIGNATURES, WOUND
+from cdpr.model.address import caller
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import Quaternion, Vector, cross, dot, quaternion, rotate, vector
+from cdpr.model.robot import Array
+
+leave, wound, carry = (caller(SIGNATURES[name]) for name in ("leave", "wound", "carry"))
+
+
+@kernel
+def exit_point(lines: Array, i: int, P: Vector) -> Vector:
+    """Return where cable i leaves the frame (3,) on its way to P (3,), m, world axes."""
+    if lines.shape[1] > ANCHORS and lines[i, LEAVE] != 0.0:
+        point: Vector = leave(lines[i, LEAVE], lines[i], P)
+        return point
+    return (lines[i, 0], lines[i, 1], lines[i, 2])
+
+
+@kernel
+def wound_length(lines: Array, i: int, P: Vector) -> float:
+    """Return the length of cable i, m, that lies on its exit."""
+    if lines.shape[1] > ANCHORS and lines[i, WOUND] != 0.0:
+        length: float = wound(lines[i, WOUND], lines[i], P)
+        return length
+    return 0.0
+
+
+@kernel
+def exit_velocity(lines: Array, i: int, P: Vector, V: Vector) -> Vector:
+    """Return the velocity of the exit point, m/s, when P moves with V."""
+    if lines.shape[1] > ANCHORS and lines[i, CARRY] != 0.0:
+        velocity: Vector = carry(lines[i, CARRY], lines[i], P, V)
+        return velocity
+    return (0.0, 0.0, 0.0)
+
+
+@kernel
+def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> None:
+    """Write the wrench matrix (6, m), the lengths (m,) and their rates (m,) at `state`; see above for `lines`.
+
+    With the platform's twist, rate = -W^T twist: a cable shortens where it pulls along the motion.
+    """
+    p = vector(state, 0)
+    q = quaternion(state, 3)
+    v = vector(state, 7)
+    omega = vector(state, 10)
+    for i in range(lines.shape[0]):
+        b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
+        P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
+        E = exit_point(lines, i, P)
+        l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
+        norm = math.sqrt(dot(l, l))
+        u = (l[0] / norm, l[1] / norm, l[2] / norm)
+        c = cross(b, u)
+        W[0, i] = u[0]
+        W[1, i] = u[1]
+        W[2, i] = u[2]
+        W[3, i] = c[0]
+        W[4, i] = c[1]
+        W[5, i] = c[2]
+        length[i] = norm + wound_length(lines, i, P)
+        rate[i] = -dot(u, v) - dot(c, omega)
+
+
+@kernel
+def wrench_matrix_rate(lines: Array, state: Array, rate: Array) -> None:
+    """Write the time derivative (6, m) of the wrench matrix at `state`."""
+    p = vector(state, 0)
+    q = quaternion(state, 3)
+    v = vector(state, 7)
+    omega = vector(state, 10)
+    for i in range(lines.shape[0]):
+        b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
+        db = cross(omega, b)
+        P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
+        E = exit_point(lines, i, P)
+        l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
+        norm = math.sqrt(dot(l, l))
+        u = (l[0] / norm, l[1] / norm, l[2] / norm)
+        dE = exit_velocity(lines, i, P, (v[0] + db[0], v[1] + db[1], v[2] + db[2]))
+        dl = (dE[0] - v[0] - db[0], dE[1] - v[1] - db[1], dE[2] - v[2] - db[2])
+        along = dot(u, dl)
+        du = ((dl[0] - along * u[0]) / norm, (dl[1] - along * u[1]) / norm, (dl[2] - along * u[2]) / norm)
+        c1 = cross(db, u)
+        c2 = cross(b, du)
+        rate[0, i] = du[0]
+        rate[1, i] = du[1]
+        rate[2, i] = du[2]
+        rate[3, i] = c1[0] + c2[0]
+        rate[4, i] = c1[1] + c2[1]
+        rate[5, i] = c1[2] + c2[2]
+
+
+@kernel
+def cable_wrench(lines: Array, p: Vector, q: Quaternion, tension: Array) -> tuple[Vector, Vector]:
+    """Force and moment about p, world axes, of the tensions (m,) on a body at p with attitude q."""
+    fx, fy, fz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(lines.shape[0]):
+        b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
+        P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
+        E = exit_point(lines, i, P)
+        l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
+        scale = tension[i] / math.sqrt(dot(l, l))
+        f = (scale * l[0], scale * l[1], scale * l[2])
+        c = cross(b, f)
+        fx += f[0]
+        fy += f[1]
+        fz += f[2]
+        mx += c[0]
+        my += c[1]
+        mz += c[2]
+    return (fx, fy, fz), (mx, my, mz)

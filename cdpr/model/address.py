@@ -1,0 +1,64 @@
+"""Kernels that are called by their address, which may stand in data.
+
+What is compiled then needs not know which kernel it will call: one compiled plant serves all parts of cables, those of
+later add-ons too. A call costs some nanoseconds more than one by name. An address fits a float without rounding, since
+addresses of processes have at most 48 bits, so that it can stand in a row beside the part's numbers; it means nothing
+in another process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+NUMBER = types.float64
+VECTOR = types.UniTuple(types.float64, 3)
+PAIR = types.UniTuple(types.float64, 2)
+ROW = types.Array(types.float64, 1, "C")
+
+# Kernels by address, held as long as the process lives: an address is valid as long as its kernel.
+_KEPT: dict[int, Callable[..., Any]] = {}
+
+
+def address(kernel: Callable[..., Any], signature: Any) -> float:
+    """Return the address of a kernel, compiled for a signature of numba's such as VECTOR(ROW, VECTOR)."""
+    if numba.config.DISABLE_JIT:
+        place = id(kernel)
+    else:
+        dispatcher: Any = kernel
+        dispatcher.compile(signature.args)
+        entry = dispatcher.overloads[signature.args]
+        if entry.signature.return_type != signature.return_type:
+            raise TypeError(f"{kernel} returns {entry.signature.return_type}, expected {signature.return_type}")
+        place = entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name)
+    _KEPT[place] = kernel
+    return float(place)
+
+
+def caller(signature: Any) -> Callable[..., Any]:
+    """Return what compiled code calls with an address (float) and arguments of this signature."""
+    if numba.config.DISABLE_JIT:
+        return lambda place, *args: _KEPT[int(place)](*args)
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def call(typing: Any, place: Any, *args: Any) -> Any:
+        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            convention, result, taken = context.call_conv, signature.return_type, signature.args
+            kind = convention.get_function_type(result, taken)
+            whole = context.cast(builder, values[0], place, types.intp)
+            function = builder.inttoptr(whole, kind.as_pointer())
+            arguments = cgutils.unpack_tuple(builder, values[1], len(taken))
+            status, answer = convention.call_function(builder, function, result, taken, arguments)
+            with builder.if_then(status.is_error, likely=False):
+                convention.return_status_propagate(builder, status)
+            return answer
+
+        return signature.return_type(place, types.StarArgTuple(signature.args)), generate
+
+    called: Callable[..., Any] = call
+    return called
