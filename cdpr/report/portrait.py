@@ -131,4 +131,11 @@ def _number(value: float) -> str:
 def _shape(shape: dict[str, Any] | None) -> str:
     if shape is None:
         return "no shape given"
-    return f"box of {vector(shape['box'])} m" if "box" in shape else f"sphere of {shape['sphere']:g} m radius"
+    if "box" in shape:
+        return f"box of {vector(shape['box'])} m"
+    if "sphere" in shape:
+        return f"sphere of {shape['sphere']:g} m radius"
+    if "cylinder" in shape:
+        return "cylinder of {:g} m radius, {:g} m high".format(*shape["cylinder"])
+    lower, upper = map(vector, shape["mesh"])
+    return f"mesh from {lower} to {upper} m"

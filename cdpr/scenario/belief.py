@@ -9,6 +9,7 @@ from cdpr.model import DOF_NAMES
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.describe import look
 from cdpr.scenario.document import Document
+from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.overrides import Change, apply
 from cdpr.scenario.problems import Path, Problems, dotted, exact, shown
 from cdpr.scenario.robot_schema import RobotSection
@@ -21,7 +22,16 @@ CABLES: Path = ("robot", "cables")
 WHOLE = ("shape", "orientation")
 
 # What neither controller nor solver looks at.
-UNUSED = ("name", "home", "platform.shape")
+UNUSED = (
+    "name",
+    "home",
+    "platform.shape",
+    "platform.colour",
+    "frame.shape",
+    "frame.lower",
+    "frame.upper",
+    "frame.colour",
+)
 
 MOST = 4  # differences that are told in one line
 
@@ -162,6 +172,8 @@ def _same_robot(document: Document, twin: Document, found: Problems) -> None:
 
 def differences(robot: RobotSection, believed: RobotSection) -> list[str]:
     """Say in a few words each how the believed robot differs from the true one; sections with all names."""
+    if believed.frame is not None and robot.frame is None:
+        robot = robot.model_copy(update={"frame": FrameSection()})
     true, thought = (each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in (robot, believed))
     return list(_differences(true, thought, (), thought))
 
@@ -169,9 +181,9 @@ def differences(robot: RobotSection, believed: RobotSection) -> list[str]:
 def _differences(true: Any, thought: Any, path: Path, root: dict[str, Any]) -> Iterator[str]:
     if true == thought:
         return
-    if isinstance(true, dict) and isinstance(thought, dict):
+    if isinstance(thought, dict) and isinstance(true, dict | None):
         for key in thought:
-            yield from _differences(true.get(key), thought[key], (*path, key), root)
+            yield from _differences((true or {}).get(key), thought[key], (*path, key), root)
     elif path == ("cables",):
         for i, pair in enumerate(zip(true, thought, strict=True)):
             yield from _differences(*pair, (*path, i), root)
@@ -214,5 +226,5 @@ def unused(robot: RobotSection, believed: RobotSection) -> list[str]:
 
 def _inner(section: Any, key: str) -> Any:
     for part in key.split("."):
-        section = getattr(section, part)
+        section = getattr(section, part, None)
     return section

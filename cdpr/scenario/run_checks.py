@@ -10,6 +10,7 @@ import numpy as np
 from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.initial import Initial
+from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.problems import Path, exact
@@ -47,7 +48,8 @@ class RunChecks(Checks):
         cables = list(self.cables(("robot",)))
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         R = rotations.matrix(initial.orientation.quaternion())
-        lengths = np.linalg.norm(anchors[:, 0] - initial.position - anchors[:, 1] @ R.T, axis=1)
+        base = self.section(FrameSection, ("robot", "frame")) or FrameSection()
+        lengths = np.linalg.norm(base.placed(anchors[:, 0]) - initial.position - anchors[:, 1] @ R.T, axis=1)
         for (i, cable), length in zip(cables, lengths, strict=True):
             if length < MIN_LENGTH:
                 name = cable_name(cable, i)

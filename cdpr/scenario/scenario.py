@@ -233,8 +233,8 @@ def build_scenario(
                 "events": events,
             }
         ),
-        robot=robot.to_robot(),
-        believed=thought.to_robot() if thought else None,
+        robot=robot.to_robot(document.folder),
+        believed=thought.to_robot(document.folder) if thought else None,
         controller_options=controller_options,
         solver_options=solver_options,
         source=document.source,

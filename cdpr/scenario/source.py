@@ -91,6 +91,9 @@ def _include_robot(document: Document, problems: Problems) -> None:
         document.put(("robot",), {}, document.mark(("robot",)))
     else:
         robot.data.setdefault("name", stem(robot.source))
+        shape: Any = robot.get(("platform", "shape"))
+        if isinstance(shape, dict) and isinstance(shape.get("mesh"), str):  # from now on relative to the scenario
+            shape["mesh"] = os.path.join(os.path.dirname(name), shape["mesh"])
         document.graft(("robot",), robot)
 
 

@@ -120,6 +120,8 @@ def make_header(scenario: Scenario) -> Header:
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
         columns=columns_of(scenario),
+        frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
+        colours=robot.colours,
         believed=scenario.belief,
     )
 
