@@ -6,10 +6,12 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from cdpr.cables import EXITS, MODELS
 from cdpr.fmu.options import FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
-CABLE_MODELS = ("ideal", "rigid", "elastic")  # with cdpr's own cable kernel; tendons and legs are ideal only
+ALL_EXITS = tuple(kind.name() for kind in EXITS)
+OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # of cdpr's own kernel; tendons and legs know none
 
 # Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.
 EULER = "semi_implicit_euler"
@@ -31,7 +33,7 @@ class ReferenceOptions(PluginOptions):
 
 def _legs(cables: str) -> dict[str, Any]:
     """Legs with mass and joints are another plant, of no known order."""
-    return {"cables": "ups", "order": 0, "scheme": "constrained"} if cables == "ups" else {}
+    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained"} if cables == "ups" else {}
 
 
 class LegOptions(PluginOptions):
@@ -76,9 +78,9 @@ class MujocoOptions(LegOptions):
 
     def declares(self) -> dict[str, Any]:
         """Runge-Kutta is of order four; not the same one as the reference's, which keeps the momentum."""
-        if self.integrator == "rk4":
-            return {"order": 4, "scheme": ""}
-        return _legs(self.cables)
+        if self.cables != "native":
+            return _legs(self.cables)
+        return {"exits": (), **({"order": 4, "scheme": ""} if self.integrator == "rk4" else {})}
 
 
 class BulletOptions(LegOptions):
@@ -147,7 +149,7 @@ def cdpr_backends() -> list[PluginInfo]:
             properties={
                 "order": 4,
                 "snapshot": True,
-                "cable_models": CABLE_MODELS,
+                **OUR_CABLES,
                 "scheme": "rk4",
                 "schemes": ["rk4", EULER],
             },
@@ -159,7 +161,12 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="MuJoCo, semi-implicit Euler (rk4 with its own tendons)",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
-            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
+            properties={
+                "order": 1,
+                "snapshot": True,
+                **OUR_CABLES,
+                "scheme": EULER,
+            },
             options=MujocoOptions,
         ),
         PluginInfo(
@@ -168,7 +175,12 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="PyBullet, semi-implicit Euler",
             requires=("pybullet",),
             extra="cdpr[bullet]",
-            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
+            properties={
+                "order": 1,
+                "snapshot": True,
+                **OUR_CABLES,
+                "scheme": EULER,
+            },
             options=BulletOptions,
         ),
         PluginInfo(
@@ -177,7 +189,12 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="DART, semi-implicit Euler",
             requires=("dartpy",),
             extra="cdpr[dart]",
-            properties={"order": 1, "snapshot": True, "cable_models": CABLE_MODELS, "scheme": EULER},
+            properties={
+                "order": 1,
+                "snapshot": True,
+                **OUR_CABLES,
+                "scheme": EULER,
+            },
             options=DartOptions,
         ),
         PluginInfo(
@@ -186,7 +203,7 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"order": 4, "snapshot": True, "scheme": "rk4"},
+            properties={"order": 4, "snapshot": True, "exits": ALL_EXITS, "scheme": "rk4"},
             options=FmuOptions,
         ),
     ]

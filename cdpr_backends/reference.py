@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables import immediate
 from cdpr.mechanics.body_frame import BodyFrame, body_wrench, from_platform, to_platform
 from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot
@@ -24,7 +25,7 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
         from cdpr_backends.reference_euler import SemiImplicitEuler
 
         return SemiImplicitEuler(robot, gravity, physics_step, options)
-    if robot.cable_model != "ideal":
+    if not immediate(robot):
         from cdpr_backends.reference_winches import WinchReference
 
         return WinchReference(robot, gravity, physics_step, options)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.winch import RADIUS, drum_acceleration
+from cdpr.cables.pack import PULL, WINCH
 from cdpr.mechanics.body_frame import BodyFrame, from_platform, to_platform
 from cdpr.mechanics.geometry import cable_geometry
-from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, settle
+from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, settle, speeding
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
@@ -31,7 +31,7 @@ class WinchReference(SnapshotOfArrays, Backend):
             robot, frame, self.gravity, self.command, self.external, self._body, applied, physics_step
         )
         self.highest = self.winches.live.highest
-        work = np.zeros((4, 14 + (2 * robot.m if self.winches.fixed.elastic else 0)))
+        work = np.zeros((4, 14 + (2 * robot.m if self.winches.fixed.stretches else 0)))
         self._advance = partial(runge_kutta, self.winches.fixed, self.winches.live, self.state, work, self.physics_step)
 
     def reset(self, state: Array) -> None:
@@ -66,8 +66,8 @@ class WinchReference(SnapshotOfArrays, Backend):
 def runge_kutta(fixed: Fixed, live: Live, state: Array, space: Array, h: float, n: int) -> None:
     """Advance body, winches and work by n steps of h, then write the platform's `state`.
 
-    `space` (4, 14 + 2 m), without the winches if they are rigid, holds the start of a step, the point of a stage, its
-    slope and the sum of the slopes: body (13), work, winches (2 m).
+    `space` (4, 14 + 2 m), without the winches where no cable stretches, holds the start of a step, the point of a
+    stage, its slope and the sum of the slopes: body (13), work, winches (2 m).
     """
     start, point, slope, total = space[0], space[1], space[2], space[3]
     size = start.shape[0]
@@ -137,7 +137,8 @@ def slopes(fixed: Fixed, live: Live, slope: Array) -> None:
     m = fixed.cables.shape[0]
     for i in range(m):
         slope[13] -= live.tension[i] * live.rate[i]
-        if fixed.elastic:
-            speed = live.winch[m + i]
-            slope[14 + i] = -fixed.cables[i, RADIUS] * speed
-            slope[14 + m + i] = drum_acceleration(fixed.cables, i, live.command[i], live.tension[i], speed)
+        if fixed.stretches:
+            slope[14 + i], slope[14 + m + i] = 0.0, 0.0
+            if fixed.cables[i, PULL] != 0.0:
+                slope[14 + i] = -fixed.cables[i, WINCH] * live.winch[m + i]
+                slope[14 + m + i] = speeding(fixed, live, i)

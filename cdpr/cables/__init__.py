@@ -1,42 +1,94 @@
-"""From the command of each cable to its tension: the cable models.
+"""From the command of each cable to its tension: a winch, an exit from the frame and a span; and the cable models.
 
-A winch winds its cable on a drum of radius r (m), which turns at w (rad/s), positive where it winds in. The command u
-(N) is the tension that the motor would hold at rest: its torque is r u. Friction takes f(w) = b w + c tanh(w / w_c) of
-it (N m), viscous and Coulomb's, the latter smoothed about rest. With I the inertia about the drum's axis (kg m^2):
-
-    I w' = r u - f(w) - r T
+Each part is a file or a folder here, with what it is, its keys and its equations; this file holds the tables. `ideal`,
+`rigid` and `elastic`, what a robot file calls a cable model, are a winch and a span each:
 
 - `ideal`: T = u. No winch takes part.
-- `rigid`: the cable does not stretch, so the drum goes with the cable, l' = -r w, and
-  T = u - f(-l'/r) / r + (I / r^2) l''. Since l' = -W^T twist, the inertias of the drums add to the platform's:
-  (M + W m W^T) twist' = W (u - f/r - m W'^T twist) + everything else, m = diag(I / r^2). Thesis 2.20-2.24,
-  but for the sign of 2.21: where a drum turns positively as it winds in, as in 2.20, q' = -R^-1 J x'; as printed, the
-  drums' inertia would be subtracted. A cable that would have to push hangs slack, and its drum takes up what it leaves.
-- `elastic`: two states a cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. The tension
-  is E A (l - l0) / l0 + d (l' - l0') where the cable is stretched, l > l0, and at least 0; a slack cable has none. It
-  starts with the tension that is commanded first, winding as fast as the length changes.
+- `rigid`: the cable does not stretch, so the drum goes with it, l' = -r w. Since l' = -W^T twist, the inertias of the
+  drums add to the platform's: (M + W m W^T) twist' = W (u - f/r - m W'^T twist) + everything else, m = diag(I / r^2). A
+  cable that would have to push hangs slack, and its drum takes up what it leaves.
+- `elastic`: two states a cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. It starts
+  with the tension that is commanded first, winding as fast as the length changes.
 
-Rigid legs (`unilateral: false`) may also push: nothing is cut off at 0. All of it is evaluated wherever the integrator
-evaluates the acceleration: once a step in semi-implicit engines, which then advance w and after it l0, and at every
-stage of `reference`.
-
-Where an elastic cable is pulled tight, its tension sets in with d l', a jump; without damping, and where it goes slack,
-its slope changes. No fixed step ends just there, so that after a jump `reference` is of first order in the step and
-after a kink of second, instead of fourth. Engines are of first order anyway; what they are off by in position, half a
-step's travel or more, the stiffness turns into a tension: E A / l0 times v h / 2, which at 1 ms may be some percent of
-a hard impact. Where impacts matter, take a shorter physics step.
+Cables of one robot may differ. All of it is evaluated wherever the integrator evaluates the acceleration: once a step
+in semi-implicit engines, which then advance w and after it l0, and at every stage of `reference`.
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated, Any, get_args
 
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
+from cdpr.cables.chain import Chain
+from cdpr.cables.direct import DIRECT
+from cdpr.cables.drum import DRUM
+from cdpr.cables.elastic import ELASTIC
+from cdpr.cables.exit import Exit
+from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.point import Point
 from cdpr.cables.pulley import Pulley
+from cdpr.model import Cable, Robot
 
-__all__ = ["AnyExit", "Point", "Pulley"]
+__all__ = ["EXITS", "AnyExit", "Point", "Pulley", "exits_of", "in_c", "read_exits"]
+
+# Cable models: a winch and a span each. To add one, write its parts (see `cdpr.cables.chain`) and name it here.
+MODELS = {
+    "ideal": Chain(DIRECT, INEXTENSIBLE),
+    "rigid": Chain(DRUM, INEXTENSIBLE),
+    "elastic": Chain(DRUM, ELASTIC),
+}
+
+COMMANDED = "ideal"  # of a plant that is given tensions
+ACTUATED = "elastic"  # of winches that come as an FMU: what cdpr exports of a robot's
+MIXED = "mixed"  # the model of a robot whose cables differ
 
 # Where a cable leaves the frame. To add one, write its file (see `cdpr.cables.exit`) and name it here.
 AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]
+
+EXITS: tuple[type[Exit], ...] = get_args(get_args(AnyExit)[0])
+
+
+def in_c() -> list[type[Exit]]:
+    """Return the exits that an exported FMU knows, those with C; their kind there is their place, from 1."""
+    return [kind for kind in EXITS if kind.kernels and kind.source().is_file()]
+
+
+def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
+    """Return the exits of a robot's cables as plain data, None for a point; () where all are."""
+    plain = [
+        cable.exit.model_dump(mode="json") if isinstance(cable.exit, Exit) and cable.exit.kernels else None
+        for cable in robot.cables
+    ]
+    return tuple(plain) if any(plain) else ()
+
+
+def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
+    """Undo `exits_of`."""
+    read = TypeAdapter[Exit](AnyExit).validate_json
+    return [None if each is None else read(json.dumps(each)) for each in plain]
+
+
+def chain_of(robot: Robot, cable: Cable) -> Chain:
+    """Return winch and span of a cable of this robot."""
+    return MODELS[cable.model or robot.cable_model]
+
+
+def model_of(robot: Robot) -> str:
+    """Return the cable model that all cables of a robot share, or MIXED."""
+    models = {cable.model or robot.cable_model for cable in robot.cables}
+    return models.pop() if len(models) == 1 else MIXED
+
+
+def immediate(robot: Robot) -> bool:
+    """Tell whether the tensions of all cables are their commands."""
+    return all(chain_of(robot, cable).immediate for cable in robot.cables)
+
+
+def with_model(robot: Robot, model: str) -> Robot:
+    """Return the robot with this model for all its cables."""
+    cables = tuple(replace(cable, model=None) for cable in robot.cables)
+    return replace(robot, cables=cables, cable_model=model)

@@ -9,9 +9,14 @@ wrench matrix and the forces follow from E alone.
 
 from __future__ import annotations
 
+import inspect
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from pathlib import Path
+from typing import ClassVar, Self, get_args
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.fields import Section
 
@@ -21,17 +26,36 @@ class Exit(Section):
 
     Attributes:
         kernels: the module that holds what compiled code calls, each with the cable's row as `cdpr.cables.lines` says:
-            `leave(row, P)`, the exit point (3,) m, world, for a cable to P; `wound(row, P)`, the length of cable that
-            lies on the exit, m; `carry(row, P, V)`, the velocity of the exit point, m/s, when P moves with V. Empty for
-            a point, which has no need of any.
+            `leave(row, P)`, the exit point (3,) m, world, for a cable to P; `lead(row, P)`, the same, and last the
+            length of cable that lies on the exit, m; `carry(row, P, V)`, the velocity of the exit point, m/s, when P
+            moves with V. Empty for a point, which has no need of any.
     """
 
     kernels: ClassVar[str] = ""
     type: str
 
+    @classmethod
+    def name(cls) -> str:
+        """Return what `type` says."""
+        kind: str = get_args(cls.model_fields["type"].annotation)[0]
+        return kind
+
+    @classmethod
+    def source(cls) -> Path:
+        """Return where its C would lie, for exported FMUs: beside it, under its name; see fmu/export/source/exits.h."""
+        return Path(inspect.getfile(cls)).with_name(f"{cls.name()}.c")
+
     @abstractmethod
     def numbers(self) -> Sequence[float]:
         """Return what the kernels find in the row, from the column NUMBERS on."""
+
+    def turned(self, R: NDArray[np.float64]) -> Self:
+        """Return it as the rotation matrix R (3, 3) turns it about its anchor."""
+        return self
+
+    def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
+        """Return why no cable leads from the anchor at `frame` to the one at `tip`, m, world; "" where one does."""
+        return ""
 
     @abstractmethod
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:

@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
 
-import numpy as np
-
 from cdpr.model import Robot
-from cdpr.model.address import NUMBER, ROW, VECTOR, address
+from cdpr.model.address import LED, ROW, VECTOR, address
 from cdpr.model.robot import Array, CableExit, frozen_array
 
 # Columns of a row: A_i, world, and B_i, platform axes; addresses of the exit's kernels, all 0 for a point; its numbers.
-ANCHORS, LEAVE, WOUND, CARRY, NUMBERS = 6, 6, 7, 8, 9
+ANCHORS, LEAVE, LEAD, CARRY, NUMBERS = 6, 6, 7, 8, 9
 
-SIGNATURES = {"leave": VECTOR(ROW, VECTOR), "wound": NUMBER(ROW, VECTOR), "carry": VECTOR(ROW, VECTOR, VECTOR)}
+SIGNATURES = {"leave": VECTOR(ROW, VECTOR), "lead": LED(ROW, VECTOR), "carry": VECTOR(ROW, VECTOR, VECTOR)}
 
 
 def lines(robot: Robot) -> Array:
     """Return rows (m, 6) of anchors where all cables leave from points, else (m, 9 or more); read-only."""
-    exits = [cable.exit for cable in robot.cables]
+    return rows(robot.anchors, [cable.exit for cable in robot.cables])
+
+
+def rows(anchors: Array, exits: Sequence[CableExit | None]) -> Array:
+    """Return what `lines` does of anchors (m, 6) and what the cables leave the frame by."""
     if not any(each is not None and each.kernels for each in exits):
-        return robot.anchors
-    rows = []
-    for anchors, each in zip(robot.anchors, exits, strict=True):
-        numbers = [] if each is None else each.numbers()
-        rows.append([*anchors, *_addresses(each), *numbers])
-    width = max(map(len, rows))
-    return frozen_array(np.array([row + [0.0] * (width - len(row)) for row in rows]))
+        return anchors
+    given = [
+        [*ends, *_addresses(each), *([] if each is None else each.numbers())]
+        for ends, each in zip(anchors.tolist(), exits, strict=True)
+    ]
+    width = max(map(len, given))
+    return frozen_array([row + [0.0] * (width - len(row)) for row in given])
 
 
 def _addresses(each: CableExit | None) -> list[float]:

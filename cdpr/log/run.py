@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 
+from cdpr.cables import COMMANDED
 from cdpr.columns import FIRST, Column
 from cdpr.lazy import late
 from cdpr.log.event import Event
@@ -44,10 +45,11 @@ class Header:
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
     controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
-    cable_model: str = "ideal"
+    cable_model: str = COMMANDED
     log_every: int = 1  # samples from one row of the run to the next
     bounds: Bounds = ()  # of lengths and winding speeds, where there are any
     broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
+    exits: tuple[dict[str, Any] | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
     columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
     frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
@@ -61,7 +63,12 @@ class Header:
     @property
     def layout(self) -> Layout:
         """Columns of the rows."""
-        return Layout(len(self.cables), self.cable_model == "ideal", self.columns)
+        return Layout(len(self.cables), self.ideal_cables, self.columns)
+
+    @property
+    def ideal_cables(self) -> bool:
+        """Whether the tensions of all cables are their commands."""
+        return self.cable_model == COMMANDED
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON; what is new only where it says something: older versions read the rest."""
@@ -74,8 +81,9 @@ class Header:
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
         tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken", "frame") if key in data}
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
+        exits = tuple(data.get("exits", ()))
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
-        return cls(**{**data, **tuples, **tables, "columns": tuple(columns)})
+        return cls(**{**data, **tuples, **tables, "exits": exits, "columns": tuple(columns)})
 
 
 # Keys that logs of earlier versions have not, and what that meant.
@@ -83,6 +91,7 @@ NEWER: dict[str, object] = {
     "log_every": 1,
     "bounds": (),
     "broken": (),
+    "exits": (),
     "columns": (),
     "frame": (),
     "colours": {},
@@ -213,7 +222,7 @@ class Run:
     @property
     def cable_tension(self) -> Array:
         """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
-        return self["tension" if self.header.cable_model == "ideal" else "cable_tension"]
+        return self["tension" if self.header.ideal_cables else "cable_tension"]
 
     @property
     def potential_change(self) -> Array:

@@ -133,7 +133,7 @@ class Tally:
             "max": high.get("tension", 0.0),
             "largest_step": high.get("step", 0.0),
         }
-        if self._header.cable_model != "ideal":
+        if not self._header.ideal_cables:
             figures["cable_tension_N"] = {
                 "min": low.get("cable tension", 0.0),
                 "max": high.get("cable tension", 0.0),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables import read_exits
 from cdpr.log.run import Header
 from cdpr.log.topics import STAMPED, Group, Topic, ros_pose
 from cdpr.model import rotations
@@ -114,13 +115,25 @@ def _marker_rows(header: Header, rows: Array) -> Array:
     np.concatenate([rows[:, run] for run in ros_pose(layout)], axis=1, out=source[:, 10 * m :])
     with np.errstate(all="ignore"):  # a diverged run is drawn too, as far as it goes
         R = rotations.matrix(rows[:, layout.columns["orientation"]].T)  # (3, 3, n)
-        points[:, :, 0] = anchors[:, :3]
         points[:, :, 1] = rows[:, None, layout.columns["position"]]
         for j in range(3):  # R @ B_i, without matmul, whose last bit depends on the machine
             points[:, :, 1] += R[:, None, j].T * anchors[:, None, 3 + j]
+        points[:, :, 0] = _frame_ends(header, anchors, points[:, :, 1])
         tension = layout.columns.get("cable_tension", layout.columns["tension"])
         colours[:] = _ramp(rows[:, tension], header)[:, :, None]
     return source
+
+
+def _frame_ends(header: Header, anchors: Array, tips: Array) -> Array:
+    """Return where the cables to `tips` (n, m, 3) leave the frame: (m, 3) where that is fixed, else (n, m, 3)."""
+    if not header.exits:
+        return anchors[:, :3]
+    from cdpr.cables.lines import rows
+    from cdpr.mechanics.geometry import leaving
+
+    points = np.empty(tips.shape)
+    leaving(rows(anchors, read_exits(header.exits)), np.ascontiguousarray(tips), points)
+    return points
 
 
 def _ramp(tension: Array, header: Header) -> Array:

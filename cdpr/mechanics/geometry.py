@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
-from cdpr.cables.lines import ANCHORS, CARRY, LEAVE, SIGNATURES, WOUND
+from cdpr.cables.lines import ANCHORS, CARRY, LEAD, LEAVE, SIGNATURES
 from cdpr.model.address import caller
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import Quaternion, Vector, cross, dot, quaternion, rotate, vector
 from cdpr.model.robot import Array
 
-leave, wound, carry = (caller(SIGNATURES[name]) for name in ("leave", "wound", "carry"))
+leave, lead, carry = (caller(SIGNATURES[name]) for name in ("leave", "lead", "carry"))
 
 
 @kernel
@@ -27,12 +27,12 @@ def exit_point(lines: Array, i: int, P: Vector) -> Vector:
 
 
 @kernel
-def wound_length(lines: Array, i: int, P: Vector) -> float:
-    """Return the length of cable i, m, that lies on its exit."""
-    if lines.shape[1] > ANCHORS and lines[i, WOUND] != 0.0:
-        length: float = wound(lines[i, WOUND], lines[i], P)
-        return length
-    return 0.0
+def exit_point_and_length(lines: Array, i: int, P: Vector) -> tuple[float, float, float, float]:
+    """Return that point, and the length of cable, m, that lies on the exit."""
+    if lines.shape[1] > ANCHORS and lines[i, LEAD] != 0.0:
+        led: tuple[float, float, float, float] = lead(lines[i, LEAD], lines[i], P)
+        return led
+    return (lines[i, 0], lines[i, 1], lines[i, 2], 0.0)
 
 
 @kernel
@@ -57,7 +57,7 @@ def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Ar
     for i in range(lines.shape[0]):
         b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
         P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
-        E = exit_point(lines, i, P)
+        E = exit_point_and_length(lines, i, P)
         l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
         norm = math.sqrt(dot(l, l))
         u = (l[0] / norm, l[1] / norm, l[2] / norm)
@@ -68,7 +68,7 @@ def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Ar
         W[3, i] = c[0]
         W[4, i] = c[1]
         W[5, i] = c[2]
-        length[i] = norm + wound_length(lines, i, P)
+        length[i] = norm + E[3]
         rate[i] = -dot(u, v) - dot(c, omega)
 
 
@@ -120,3 +120,13 @@ def cable_wrench(lines: Array, p: Vector, q: Quaternion, tension: Array) -> tupl
         my += c[1]
         mz += c[2]
     return (fx, fy, fz), (mx, my, mz)
+
+
+@kernel
+def leaving(lines: Array, tips: Array, points: Array) -> None:
+    """Write where the cables leave the frame, (K, m, 3), m, world, for platform anchors at `tips` (K, m, 3)."""
+    for k in range(tips.shape[0]):
+        for i in range(lines.shape[0]):
+            E = exit_point(lines, i, vector(tips[k, i], 0))
+            for j in range(3):
+                points[k, i, j] = E[j]

@@ -10,21 +10,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdpr.cables.winch import INERTIA, LOWEST, RADIUS, drum_acceleration, elastic_tension, friction, pack, start_elastic
+from cdpr.cables import chain_of
+from cdpr.cables.pack import HELD, LOWEST, PULL, REST, SIGNATURES, SPAN, TURN, WINCH, pack
 from cdpr.mechanics.body_frame import BodyFrame, applied_wrench
 from cdpr.mechanics.geometry import cable_geometry, wrench_matrix_rate
 from cdpr.model import Robot
+from cdpr.model.address import caller
 from cdpr.model.cholesky import factorise, solve
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import inverse_dynamics, quaternion, vector
 from cdpr.model.robot import Array
 
+held, turn, pulled, rest = (caller(SIGNATURES[name]) for name in ("held", "turn", "pull", "rest"))
+
 
 class Fixed(NamedTuple):
-    """What stays: body frame, winches and gravity."""
+    """What stays: body frame, winches, spans and gravity."""
 
-    elastic: bool  # else rigid
-    cables: Array  # (m, 8), as `winch.pack` says
+    stretches: bool  # whether some cable does
+    cables: Array  # as `cdpr.cables.pack` says
     lines: Array  # as `cdpr.cables.lines` says, B_i in the body frame, m
     offset: Array  # (7,), as `BodyFrame` says
     inertial: Array  # (13,), mass, centre of mass (3) and inertia (3, 3), body frame; laid out as `Robot.inertial`
@@ -38,7 +42,7 @@ class Live(NamedTuple):
     command: Array  # (m,), N
     external: Array  # (6,), wrench at the platform's origin
     body: Array  # (13,), state of the body frame
-    winch: Array  # (2 m,), unstretched lengths, m, and drum speeds, rad/s; NaN before the start; not used if rigid
+    winch: Array  # (2 m,), unwound lengths, m, and drum speeds, rad/s; NaN before the start; 0 of what does not stretch
     tension: Array  # (m,), N
     highest: Array  # (m,), largest size of each tension since the start, N
     applied: Array  # (6,), wrench of cables and `external` about the body frame's origin, world axes
@@ -48,6 +52,7 @@ class Live(NamedTuple):
     work: Array  # (1,), of the cables on the platform since the start, J
     W_rate: Array  # (6, m), and from here work space
     light: Array  # (m,), tensions without the drums' inertia, N
+    mass: Array  # (m,), what that inertia is along the cable, kg
     pulls: Array  # (m,), 1 for each cable that pulls, 0 for one that hangs slack
     system: Array  # (6, 6)
     vectors: Array  # (5, 6)
@@ -61,8 +66,8 @@ def fixed(robot: Robot, frame: BodyFrame, gravity: Array) -> Fixed:
         inertial = robot.inertial.copy()
     free = np.zeros(6)
     free[robot.rows] = 1.0
-    elastic = robot.cable_model == "elastic"
-    return Fixed(elastic, pack(robot), frame.lines, frame.offset, inertial, free, np.array(gravity))
+    stretches = any(chain_of(robot, cable).stretches for cable in robot.cables)
+    return Fixed(stretches, pack(robot).copy(), frame.lines, frame.offset, inertial, free, np.array(gravity))
 
 
 def live(m: int, command: Array, external: Array, body: Array, applied: Array) -> Live:
@@ -81,6 +86,7 @@ def live(m: int, command: Array, external: Array, body: Array, applied: Array) -
         work=np.zeros(1),
         W_rate=np.zeros((6, m)),
         light=np.zeros(m),
+        mass=np.zeros(m),
         pulls=np.zeros(m),
         system=np.zeros((6, 6)),
         vectors=np.zeros((5, 6)),
@@ -102,29 +108,46 @@ def settle(fixed: Fixed, live: Live) -> None:
 
 @kernel
 def step(fixed: Fixed, live: Live, h: float) -> None:
-    """Settle, then advance the winches by h as semi-implicit engines do: drum speeds, with them unstretched lengths."""
+    """Settle, then advance the winches by h as semi-implicit engines do: speeds, with them unwound lengths."""
     settle(fixed, live)
-    if fixed.elastic:
+    if fixed.stretches:
         m = fixed.cables.shape[0]
         winch = live.winch
         for i in range(m):
-            winch[m + i] += h * drum_acceleration(fixed.cables, i, live.command[i], live.tension[i], winch[m + i])
-            winch[i] -= h * fixed.cables[i, RADIUS] * winch[m + i]
+            if fixed.cables[i, PULL] != 0.0:
+                winch[m + i] += h * speeding(fixed, live, i)
+                winch[i] -= h * fixed.cables[i, WINCH] * winch[m + i]
+
+
+@kernel
+def speeding(fixed: Fixed, live: Live, i: int) -> float:
+    """Return by how much a second the speed of winch i grows under the tension of its cable."""
+    row = fixed.cables[i]
+    speed = live.winch[fixed.cables.shape[0] + i]
+    growth: float = turn(row[TURN], row[WINCH:SPAN], live.command[i], live.tension[i], speed)
+    return growth
+
+
+@kernel
+def start(fixed: Fixed, live: Live) -> None:
+    """Write unwound lengths and speeds at which each tension is its command and no cable stretches further."""
+    m = fixed.cables.shape[0]
+    for i in range(m):
+        row = fixed.cables[i]
+        live.winch[i], live.winch[m + i] = 0.0, 0.0
+        if row[PULL] != 0.0:
+            live.winch[i] = rest(row[REST], row[SPAN:], live.length[i], live.command[i])
+            live.winch[m + i] = -live.rate[i] / row[WINCH]
 
 
 @kernel
 def pull(fixed: Fixed, live: Live) -> None:
     """Write the tensions, and the wrench that they and the external one apply, where `length`, `rate` and W are of."""
     m = fixed.cables.shape[0]
-    if fixed.elastic:
-        if live.winch[0] != live.winch[0]:
-            start_elastic(fixed.cables, live.command, live.length, live.rate, live.winch)
-        for i in range(m):
-            live.tension[i] = elastic_tension(
-                fixed.cables, i, live.length[i], live.rate[i], live.winch[i], live.winch[m + i]
-            )
-    else:
-        rigid_tensions(fixed, live)
+    if fixed.stretches and live.winch[0] != live.winch[0]:
+        start(fixed, live)
+    if tell(fixed, live):
+        share(fixed, live)
     applied_wrench(fixed.lines, fixed.offset, live.tension, live.external, live.body, live.applied)
     for i in range(m):
         size = abs(live.tension[i])
@@ -133,23 +156,40 @@ def pull(fixed: Fixed, live: Live) -> None:
 
 
 @kernel
-def rigid_tensions(fixed: Fixed, live: Live) -> None:
-    """Write the tensions of rigid cables.
-
-    T = max(0, t - m w . twist') with t the tension without the drums' inertia, m = I / r^2 and w the cable's column of
-    W. Which cables pull is found by turns: with those of the last turn the platform's acceleration is solved for, and
-    that says which do. One turn is enough where all pull.
-    """
-    cables, W, tension, light, pulls = fixed.cables, live.W, live.tension, live.light, live.pulls
-    m = cables.shape[0]
-    wrench_matrix_rate(fixed.lines, live.body, live.W_rate)
+def tell(fixed: Fixed, live: Live) -> bool:
+    """Write tensions free of the drums' inertia, and what that is along the cables; tell whether any has some."""
+    m = fixed.cables.shape[0]
+    swinging, heavy = False, False
     for i in range(m):
-        swing = 0.0  # l'' of a platform that does not accelerate
-        for j in range(6):
-            swing -= live.W_rate[j, i] * live.body[7 + j]
-        radius = cables[i, RADIUS]
-        lost = friction(cables, i, -live.rate[i] / radius) / radius
-        light[i] = live.command[i] - lost + cables[i, INERTIA] / (radius * radius) * swing
+        row = fixed.cables[i]
+        live.mass[i] = 0.0
+        if row[PULL] != 0.0:
+            unwound, stretching = live.winch[i], live.rate[i] + row[WINCH] * live.winch[m + i]
+            live.light[i] = pulled(row[PULL], row[SPAN:], live.length[i], unwound, stretching, row[LOWEST])
+        else:
+            if not swinging:
+                wrench_matrix_rate(fixed.lines, live.body, live.W_rate)
+                swinging = True
+            swing = 0.0  # l'' of a platform that does not accelerate
+            for j in range(6):
+                swing -= live.W_rate[j, i] * live.body[7 + j]
+            live.light[i], live.mass[i] = held(row[HELD], row[WINCH:SPAN], live.command[i], live.rate[i], swing)
+            heavy = heavy or live.mass[i] != 0.0
+        live.tension[i] = live.light[i]
+    return heavy
+
+
+@kernel
+def share(fixed: Fixed, live: Live) -> None:
+    """Take from the tensions what the drums' inertia needs to go with the platform.
+
+    T = max(0, t - m w . twist') with t the tension without it, m the mass that it is along the cable and w the cable's
+    column of W. Which cables pull is found by turns: with those of the last turn the platform's acceleration is solved
+    for, and that says which do. One turn is enough where all pull.
+    """
+    W, tension, light, mass, pulls = live.W, live.tension, live.light, live.mass, live.pulls
+    m = tension.shape[0]
+    for i in range(m):
         pulls[i] = 1.0
     acceleration = live.vectors[0]
     for _ in range(2 * m + 2):
@@ -158,18 +198,21 @@ def rigid_tensions(fixed: Fixed, live: Live) -> None:
         applied_wrench(fixed.lines, fixed.offset, tension, live.external, live.body, live.applied)
         mass_matrix(fixed, live)
         for i in range(m):
-            reflected = pulls[i] * cables[i, INERTIA] / (cables[i, RADIUS] * cables[i, RADIUS])
+            reflected = pulls[i] * mass[i]
             for j in range(6):
                 for k in range(j + 1):
                     live.system[j, k] += reflected * W[j, i] * W[k, i] * fixed.free[j] * fixed.free[k]
         accelerate(fixed, live)
         changed = False
         for i in range(m):
+            if mass[i] == 0.0:
+                tension[i] = light[i]
+                continue
             along = 0.0
             for j in range(6):
                 along += W[j, i] * acceleration[j]
-            tension[i] = light[i] - cables[i, INERTIA] / (cables[i, RADIUS] * cables[i, RADIUS]) * along
-            slack = tension[i] < cables[i, LOWEST]
+            tension[i] = light[i] - mass[i] * along
+            slack = tension[i] < fixed.cables[i, LOWEST]
             changed = changed or slack == (pulls[i] == 1.0)
             pulls[i] = 0.0 if slack else 1.0
             if slack:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cdpr.cables import chain_of
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model import Robot
@@ -84,19 +85,21 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     still = np.concatenate([state[:7], np.zeros(6)])
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
     mass = np.array(columns).T[rows]
-    winches = [cable.winch for cable in robot.cables if cable.winch is not None]
-    drums = np.array([winch.inertia / winch.drum_radius**2 for winch in winches])
-    slopes = [winch.viscous_friction + winch.coulomb_friction / winch.coulomb_speed for winch in winches]
-    losses = np.array([slope / winch.drum_radius**2 for slope, winch in zip(slopes, winches, strict=True)])
-    if robot.cable_model == "rigid":
-        return Oscillator(mass + W * drums @ W.T, W * losses @ W.T, np.zeros_like(mass))
-    n, m = W.shape
-    B = np.vstack([W, np.eye(m)])
-    M, C = np.zeros((n + m, n + m)), np.zeros((n + m, n + m))
-    M[:n, :n], M[n:, n:] = mass, np.diag(drums)
-    C[n:, n:] = np.diag(losses)
-    stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables]) / length
-    damping = np.array([cable.damping for cable in robot.cables])
+    chains = [chain_of(robot, cable) for cable in robot.cables]
+    drums, losses = np.zeros(robot.m), np.zeros(robot.m)
+    for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
+        winch = cable.winch
+        if winch is not None and not chain.immediate:
+            drums[i] = winch.inertia / winch.drum_radius**2
+            losses[i] = (winch.viscous_friction + winch.coulomb_friction / winch.coulomb_speed) / winch.drum_radius**2
+    own = np.array([chain.stretches for chain in chains])  # drums that turn by themselves
+    carried, n, k = W[:, ~own], len(W), int(own.sum())
+    B = np.vstack([W[:, own], np.eye(k)])
+    M, C = np.zeros((n + k, n + k)), np.zeros((n + k, n + k))
+    M[:n, :n], M[n:, n:] = mass + carried * drums[~own] @ carried.T, np.diag(drums[own])
+    C[:n, :n], C[n:, n:] = carried * losses[~own] @ carried.T, np.diag(losses[own])
+    stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables])[own] / length[own]
+    damping = np.array([cable.damping for cable in robot.cables])[own]
     return Oscillator(M, C + B * damping @ B.T, B * stiffness @ B.T)
 
 

@@ -19,6 +19,7 @@ from numba.extending import intrinsic
 NUMBER = types.float64
 VECTOR = types.UniTuple(types.float64, 3)
 PAIR = types.UniTuple(types.float64, 2)
+LED = types.UniTuple(types.float64, 4)  # a vector and a number
 ROW = types.Array(types.float64, 1, "C")
 
 # Kernels by address, held as long as the process lives: an address is valid as long as its kernel.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from cdpr.model.shapes import Frame, Shape
 
 Array = NDArray[np.float64]
-
-CableModel = Literal["ideal", "rigid", "elastic"]
 
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -37,7 +35,10 @@ class CableExit(Protocol):
     """Where a cable leaves the frame, as `cdpr.cables` describes it; see there."""
 
     kernels: ClassVar[str]
-    type: str
+
+    @property
+    def type(self) -> str:
+        """Its name in `cdpr.cables`."""
 
     def numbers(self) -> Sequence[float]:
         """Return what the kernels take."""
@@ -78,6 +79,7 @@ class Cable:
     speed_max: float | None = None  # m/s
     winch: Winch | None = None
     exit: CableExit | None = None  # a point, the anchor, unless said
+    model: str | None = None  # the robot's cable_model unless said
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,7 @@ class Robot:
     dof: tuple[str, ...] = DOF_NAMES
     unilateral: bool = True  # False: rigid legs that may also push
     home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
-    cable_model: CableModel = "ideal"  # how commands become tensions: see `cdpr.cables`
+    cable_model: str = "ideal"  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
     frame: Frame | None = None
 
     @property

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.cables import immediate
 from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
@@ -47,7 +48,7 @@ class RigidBodyBackend(Backend):
         )
         self._publish = partial(to_platform, frame.offset, self.body, self.state)
         self.winches: Winches | None = None
-        if robot.cable_model != "ideal":
+        if not immediate(robot):
             self.winches = winches = Winches(
                 robot, frame, self.gravity, self.command, self.external, self.body, self.applied, physics_step
             )

@@ -61,7 +61,7 @@ def errors(run: Run) -> Chart:
 def tensions(run: Run) -> Chart:
     """Draw the tension of each cable, and the limits; where cables are not ideal, also how commands differ."""
     tension = _tension(run, height=3.0)
-    if run.header.cable_model == "ideal":
+    if run.header.ideal_cables:
         return stack(run, (tension,))
     more = (_per_cable(run, "friction"),)
     return stack(run, (tension, Panel("command minus tension (N)", more, _cable_entries(run), 1e-3)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Sequence
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -51,7 +51,7 @@ def write_svg(scene: Scene, file: pathlib.Path, label: str) -> None:
 @styled
 def draw(scene: Scene) -> Chart:
     """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
-    A, B = scene.anchors[:, :3], scene.anchors[:, 3:]
+    A = scene.anchors[:, :3]
     sane = np.concatenate([A, scene.position if scene.desired is None else scene.desired])
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
@@ -81,7 +81,7 @@ def draw(scene: Scene) -> Chart:
         _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
     entries = [_world_axes(axes, view, low, size)]
     if rows:
-        entries += _motion(axes, scene, view, rows, A, B)
+        entries += _motion(axes, scene, view, rows)
     _write_labels(axes, labels, hull.mean(axis=0), reach)
     if not short:
         named = zip(names, scene.cables, cable_looks(scene.cables), strict=True)
@@ -139,22 +139,25 @@ def _world_axes(axes: Axes, view: Array, corner: Array, size: float) -> Entry:
     return f"axes, {length:g} m long", {"color": AXES[0], "linewidth": 2.2}
 
 
-def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int], A: Array, B: Array) -> list[Entry]:
+def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int]) -> list[Entry]:
     """Draw cables and platform in the first and the last of `rows`, and the path in between."""
     start, end = rows[0], rows[-1]
     moves = len(scene.time) > 1
     if moves:
         p, R = scene.position[start], rotations.matrix(scene.orientation[start])
-        _segments(axes, view, list(zip(A, p + B @ R.T, strict=True)), **START, zorder=1.5)
+        frame, tips, _ = scene.ways(start)
+        _segments(axes, view, list(zip(frame, tips, strict=True)), **START, zorder=1.5)
         _platform(axes, scene, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
     face = scene.colours.get("platform", "#e9eef4")
     _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
-    tips = p + B @ R.T
-    for name, a, b, look in zip(scene.cables, A, tips, cable_looks(scene.cables), strict=True):
+    frame, tips, outlines = scene.ways(end)
+    for line in outlines:
+        _segments(axes, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
+    for name, a, b, look in zip(scene.cables, frame, tips, cable_looks(scene.cables), strict=True):
         if name not in scene.broken:
             _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
-    x, y = view[:2] @ np.concatenate([A, tips]).T
+    x, y = view[:2] @ np.concatenate([frame, tips]).T
     axes.add_artist(Line2D(x, y, linestyle="", marker="o", markersize=2.6, color=INK, zorder=3.5))
     if not moves:
         return []

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from pydantic import TypeAdapter, ValidationError
 
+from cdpr.cables import COMMANDED, MODELS
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
@@ -76,11 +77,19 @@ class EventChecks(Checks):
         return not text
 
     def _need_ideal_cables(self, events: Places) -> None:
-        model = self.document.get(("robot", "cable", "model"))
+        common = self.document.get(("robot", "cable", "model")) or COMMANDED
+        cables = self.document.get(("robot", "cables"))
+        own = (
+            [cable.get("model") or common for cable in cables if isinstance(cable, dict)]
+            if isinstance(cables, list)
+            else [common]
+        )
+        others = [model for model in map(str, own) if model in MODELS and not MODELS[model].immediate]
         if self.document.get(("actuators",)) is not None:
             text = "happens to ideal cables only, and there are actuators: remove it or them"
-        elif model in ("rigid", "elastic"):
-            text = f"happens to ideal cables only, and robot.cable.model is {model}: remove it or set that to ideal"
+        elif others:
+            ideal = f"remove it or set that to {COMMANDED}"
+            text = f"happens to ideal cables only, and robot.cable.model is {others[0]}: {ideal}"
         else:
             return
         for i, event in events:

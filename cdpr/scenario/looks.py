@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from cdpr.cables.exit import Exit
 from cdpr.fields import ZERO, Colour, Position, Positive, Section, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array, frozen_array
@@ -117,6 +118,10 @@ class FrameSection(Section):
         R = rotations.matrix(self.attitude)
         turned = [here[..., j, None] * R[:, j] for j in range(3)]  # no matmul: its last bit depends on the machine
         return turned[0] + turned[1] + turned[2] + self.position
+
+    def leaving(self, exit_: Exit | None) -> Exit | None:
+        """Return an exit that is given in the axes of the base, in those of the world."""
+        return exit_.turned(rotations.matrix(self.attitude)) if exit_ and self.moved else exit_
 
     def build(self, anchors: Array) -> Frame:
         """Return the frame of the model, around anchors (m, 3) given from its base."""

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr.cables import MODELS
+from cdpr.cables.chain import NAMED
 from cdpr.model.rotations import held_upright, multiply
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.files import UnreadableError
@@ -14,8 +16,6 @@ from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.mesh import box_around
 from cdpr.scenario.problems import Path, dotted, exact, shown
 from cdpr.scenario.robot_schema import (
-    NEEDED,
-    NEEDS,
     CableSection,
     CablesSection,
     CableTension,
@@ -86,16 +86,21 @@ class RobotChecks(Checks):
         given = self.document.get((*self.root, "cables"))
         if common is None or not isinstance(given, list):
             return
-        for name in NEEDED[common.model]:
+        for name in NAMED:
             shared = (*self.root, "winch") if name == "winch" else (*self.root, "cable", name)
             if self.document.get(shared) is not None:
                 continue
-            lacking = [i for i, cable in enumerate(given) if isinstance(cable, dict) and cable.get(name) is None]
-            names = [str(given[i].get("name") or f"cable_{i + 1}") for i in lacking]
-            if names:
+            lacking: dict[str, list[int]] = {}
+            for i, cable in enumerate(given):
+                if isinstance(cable, dict) and cable.get(name) is None:
+                    model = str(cable.get("model") or common.model)
+                    if model in MODELS and name in MODELS[model].needs:
+                        lacking.setdefault(model, []).append(i)
+            for model, places in lacking.items():
+                names = [str(given[i].get("name") or f"cable_{i + 1}") for i in places]
                 listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
                 text = (
-                    f"cable.model {common.model} needs {NEEDS[name]} of each cable: "
+                    f"cable.model {model} needs {NAMED[name]} of each cable: "
                     f"give {dotted(shared[len(self.root) :])} for all, or {name} of cable {listed}"
                 )
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)

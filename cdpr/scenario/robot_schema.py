@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from cdpr.cables import COMMANDED, MODELS, AnyExit
+from cdpr.cables.chain import PROPERTIES
 from cdpr.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Cable, Platform, Robot, Winch, rotations
-from cdpr.model.robot import Array, CableModel, frozen_array
+from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
@@ -19,16 +21,12 @@ MAX_CABLES = 256
 TRIANGLE_TOLERANCE = 1e-5
 DEFINITE_TOLERANCE = 1e-12
 
-# Properties of cables that a run takes no notice of, by cable model.
-UNUSED = {
-    "ideal": ("diameter", "axial_stiffness", "damping", "linear_density", "winch"),
-    "rigid": ("diameter", "axial_stiffness", "damping", "linear_density"),
-    "elastic": ("diameter", "linear_density"),
-}
+EXIT = "where the cable leaves the frame: a point, its anchor, unless said"
 
-# What each cable model must know of every cable.
-NEEDED: dict[str, tuple[str, ...]] = {"ideal": (), "rigid": ("winch",), "elastic": ("winch", "axial_stiffness")}
-NEEDS = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}
+if TYPE_CHECKING:
+    CableModel = str
+else:
+    CableModel = Literal[tuple(MODELS)]
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -166,7 +164,7 @@ class CablesSection(Section):
     """What all cables have in common."""
 
     model: CableModel = Field(
-        "ideal",
+        COMMANDED,
         description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
         "or by a winch and the cable's elasticity (elastic)",
     )
@@ -174,11 +172,15 @@ class CablesSection(Section):
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
     )
     damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
+    exit: AnyExit | None = Field(None, description=EXIT)
 
 
 class CableSection(Section):
     """One cable between the frame and the platform."""
 
+    model: CableModel | None = Field(
+        None, description="how this cable's command becomes its tension; as of all unless said"
+    )
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
     frame: Position = Field(
         description="anchor A_i on the fixed frame, world, or from the robot's base if `frame` moves it",
@@ -195,6 +197,7 @@ class CableSection(Section):
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
     winch: WinchSection | None = Field(None, description="winch of this cable alone; the robot's unless said")
+    exit: AnyExit | None = Field(None, description=f"{EXIT}; that of all cables unless said")
 
 
 class Home(Section):
@@ -267,9 +270,12 @@ class RobotSection(Section):
         return self.model_copy(update={"cables": cables})
 
     def unused(self) -> list[str]:
-        """Return the properties, given for some cable or for all, that the cable model does not use."""
+        """Return the properties, given for some cable or for all, that no cable's model uses."""
         keys = []
-        for name in UNUSED[self.cable.model]:
+        chains = [MODELS[cable.model or self.cable.model] for cable in self.cables]
+        for name in PROPERTIES:
+            if not all(name in chain.unused for chain in chains):
+                continue
             if any(getattr(cable, name) is not None for cable in self.cables):
                 keys.append(f"cables[*].{name}")
             if name == "winch" and self.winch is not None:
@@ -286,11 +292,11 @@ class RobotSection(Section):
     def _cable(self, i: int) -> Cable:
         cable = self.cables[i]
         low, high = limits(self.tension, cable, i)
-        length = cable.length or LengthLimits()
+        length, base = cable.length or LengthLimits(), self.frame or FrameSection()
         winch = self._own(cable, "winch")
         return Cable(
             name=cable_name(cable, i),
-            frame=frozen_array((self.frame or FrameSection()).placed(cable.frame)),
+            frame=frozen_array(base.placed(cable.frame)),
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,
@@ -302,6 +308,8 @@ class RobotSection(Section):
             length_max=length.max,
             speed_max=cable.speed_max,
             winch=winch.build() if winch else None,
+            exit=base.leaving(self._own(cable, "exit")),
+            model=cable.model,
         )
 
 

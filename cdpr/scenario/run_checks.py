@@ -14,7 +14,7 @@ from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.problems import Path, exact
-from cdpr.scenario.robot_schema import cable_name
+from cdpr.scenario.robot_schema import CablesSection, cable_name
 from cdpr.scenario.schema import Log, Simulation
 
 RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
@@ -47,14 +47,16 @@ class RunChecks(Checks):
             return
         cables = list(self.cables(("robot",)))
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
-        R = rotations.matrix(initial.orientation.quaternion())
+        tips = anchors[:, 1] @ rotations.matrix(initial.orientation.quaternion()).T + initial.position
+        common = self.section(CablesSection, ("robot", "cable"))
         base = self.section(FrameSection, ("robot", "frame")) or FrameSection()
-        lengths = np.linalg.norm(base.placed(anchors[:, 0]) - initial.position - anchors[:, 1] @ R.T, axis=1)
-        for (i, cable), length in zip(cables, lengths, strict=True):
-            if length < MIN_LENGTH:
-                name = cable_name(cable, i)
-                text = f"cable '{name}' has no length here: its two anchors coincide, so it has no direction"
-                self.say(("initial", "position"), text)
+        for (i, cable), frame, tip in zip(cables, base.placed(anchors[:, 0]), tips, strict=True):
+            leaves = base.leaving(cable.exit or (common.exit if common else None))
+            why = leaves.obstacle(frame.tolist(), tip.tolist()) if leaves else ""
+            if np.linalg.norm(frame - tip) < MIN_LENGTH:
+                why = "its two anchors coincide, so it has no direction"
+            if why:
+                self.say(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")
 
     def _steps(self, simulation: Simulation) -> None:
         duration, control, physics = simulation.duration, simulation.control_step, simulation.physics_step

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
@@ -130,7 +131,12 @@ class Scenario:
     @property
     def cable_model(self) -> str:
         """What turns commands into tensions: the robot's model, or "fmu"."""
-        return self.robot.cable_model if self.actuators is None else "fmu"
+        return model_of(self.robot) if self.actuators is None else "fmu"
+
+    @property
+    def ideal_cables(self) -> bool:
+        """Whether the tensions of all cables are their commands."""
+        return self.actuators is None and immediate(self.robot)
 
     @property
     def log_every(self) -> int:

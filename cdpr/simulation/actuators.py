@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from cdpr.cables import ACTUATED, with_model
 from cdpr.cables.lines import lines
 from cdpr.errors import CdprError, FmuError
 from cdpr.fmu.archive import Archive, open_archive
@@ -185,7 +185,7 @@ def _stability(scenario: Scenario, entry: Registered) -> dict[str, Any]:
     robot, step = scenario.robot, scenario.simulation.physics_step
     if not _complete(robot):
         return {"stability": "not known: give the robot cable.axial_stiffness and winch, or compare with half the step"}
-    about = oscillator(replace(robot, cable_model="elastic"), scenario.initial.state())
+    about = oscillator(with_model(robot, ACTUATED), scenario.initial.state())
     declared = entry.properties(scenario.backend_options(entry.info.name))  # type: ignore[arg-type]
     semi_implicit = declared.get("scheme") != "rk4"
 

@@ -11,6 +11,7 @@ from typing import cast, get_args
 import numpy as np
 
 from cdpr import __version__
+from cdpr.cables import COMMANDED, exits_of, with_model
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
@@ -49,7 +50,7 @@ def build(scenario: Scenario) -> Parts:
             believed or robot, gravity, simulation.control_step, scenario.controller_options
         )
         made.callback(controller.close)
-        plant = robot if scenario.actuators is None else replace(robot, cable_model="ideal")
+        plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
         backend: Backend = chosen["backend"].make(
             plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
@@ -74,7 +75,7 @@ def build(scenario: Scenario) -> Parts:
             substeps=simulation.substeps,
             output=_output(chosen["controller"], controller),
             events=scenario.events,
-            ideal_cables=scenario.cable_model == "ideal",
+            ideal_cables=scenario.ideal_cables,
             columns=columns_of(scenario),
         )
         made.pop_all()
@@ -119,6 +120,7 @@ def make_header(scenario: Scenario) -> Header:
         log_every=scenario.log_every,
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
+        exits=exits_of(robot),
         columns=columns_of(scenario),
         frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
         colours=robot.colours,

@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
+from cdpr.cables import COMMANDED
 from cdpr.errors import CdprError, PluginError
 from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
 
 
 def check_cables(scenario: Scenario, backend: Registered) -> None:
-    """Refuse a backend that would take winches for ideal cables, and a step with which they swing themselves up.
+    """Refuse a backend that would take winches for ideal cables or pulleys for points, and a step that is too long.
+
+    Too long is one with which the winches swing themselves up.
 
     Raises PluginError and CdprError.
     """
     robot, step = scenario.robot, scenario.simulation.physics_step
-    if scenario.cable_model in ("ideal", "fmu"):
-        return
     declared = backend.properties(scenario.backend_options(backend.info.name))  # type: ignore[arg-type]
-    known = declared.get("cable_models", ("ideal",))
-    if not isinstance(known, tuple | list) or robot.cable_model not in known:
-        raise PluginError(
-            f"backend '{backend.info.name}' does not know robot.cable.model {robot.cable_model}: choose another "
-            "backend, or set robot.cable.model to ideal"
-        )
+    exits = declared.get("exits", ())
+    known_exits = exits if isinstance(exits, tuple | list) else ()
+    for cable in robot.cables:
+        if cable.exit is not None and cable.exit.kernels and cable.exit.type not in known_exits:
+            raise PluginError(
+                f"backend '{backend.info.name}', as it is set, lets all cables leave the frame at their anchors, and "
+                f"cable '{cable.name}' has exit {cable.exit.type}: choose another backend, or its default cables, or "
+                "leave the exit away"
+            )
+    if scenario.actuators is not None or scenario.ideal_cables:
+        return
+    known = declared.get("cable_models", (COMMANDED,))
+    for model in sorted({cable.model or robot.cable_model for cable in robot.cables}):
+        if not isinstance(known, tuple | list) or model not in known:
+            raise PluginError(
+                f"backend '{backend.info.name}' does not know robot.cable.model {model}: choose another "
+                f"backend, or set robot.cable.model to {COMMANDED}"
+            )
     from cdpr.mechanics.stability import longest, oscillator, stable
 
     about = oscillator(robot, scenario.initial.state())

@@ -33,7 +33,7 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     """
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
-    first = FIRST if scenario.cable_model == "ideal" else FIRST + WINCHED
+    first = FIRST if scenario.ideal_cables else FIRST + WINCHED
     more = (*LATER, *(BELIEVED if scenario.believed else ()), *declared)
     found = clash((*first, *more), [cable.name for cable in scenario.robot.cables])
     if found is not None:

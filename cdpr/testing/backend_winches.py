@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from cdpr.cables import MODELS
 from cdpr.mechanics.energy import energy
 from cdpr.model import Robot, Winch
-from cdpr.model.robot import CableModel
 from cdpr.testing import samples
 from cdpr.testing.backend_physics import NO_WRENCH, ONE_STEP, SHORT
 from cdpr.testing.check import Check, expect, expect_close, needs
@@ -22,7 +22,7 @@ BALANCED = 1e-2  # share of the work that the energy may be off by; an engine of
 APART = 1.0  # N, by which commands of some hundred newtons and tensions differ at least, by friction and inertia
 
 
-def winched(model: CableModel) -> Robot:
+def winched(model: str) -> Robot:
     """The free robot on winches."""
     robot = samples.free()
     cables = tuple(replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING) for c in robot.cables)
@@ -32,13 +32,14 @@ def winched(model: CableModel) -> Robot:
 def winches_pull_as_told(subject: BackendSubject) -> None:
     """On winches the platform moves under the tensions told and by the work told, and these are not the commands."""
     models = subject.properties.get("cable_models", ())
-    needs(isinstance(models, list | tuple) and {"rigid", "elastic"} & set(models), "it declares no winches")
+    wound = [name for name, chain in MODELS.items() if not chain.immediate]
+    needs(isinstance(models, list | tuple) and set(wound) & set(models), "it declares no winches")
     start = samples.state(np.random.default_rng(16), speed=0.2, tilt=0.2)
     tension = np.empty(8)
-    for model in ("rigid", "elastic"):
+    for model in wound:
         if model not in models:
             continue
-        robot = winched("rigid" if model == "rigid" else "elastic")
+        robot = winched(model)
         backend = subject.make(start, robot, step=SHORT)
         backend.command[:] = 250.0
         backend.read_tension(tension)

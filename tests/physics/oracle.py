@@ -19,6 +19,20 @@ def oracle(robot, gravity, physics_step, options=None):
     return (SemiImplicitEuler if robot.n == 6 else kind)(robot, gravity, physics_step)
 
 
+def exit_points(robot, A, tips):
+    """Where the cables leave the frame: the anchors A, or where the tangent to a swivelling pulley touches it."""
+    points = A.copy()
+    for i, cable in enumerate(robot.cables):
+        if cable.exit is not None:
+            along = np.array(cable.exit.axis) / np.linalg.norm(cable.exit.axis)
+            away = np.cross(np.cross(along, tips[i] - A[i]), along)
+            away /= np.linalg.norm(away)
+            reach = tips[i] - A[i] - cable.exit.radius * away
+            angle = np.arctan2(reach @ along, reach @ away) + np.arccos(cable.exit.radius / np.linalg.norm(reach))
+            points[i] += cable.exit.radius * (away + np.cos(angle) * away + np.sin(angle) * along)
+    return points
+
+
 class SemiImplicitEuler(Backend):
     """A free platform."""
 
@@ -34,7 +48,7 @@ class SemiImplicitEuler(Backend):
         anchors = self.robot.anchors.copy()
         A, B = anchors[:, :3], anchors[:, 3:]
         arms = R.apply(B)
-        lines = A - p - arms
+        lines = exit_points(self.robot, A, p + arms) - p - arms
         pulls = self.command[:, None] * lines / np.linalg.norm(lines, axis=1)[:, None]
         return pulls.sum(axis=0) + self.external[:3], np.cross(arms, pulls).sum(axis=0) + self.external[3:]
 

@@ -50,6 +50,7 @@ CASES = {
     "skewed": ("caroca", SKEWED),
     "plate": ("caroca", PLATE),
     "cogiro": ("cogiro", {}),
+    "pulleys": ("cogiro_pulleys", {}),
     "planar": ("planar", {}),
     "loaded": ("planar", LOADED),
     "point_mass": ("point_mass", {}),

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import GRAVITY, crossed_box, make_robot, random_state
+from oracle import exit_points
 from scipy.integrate import solve_ivp
 
+from cdpr.cables import Pulley
 from cdpr.model import rotations
 from cdpr_backends.reference import ReferenceBackend
 
@@ -40,7 +44,7 @@ def exact(robot, start, seconds, command, external):
         R = rotations.matrix(q)
         omega = y[10:]
         r, arms = R @ c, B @ R.T
-        lines = A - y[:3] - arms
+        lines = exit_points(robot, A, y[:3] + arms) - y[:3] - arms
         pulls = command[:, None] * lines / np.linalg.norm(lines, axis=1)[:, None]
         force = pulls.sum(axis=0) + external[:3]
         moment = np.cross(arms, pulls).sum(axis=0) + external[3:] - np.cross(r, force)
@@ -55,16 +59,27 @@ def exact(robot, start, seconds, command, external):
     return end
 
 
-def test_held_commands_as_an_independent_integrator(offset_robot):
+def over_pulleys(robot):
+    """The robot with pulleys that come from different sides, but for one cable."""
+    axes = np.random.default_rng(4).normal(size=(robot.m - 1, 3))
+    exits = [None, *(Pulley(radius=0.1, axis=tuple(axis)) for axis in axes.tolist())]
+    return replace(robot, cables=tuple(map(lambda cable, own: replace(cable, exit=own), robot.cables, exits)))
+
+
+@pytest.mark.parametrize("pulleys", [False, True])
+def test_held_commands_as_an_independent_integrator(offset_robot, pulleys):
     """Cables, gravity, an external wrench and a centre of mass off the origin, by other equations."""
     rng = np.random.default_rng(3)
+    robot = over_pulleys(offset_robot) if pulleys else offset_robot
     start, command, external = random_state(rng), rng.uniform(20, 120, 8), rng.normal(size=6) * 30
-    ours = travel(offset_robot, start, 1e-3, 0.4, command=command, external=external)
-    assert distance(ours, exact(offset_robot, start, 0.4, command, external)) < EXACT
+    ours = travel(robot, start, 1e-3, 0.4, command=command, external=external)
+    assert distance(ours, exact(robot, start, 0.4, command, external)) < EXACT
 
 
+@pytest.mark.parametrize("pulleys", [False, True])
 @pytest.mark.parametrize("held", [True, False])
-def test_order_is_four(offset_robot, held):
+def test_order_is_four(offset_robot, held, pulleys):
+    offset_robot = over_pulleys(offset_robot) if pulleys else offset_robot
     rng = np.random.default_rng(5)
     start = random_state(rng)
     command = rng.uniform(20, 120, 8) if held else None

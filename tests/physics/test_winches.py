@@ -65,7 +65,7 @@ def tensions(backend):
 
 @pytest.mark.parametrize("robot", [samples.free(), samples.planar(), samples.spherical()], ids=KINDS)
 @pytest.mark.parametrize("name", ALL)
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", [*MODELS, "mixed"])
 def test_semi_implicit_or_exact(name, model, robot):
     """Centre of mass off the origin, friction, an external wrench, a guide: as the equations written anew."""
     robot = on_winches(robot, model)

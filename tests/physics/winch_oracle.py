@@ -21,17 +21,19 @@ HELD = Winch(drum_radius=0.04, inertia=1e9)  # so heavy that it does not turn
 
 
 def on_winches(robot, model, *, stiffness=1e5, damping=50.0, winch=WINCH):
-    """The robot with the same winch and cable everywhere, but no two quite alike."""
+    """The robot with the same winch and cable everywhere, but no two quite alike; if mixed, of different models."""
+    models = ["rigid", "elastic", "elastic", "ideal"] if model == "mixed" else [None]
     cables = tuple(
         replace(
             cable,
             winch=replace(winch, inertia=winch.inertia * (1 + 0.1 * i)),
             axial_stiffness=stiffness * (1 + 0.05 * i),
             damping=damping,
+            model=models[i % len(models)],
         )
         for i, cable in enumerate(robot.cables)
     )
-    return replace(robot, cables=cables, cable_model=model)
+    return replace(robot, cables=cables, cable_model="ideal" if model == "mixed" else model)
 
 
 class Oracle:
@@ -48,6 +50,8 @@ class Oracle:
         self.knee = np.array([winch.coulomb_speed for winch in winches])
         self.EA = np.array([cable.axial_stiffness for cable in robot.cables])
         self.d = np.array([cable.damping for cable in robot.cables])
+        self.models = np.array([cable.model or robot.cable_model for cable in robot.cables])
+        self.elastic = self.models == "elastic"
 
     def friction(self, w):
         return self.b * w + self.c * np.tanh(w / self.knee)
@@ -76,28 +80,41 @@ class Oracle:
         force = m * self.gravity - m * np.cross(omega, np.cross(omega, c))
         return M, np.concatenate([force, np.cross(c, force) - np.cross(omega, inertia @ omega)])
 
-    def solve(self, y, tension=None):
-        """Acceleration (6,), zero where a guide holds, and tensions (m,): rigid unless these are given."""
+    def given(self, y):
+        """Tensions (m,) that do not depend on the acceleration, NaN for rigid cables."""
+        m = self.robot.m
+        tension = np.where(self.models == "ideal", self.command, np.nan)
+        if self.elastic.any():
+            _, _, l, rate, _ = self.geometry(y)  # noqa: E741
+            l0, w = np.where(self.elastic, y[13 : 13 + m], 1.0), y[13 + m : 13 + 2 * m]
+            pull = np.maximum(0.0, self.EA * (l - l0) / l0 + self.d * (rate + self.r * w))
+            tension[self.elastic] = np.where(l > l0, pull, 0.0)[self.elastic]
+        return tension
+
+    def solve(self, y, given=None):
+        """Acceleration (6,), zero where a guide holds, and tensions (m,), unless these are given."""
         arms, u, _, rate, swing = self.geometry(y)
         W = np.vstack([u.T, np.cross(arms, u).T])
         M, h = self.dynamics(y)
         rows, m = self.robot.rows, self.robot.m
         load, M, W = (self.external + h)[rows], M[np.ix_(rows, rows)], W[rows]
-        acceleration = np.zeros(6)
-        if tension is not None:
-            acceleration[rows] = np.linalg.solve(M, W @ tension + load)
-            return acceleration, tension
+        acceleration, given = np.zeros(6), self.given(y) if given is None else given
+        known = ~np.isnan(given)
+        if known.all():
+            acceleration[rows] = np.linalg.solve(M, W @ given + load)
+            return acceleration, given
         pulls = np.ones(m, dtype=bool)
         for _ in range(2 * m):
             # M a - W T = load;  T - (I / r^2) l'' = u - f / r,  l'' = swing - W^T a;  T = 0 where slack
-            ratio = self.inertia / self.r**2
+            ratio = np.where(known, 0.0, self.inertia / self.r**2)
             A = np.block([[M, -W], [ratio[:, None] * W.T, np.eye(m)]])
-            right = np.concatenate([load, self.command - self.friction(-rate / self.r) / self.r + ratio * swing])
+            drums = self.command - self.friction(-rate / self.r) / self.r + ratio * swing
+            right = np.concatenate([load, np.where(known, given, drums)])
             would = A[len(rows) :, : len(rows)], right[len(rows) :]
             A[len(rows) :, : len(rows)][~pulls] = 0.0
             right[len(rows) :][~pulls] = 0.0
             both = np.linalg.solve(A, right)
-            tight = would[1] - would[0] @ both[: len(rows)] >= 0.0
+            tight = known | (would[1] - would[0] @ both[: len(rows)] >= 0.0)
             if np.array_equal(tight, pulls):
                 break
             pulls = tight
@@ -106,25 +123,20 @@ class Oracle:
 
     def tension(self, y):
         """Tensions (m,) at y: state (13,), with elastic cables then unstretched lengths and drum speeds."""
-        if self.robot.cable_model == "rigid":
-            return self.solve(y)[1]
-        m = self.robot.m
-        _, _, l, rate, _ = self.geometry(y)  # noqa: E741
-        l0, w = y[13 : 13 + m], y[13 + m : 13 + 2 * m]
-        return np.where(l > l0, np.maximum(0.0, self.EA * (l - l0) / l0 + self.d * (rate + self.r * w)), 0.0)
+        return self.solve(y)[1]
 
     def start(self, state):
         """The state with the winches as they start."""
-        if self.robot.cable_model == "rigid":
+        if not self.elastic.any():
             return np.array(state)
         _, _, l, rate, _ = self.geometry(state)  # noqa: E741
-        return np.concatenate([state, l / (1 + self.command / self.EA), -rate / self.r])
+        own = np.array([l / (1 + self.command / self.EA), -rate / self.r])
+        return np.concatenate([state, *np.where(self.elastic, own, 0.0)])
 
     def slope(self, _, y):
         y = np.array(y)
         y[3:7] /= np.linalg.norm(y[3:7])
-        tension = self.tension(y)
-        acceleration = self.solve(y, tension)[0]
+        acceleration, tension = self.solve(y)
         w, (a, x, yy, z) = y[10:13], y[3:7]
         turn = 0.5 * np.array(
             [
@@ -135,11 +147,11 @@ class Oracle:
             ]
         )
         body = np.concatenate([y[7:10], turn, acceleration])
-        if self.robot.cable_model == "rigid":
+        if not self.elastic.any():
             return body
         speed = y[13 + self.robot.m :]
         drum = (self.r * (self.command - tension) - self.friction(speed)) / self.inertia
-        return np.concatenate([body, -self.r * speed, drum])
+        return np.concatenate([body, *np.where(self.elastic, [-self.r * speed, drum], 0.0)])
 
     def exact(self, state, seconds):
         """Where it all is after some time, by an integrator of order eight."""
@@ -152,8 +164,7 @@ class Oracle:
         y, m = self.start(state), self.robot.m
         center = self.robot.platform.center_of_mass.copy() if self.robot.n == 6 else np.zeros(3)
         for _ in range(n):
-            tension = self.tension(y)
-            acceleration = self.solve(y, tension)[0]
+            acceleration, tension = self.solve(y)
             R = Rotation.from_quat(y[3:7], scalar_first=True)
             r, omega = R.apply(center), y[10:13]
             speed = y[7:10] + np.cross(omega, r)
@@ -166,8 +177,10 @@ class Oracle:
             y[3:7] = turned.as_quat(scalar_first=True)
             y[7:10] = speed + h * pull - np.cross(omega, turned.apply(center))
             y[10:13] = omega
-            if self.robot.cable_model == "elastic":
+            if self.elastic.any():
                 w = y[13 + m :]
-                w += h * (self.r * (self.command - tension) - self.friction(w)) / self.inertia
+                w += np.where(
+                    self.elastic, h * (self.r * (self.command - tension) - self.friction(w)) / self.inertia, 0.0
+                )
                 y[13 : 13 + m] -= h * self.r * w
         return y

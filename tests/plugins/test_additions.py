@@ -106,6 +106,83 @@ class Rise(Motion):
 '''
 
 
+RING = '''\
+"""A ring that slides without friction on a straight rail: the cable is always square to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from cdpr.cables.exit import Exit
+from cdpr.fields import Vector3
+
+
+class Ring(Exit):
+    """A ring on a rail along x, y or z."""
+
+    kernels: ClassVar[str] = "cdpr.cables.ring.kernels"
+    type: Literal["ring"] = Field(description="a ring that slides on a rail")
+    rail: Vector3 = Field(description="direction of the rail, of length 1")
+
+    def numbers(self) -> Sequence[float]:
+        return self.rail
+
+    def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
+        return [list(frame), list(leaving)]
+'''
+
+RING_KERNELS = """\
+from cdpr.cables.lines import NUMBERS
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import dot, vector
+
+
+@kernel
+def leave(row, P):
+    rail = vector(row, NUMBERS)
+    s = dot(rail, (P[0] - row[0], P[1] - row[1], P[2] - row[2]))
+    return (row[0] + s * rail[0], row[1] + s * rail[1], row[2] + s * rail[2])
+
+
+@kernel
+def lead(row, P):
+    E = leave(row, P)
+    return (E[0], E[1], E[2], 0.0)
+
+
+@kernel
+def carry(row, P, V):
+    rail = vector(row, NUMBERS)
+    s = dot(rail, V)
+    return (s * rail[0], s * rail[1], s * rail[2])
+"""
+
+SPRING = '''\
+"""A spring of constant stiffness in each cable."""
+
+from cdpr.cables.chain import Span
+
+SPRING = Span(needs=("axial_stiffness",), kernels="cdpr.cables.spring.kernels", numbers=lambda c: [c.axial_stiffness])
+'''
+
+SPRING_KERNELS = """\
+from cdpr.model.jit import kernel
+
+
+@kernel
+def pull(numbers, length, unwound, stretching, lowest):
+    tension = numbers[0] * (length - unwound)
+    return lowest if tension < lowest else tension
+
+
+@kernel
+def rest(numbers, length, tension):
+    return length - tension / numbers[0]
+"""
+
 COLUMN = """    Column("speed", 1, "m/s", "Speed of the origin"),
 """
 
@@ -216,3 +293,35 @@ def test_a_column(tree):
     with (folder / "speedy" / "log.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
     assert "/cdpr/speed" in {channel.topic for channel in summary.channels.values()}
+
+
+def test_parts_of_cables(tree):
+    """A folder each, which holds the part and its kernels, and a line in the table."""
+    folder, add, run = tree
+    for name, text, kernels in (("ring", RING, RING_KERNELS), ("spring", SPRING, SPRING_KERNELS)):
+        (folder / "cdpr" / "cables" / name).mkdir()
+        (folder / "cdpr" / "cables" / name / "__init__.py").write_text(text)
+        (folder / "cdpr" / "cables" / name / "kernels.py").write_text(kernels)
+    add(
+        None,
+        "",
+        "cdpr/cables/__init__.py",
+        ring=("from cdpr.cables.ring import Ring\n", "from cdpr.cables.pulley import Pulley\n"),
+        spring=("from cdpr.cables.spring import SPRING\n", "from cdpr.cables.point import Point\n"),
+        named=("Ring | ", "AnyExit = Annotated["),
+        model=('    "sprung": Chain(DRUM, SPRING),\n', "MODELS = {\n"),
+    )
+    ring, sprung = "robot.cables[0].exit={type: ring, rail: [1.0, 0.0, 0.0]}", "robot.cable.model=sprung"
+    winch = ROOT / "scenarios" / "winch.yaml"
+    unknown = run("validate", winch, "--set", "robot.cable.model=spring")
+    assert "one of sprung, ideal, rigid, elastic expected" in unknown.stderr
+    lacking = run("validate", ROOT / "scenarios" / "caroca.yaml", "--set", sprung)
+    assert "cable.model sprung needs the axial stiffness (N) of each cable" in lacking.stderr
+    short = ("--set", "simulation.duration=0.02", "--no-report", "--out", folder / "parts")
+    done = run("run", winch, "--set", ring, "--set", sprung, *short, NUMBA_DISABLE_JIT="1")
+    assert done.returncode == 0, done.stderr
+    told = load_run(folder / "parts")
+    tips = told.position + np.array([0.6, -0.3, -0.2])  # it hardly turns in so short a time
+    np.testing.assert_allclose(told.length[:, 0], np.hypot(tips[:, 1] + 2.0, tips[:, 2] - 3.5), atol=1e-6)
+    assert told.header.cable_model == "sprung"
+    assert (told.cable_tension > 50.0).all()

@@ -165,12 +165,13 @@ def test_a_base_moves_anchors_and_home_alone():
     assert still.home.tobytes() == plain.home.tobytes()
 
 
-def test_a_moved_robot_moves_as_before_in_its_frame():
+@pytest.mark.parametrize("leaves", [{"type": "point"}, {"type": "pulley", "radius": 0.05, "axis": [1.0, 0.2, 0.3]}])
+def test_a_moved_robot_moves_as_before_in_its_frame(leaves):
     """The same run turned about the vertical and shifted: tensions are those of before."""
     base = {"position": [2.0, -1.0, 0.5], "orientation": {"rpy": [0.0, 0.0, 0.7]}}
     turn = rotations.from_rpy(0.0, 0.0, 0.7)
     R, shift = rotations.matrix(turn), np.array(base["position"])
-    short = {"simulation.duration": 0.3, "trajectory.duration": 0.3}
+    short = {"simulation.duration": 0.3, "trajectory.duration": 0.3, "robot.cable.exit": leaves}
     end = rotations.from_rpy(0.0, 0.0, 0.3)
     moved = {
         **short,

@@ -105,6 +105,19 @@ def test_forms_are_replaced_and_not_mixed():
     assert turned.believed.home.tolist() == [0, 0, 1, 1, 0, 0, 0]
 
 
+def test_the_exits_of_cables_are_believed_too():
+    """A pulley that is believed to be a point, and one of another radius."""
+    pulleys = {"robot.cable.exit": {"type": "pulley", "radius": 0.05, "axis": [0, 1, 0]}}
+    point = load_scenario(CAROCA, overrides={**pulleys, "believed.cable.exit": {"type": "point"}})
+    assert [{cable.exit.type for cable in each.cables} for each in (point.robot, point.believed)] == [
+        {"pulley"},
+        {"point"},
+    ]
+    smaller = load_scenario(CAROCA, overrides={**pulleys, "believed.cable.exit.radius": 0.04})
+    assert smaller.believed.cables[0].exit.numbers()[:4] == [0.04, 0, 1, 0]
+    assert smaller.belief == "cable.exit.radius 0.04 m instead of 0.05"
+
+
 @pytest.mark.parametrize(
     ("said", "line", "text"),
     [

@@ -18,24 +18,19 @@ FIRST = -0.5 * math.pi
 @kernel
 def leave(row: Array, P: Vector) -> Vector:
     """Return the exit point."""
-    radius, axis = row[RADIUS], vector(row, AXIS)
     out, c, z, f = _plane(row, P)
-    square = c * c + z * z
-    up, away = radius * ((f * c + radius * z) / square), radius * (1.0 - (f * z - radius * c) / square)
-    return (
-        row[0] + away * out[0] + up * axis[0],
-        row[1] + away * out[1] + up * axis[1],
-        row[2] + away * out[2] + up * axis[2],
-    )
+    sine, cosine = _angle(row[RADIUS], c, z, f)
+    return _point(row, out, sine, cosine)
 
 
 @kernel
-def wound(row: Array, P: Vector) -> float:
-    """Return the arc on which the cable lies."""
-    radius: float = row[RADIUS]
-    _, c, z, f = _plane(row, P)
-    angle = math.atan2(f * c + radius * z, f * z - radius * c)
-    return radius * (angle if angle >= FIRST else angle + 2.0 * math.pi)
+def lead(row: Array, P: Vector) -> tuple[float, float, float, float]:
+    """Return the exit point, and the arc on which the cable lies."""
+    out, c, z, f = _plane(row, P)
+    sine, cosine = _angle(row[RADIUS], c, z, f)
+    angle = math.atan2(sine, cosine)
+    E = _point(row, out, sine, cosine)
+    return (E[0], E[1], E[2], row[RADIUS] * (angle if angle >= FIRST else angle + 2.0 * math.pi))
 
 
 @kernel
@@ -43,8 +38,7 @@ def carry(row: Array, P: Vector, V: Vector) -> Vector:
     """Return the exit point's velocity: the tangent turns with V across it, the plane with V out of it."""
     radius, axis = row[RADIUS], vector(row, AXIS)
     out, c, z, f = _plane(row, P)
-    square = c * c + z * z
-    sine, cosine = (f * c + radius * z) / square, (f * z - radius * c) / square
+    sine, cosine = _angle(radius, c, z, f)
     forth, along = dot(V, out), dot(V, axis)
     turn = radius * (cosine * forth - sine * along) / f
     far = c + radius
@@ -64,5 +58,24 @@ def _plane(row: Array, P: Vector) -> tuple[Vector, float, float, float]:
     z = dot(d, axis)
     away = (d[0] - z * axis[0], d[1] - z * axis[1], d[2] - z * axis[2])
     x = math.sqrt(dot(away, away))
-    out = (away[0] / x, away[1] / x, away[2] / x) if x > 0.0 else vector(row, SIDE)
+    per = 1.0 / x
+    out = (per * away[0], per * away[1], per * away[2]) if x > 0.0 else vector(row, SIDE)
     return out, x - radius, z, math.sqrt(x * (x - 2.0 * radius) + z * z)
+
+
+@kernel
+def _angle(radius: float, c: float, z: float, f: float) -> tuple[float, float]:
+    """Return sine and cosine of the wrap angle."""
+    per = 1.0 / (c * c + z * z)
+    return per * (f * c + radius * z), per * (f * z - radius * c)
+
+
+@kernel
+def _point(row: Array, out: Vector, sine: float, cosine: float) -> Vector:
+    """Return the point of the groove at a wrap angle."""
+    away, up, axis = row[RADIUS] * (1.0 - cosine), row[RADIUS] * sine, vector(row, AXIS)
+    return (
+        row[0] + away * out[0] + up * axis[0],
+        row[1] + away * out[1] + up * axis[1],
+        row[2] + away * out[2] + up * axis[2],
+    )

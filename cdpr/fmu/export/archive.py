@@ -8,7 +8,7 @@ import io
 import os
 import uuid
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cdpr.errors import OutputError
@@ -76,20 +76,20 @@ def _write(out: Path, content: bytes) -> None:
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
 
 
-def assemble(model: Model, fmi: int, files: Sequence[Path], flags: Sequence[str]) -> bytes:
+def assemble(model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence[str]) -> bytes:
     """Zip everything; with a binary made with the compiler's `flags`, without one if there are none."""
     variables = model.variables()
     digest = hashlib.sha256(configuration(variables, model.robot.m, "").encode())
-    for path in files:
-        digest.update(path.read_bytes())
+    for content in files.values():
+        digest.update(content)
     token = f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
-    compiled = [path.name for path in files if path.suffix == ".c"]
+    compiled = [name for name in files if name.endswith(".c")]
     entries = {
         "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
         "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
         **({"sources/buildDescription.xml": build_description(compiled)} if fmi == 3 else {}),
         "documentation/licenses/license.txt": (FOLDER / "LICENSE.txt").read_bytes(),
-        **{f"sources/{path.name}": path.read_bytes() for path in files},
+        **{f"sources/{name}": content for name, content in files.items()},
     }
     if flags:
         entries[f"binaries/{platform_folder(fmi)}/{IDENTIFIER}.so"] = library(files, flags)

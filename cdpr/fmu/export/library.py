@@ -11,9 +11,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from cdpr.cables import in_c
 from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.model.kernel_cache import user_cache
@@ -33,9 +34,26 @@ PLATFORMS = {"x86_64": "linux64", "i686": "linux32"}
 REMEDY = "give --source-only for an FMU with its C source alone, to be compiled where it is used"
 
 
-def sources() -> list[Path]:
-    """Return all C files and headers, in the order of their names."""
-    return sorted(path for path in FOLDER.iterdir() if path.suffix in (".c", ".h"))
+def sources() -> dict[str, bytes]:
+    """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
+    own = [path for path in FOLDER.iterdir() if path.suffix in (".c", ".h")]
+    kinds = {kind.name(): kind.source() for kind in in_c()}
+    files = {path.name: path.read_bytes() for path in [*own, *kinds.values()]}
+    return dict(sorted({**files, "exits.c": exit_table(list(kinds)).encode()}.items()))
+
+
+def exit_table(names: Sequence[str]) -> str:
+    """Return the C file that lists the functions of all exits, by the number of their kind, from 1."""
+    prototypes = [
+        f"Vector {name}_leave(const double *row, Vector P, double *wound);\n"
+        f"Vector {name}_carry(const double *row, Vector P, Vector V);"
+        for name in names
+    ]
+    rows = ["{NULL, NULL}", *(f"{{{name}_leave, {name}_carry}}" for name in names)]
+    table = "const Exit EXITS[] = {\n    " + ",\n    ".join(rows) + ",\n};"
+    count = f"const size_t EXIT_KINDS = {len(names)};"
+    head = "/* Written by the exporter. SPDX-License-Identifier: Apache-2.0 */"
+    return "\n".join([head, '#include "exits.h"\n', *prototypes, "", table, count, ""])
 
 
 def platform_folder(fmi: int) -> str:
@@ -58,17 +76,17 @@ def compiler() -> list[str]:
     return [program, *words[1:]]
 
 
-def library(files: Sequence[Path], flags: Sequence[str] = FLAGS) -> bytes:
-    """Return the shared library made from the C files among `files`; from the user's cache where it is there."""
+def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS) -> bytes:
+    """Return the shared library of the C files among `files`, contents by name; from the user's cache if there."""
     command = [*compiler(), *flags]
     digest = hashlib.sha256(repr((command, platform.machine())).encode())
-    for path in files:
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    for name, content in files.items():
+        digest.update(name.encode() + b"\0" + content)
     folder = fmu_cache()
     cached = folder / f"{IDENTIFIER}-{digest.hexdigest()[:32]}.so"
     if not cached.is_file():
-        with tempfile.TemporaryDirectory(dir=folder) as name:
-            os.replace(_compile(command, files, Path(name)), cached)
+        with tempfile.TemporaryDirectory(dir=folder) as place:
+            os.replace(_compile(command, files, Path(place)), cached)
         keep_newest(folder, ".so", KEPT)
     return cached.read_bytes()
 
@@ -95,11 +113,11 @@ def keep_newest(folder: Path, ending: str, number: int) -> None:
             path.unlink()
 
 
-def _compile(command: Sequence[str], files: Sequence[Path], folder: Path) -> Path:
+def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path) -> Path:
     """Compile in `folder` under plain names, so that the bytes do not depend on where anything lies."""
-    for path in files:
-        shutil.copyfile(path, folder / path.name)
-    names = [path.name for path in files if path.suffix == ".c"]
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    names = [name for name in files if name.endswith(".c")]
     result = f"{IDENTIFIER}.so"
     try:
         done = subprocess.run(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from cdpr.cables.winch import COULOMB, COULOMB_SPEED, DAMPING, INERTIA, RADIUS, STIFFNESS, VISCOUS, pack
+from cdpr.cables import ACTUATED, MIXED, chain_of, immediate, in_c, model_of, with_model
+from cdpr.cables.exit import Exit
 from cdpr.errors import CdprError
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
@@ -47,7 +48,12 @@ class Plant(Model):
 
     def variables(self) -> list[Variable]:
         """All variables; CdprError where winches are to be exported that the robot does not have."""
-        if self.winches and self.robot.cable_model == "ideal":
+        if self.winches and model_of(self.robot) == MIXED:
+            raise CdprError(
+                f"robot '{self.robot.name}' has cables of different models, and an exported plant knows one for all: "
+                "choose one, or export without winches"
+            )
+        if self.winches and immediate(self.robot):
             raise CdprError(
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
                 "or elastic and give the winch, or export without winches"
@@ -109,7 +115,7 @@ class Plant(Model):
         if not self.winches:
             return outputs
         # The inertia of drums on rigid cables reacts to command and wrench at once.
-        rigid = self.robot.cable_model == "rigid"
+        rigid = not _stretches(self.robot)
         outputs.append(output("cable_tension", m, "N", "tension of each cable", direct=rigid))
         outputs.append(output("drum_speed", m, "rad/s", DRUM_SPEED))
         if not rigid:
@@ -117,7 +123,7 @@ class Plant(Model):
         return outputs
 
     def _constants(self) -> list[Variable]:
-        constants = [_unilateral(self.robot)]
+        constants = [_unilateral(self.robot), *_exits(self.robot)]
         if self.robot.n < 6:
             guide = tuple(Guide(self.robot).packed.tolist())
             constants.append(
@@ -155,7 +161,7 @@ class Actuator(Model):
         start = lengths(self.robot, make_state(home[:3], home[3:]))
         return [
             *_times(self.physics_step),
-            *_winches(replace(self.robot, cable_model="elastic")),
+            *_winches(with_model(self.robot, ACTUATED)),
             entrance("command", m, "N", COMMAND),
             entrance("cable_length", m, "m", "distance between the anchors of each cable", start),
             entrance("cable_rate", m, "m/s", "rate of change of cable_length"),
@@ -173,19 +179,62 @@ def _times(physics_step: float) -> list[Variable]:
     ]
 
 
+def _stretches(robot: Robot) -> bool:
+    return any(chain_of(robot, cable).stretches for cable in robot.cables)
+
+
 def _winches(robot: Robot) -> list[Variable]:
-    packed = pack(robot)
-    rows = [
-        ("winch.drum_radius", "m", RADIUS, "radius of the drum"),
-        ("winch.inertia", "kg.m2", INERTIA, "inertia of motor and drum about the drum's axis"),
-        ("winch.viscous_friction", "N.m.s/rad", VISCOUS, "friction torque per drum speed"),
-        ("winch.coulomb_friction", "N.m", COULOMB, "friction torque of a drum that turns"),
-        ("winch.coulomb_speed", "rad/s", COULOMB_SPEED, "drum speed at which that reaches 76 % of its value"),
+    for cable in robot.cables:
+        chain = chain_of(robot, cable)
+        chain.winch.numbers(cable), chain.span.numbers(cable)  # say what is lacking
+    winches = [cable.winch for cable in robot.cables if cable.winch is not None]
+    rows: list[tuple[str, str, list[float], str]] = [
+        ("winch.drum_radius", "m", [winch.drum_radius for winch in winches], "radius of the drum"),
+        (
+            "winch.inertia",
+            "kg.m2",
+            [winch.inertia for winch in winches],
+            "inertia of motor and drum about the drum's axis",
+        ),
+        (
+            "winch.viscous_friction",
+            "N.m.s/rad",
+            [winch.viscous_friction for winch in winches],
+            "friction torque per drum speed",
+        ),
+        (
+            "winch.coulomb_friction",
+            "N.m",
+            [winch.coulomb_friction for winch in winches],
+            "friction torque of a drum that turns",
+        ),
+        (
+            "winch.coulomb_speed",
+            "rad/s",
+            [winch.coulomb_speed for winch in winches],
+            "drum speed at which that reaches 76 % of its value",
+        ),
     ]
-    if robot.cable_model == "elastic":
-        rows.append(("cable.axial_stiffness", "N", STIFFNESS, "axial stiffness, E A"))
-        rows.append(("cable.damping", "N.s/m", DAMPING, "damping along the cable"))
-    return [parameter(name, (robot.m,), unit, packed[:, column], text) for name, unit, column, text in rows]
+    if _stretches(robot):
+        stiffness = [cable.axial_stiffness or 0.0 for cable in robot.cables]
+        rows.append(("cable.axial_stiffness", "N", stiffness, "axial stiffness, E A"))
+        rows.append(("cable.damping", "N.s/m", [cable.damping for cable in robot.cables], "damping along the cable"))
+    return [parameter(name, (robot.m,), unit, values, text) for name, unit, values, text in rows]
+
+
+def _exits(robot: Robot) -> list[Variable]:
+    """Kind and numbers of what each cable leaves the frame by, where not all leave at their anchors."""
+    given = [cable.exit if isinstance(cable.exit, Exit) and cable.exit.kernels else None for cable in robot.cables]
+    if not any(given):
+        return []
+    kinds: list[type[Exit]] = in_c()
+    for cable, each in zip(robot.cables, given, strict=True):
+        if each is not None and type(each) not in kinds:
+            raise CdprError(f"cable '{cable.name}': exit {each.type} has no C, so it cannot be exported")
+    rows = [[0.0] if each is None else [1.0 + kinds.index(type(each)), *each.numbers()] for each in given]
+    width = max(map(len, rows))
+    values = [value for row in rows for value in row + [0.0] * (width - len(row))]
+    return [Variable("exit", "constant", (robot.m, width), "", tuple(values), "kind and numbers, 0 for an anchor")]
 
 
 def _unilateral(robot: Robot) -> Variable:

@@ -9,6 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "exits.h"
+
 static const double DIAGONAL = 1e-14; /* share of the trace below which an entry beside the diagonal is round-off */
 static const double DEFINITE = 1e-12; /* share of it that each principal moment must exceed */
 static const Vector SIDE = {1.0, 0.59, 0.37}; /* to which principal axes point */
@@ -140,17 +142,40 @@ Motion body_to_platform(const Body *body, Motion at) {
                     multiply(at.attitude, conjugate(quaternion(body->turn)))};
 }
 
-/* From platform to frame; b, the lever of its end on the platform. */
-static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vector *b) {
+/* What cable i leaves the frame by, NULL where that is its anchor; `row` as exits.h says. */
+static const Exit *exit_of(const Plant *plant, size_t i, double row[NUMBERS + EXIT_NUMBERS]) {
+    const double *own = plant->field[EXIT] ? plant->field[EXIT] + i * plant->exit : NULL;
+    if (!own || own[0] == 0.0) return NULL;
+    memset(row, 0, (NUMBERS + EXIT_NUMBERS) * sizeof *row);
+    memcpy(row, plant->field[FRAME_ANCHORS] + 3 * i, 3 * sizeof *row);
+    memcpy(row + NUMBERS, own + 1, (plant->exit - 1) * sizeof *row);
+    return EXITS + (size_t)own[0];
+}
+
+/* From platform to frame; b, the lever of its end on the platform; what lies on the exit, unless NULL. */
+static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vector *b, double *wound) {
+    double row[NUMBERS + EXIT_NUMBERS];
+    const Exit *exit = exit_of(plant, i, row);
     *b = rotate(at->attitude, vector(plant->body->anchor + 3 * i));
-    return subtract(subtract(vector(plant->field[FRAME_ANCHORS] + 3 * i), at->position), *b);
+    const Vector P = add(at->position, *b);
+    if (wound) *wound = 0.0;
+    const Vector E = exit ? exit->leave(row, P, wound) : vector(plant->field[FRAME_ANCHORS] + 3 * i);
+    return subtract(subtract(E, at->position), *b);
+}
+
+Vector body_exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V) {
+    double row[NUMBERS + EXIT_NUMBERS];
+    const Exit *exit = exit_of(plant, i, row);
+    return exit ? exit->carry(row, add(at->position, b), V) : (Vector){0.0, 0.0, 0.0};
 }
 
 Line body_cable(const Plant *plant, const Motion *at, size_t i) {
     Line line;
-    const Vector l = cable_vector(plant, at, i, &line.b);
-    line.length = sqrt(dot(l, l));
-    line.u = divide(l, line.length);
+    double wound;
+    const Vector l = cable_vector(plant, at, i, &line.b, &wound);
+    line.span = sqrt(dot(l, l));
+    line.length = line.span + wound;
+    line.u = divide(l, line.span);
     line.c = cross(line.b, line.u);
     line.rate = -dot(line.u, at->velocity) - dot(line.c, at->omega);
     return line;
@@ -161,7 +186,7 @@ Wrench body_wrench(const Plant *plant, const Motion *at) {
     const bool pulls_only = plant_pulls_only(plant);
     Vector force = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0}, b;
     for (size_t i = 0; i < plant->cables; i++) {
-        const Vector l = cable_vector(plant, at, i, &b);
+        const Vector l = cable_vector(plant, at, i, &b, NULL);
         const double tension = plant->field[CABLE_TENSION][i], pull = pulls_only && tension < 0.0 ? 0.0 : tension;
         const Vector f = scale(pull / sqrt(dot(l, l)), l);
         force = add(force, f);

@@ -17,6 +17,7 @@ typedef struct {
 typedef struct {
     Vector u, c; /* direction from platform to frame, and its moment about the body frame's origin */
     Vector b;    /* lever of the platform's anchor, world axes */
+    double span; /* from the exit point to that anchor; the rest of the length lies on the exit */
     double length, rate;
 } Line;
 
@@ -28,6 +29,9 @@ Motion body_from_platform(const Body *body, Motion platform);
 Motion body_to_platform(const Body *body, Motion at);
 
 Line body_cable(const Plant *plant, const Motion *at, size_t i);
+
+/* Velocity of the point where cable i leaves the frame; b is the lever of its other end, which moves with V. */
+Vector body_exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V);
 
 /* Of the cables' tensions and of the external wrench, which acts at the platform's origin. */
 Wrench body_wrench(const Plant *plant, const Motion *at);

@@ -6,14 +6,19 @@
 #include "plant.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "exits.h"
 
 static const char *const ROLES[] = {"independent", "parameter", "input", "output", "constant"};
 
 /* What a variable belongs to; it is there if all of that is. */
 enum { PLATFORM = 1, WINCH = 2, ELASTIC = 4, OPTIONAL = 8 };
+
+enum { ANY = 0 }; /* as many numbers for each cable as there are */
 
 static const struct {
     const char *name;
@@ -44,6 +49,7 @@ static const struct {
     [ANGULAR_VELOCITY] = {"angular_velocity", 3, false, PLATFORM},
     [UNILATERAL] = {"unilateral", 1, false, 0},
     [GUIDE] = {"guide", 6, false, OPTIONAL},
+    [EXIT] = {"exit", ANY, true, OPTIONAL},
     [COMMAND] = {"command", 1, true, WINCH},
     [DRUM_RADIUS] = {"winch.drum_radius", 1, true, WINCH},
     [DRUM_INERTIA] = {"winch.inertia", 1, true, WINCH},
@@ -94,8 +100,11 @@ static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, 
     if (found < 0 || plant->field[found]) return fails(message, "unknown or repeated variable", name);
     if (offset != *next || size > plant->scalars - offset) return fails(message, "wrong place of", name);
     *next += size;
-    if (size != KNOWN[found].width * (KNOWN[found].per_cable ? plant->cables : 1))
+    const size_t owners = KNOWN[found].per_cable ? plant->cables : 1;
+    if (KNOWN[found].width == ANY ? owners == 0 || size % owners : size != KNOWN[found].width * owners)
         return fails(message, "wrong number of values of", name);
+    if (found == EXIT) plant->exit = size / owners;
+    if (plant->exit > 1 + EXIT_NUMBERS) return fails(message, "too many values of", name);
     plant->variable[index] = (Variable){(Field)found, (Role)found_role, offset, size};
     plant->field[found] = plant->number + offset;
     for (size_t i = 0; i < size; i++) {
@@ -146,6 +155,11 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
         if (!read_variable(plant, file, i, &next, message)) return false;
     if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
     if (!complete(plant, message)) return false;
+    for (size_t i = 0; plant->field[EXIT] && i < plant->cables; i++) {
+        const double kind = plant->field[EXIT][i * plant->exit];
+        if (!(kind >= 0.0 && kind <= (double)EXIT_KINDS && kind == floor(kind)))
+            return fails(message, "unknown kind of", plant_name(EXIT));
+    }
     plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[AXIAL_STIFFNESS] ? 2 * plant->cables : 0);
     return true;
 }

@@ -67,10 +67,11 @@ static void accelerate(const Plant *plant, const Motion *at, const double *free,
 }
 
 /* Second rate of a cable's length for a platform that does not accelerate. */
-static double swing(const Motion *at, const Line *line) {
+static double swing(const Plant *plant, const Motion *at, size_t i, const Line *line) {
     const Vector db = cross(at->omega, line->b);
-    const Vector dl = {-at->velocity.x - db.x, -at->velocity.y - db.y, -at->velocity.z - db.z};
-    const Vector du = divide(subtract(dl, scale(dot(line->u, dl), line->u)), line->length);
+    const Vector dE = body_exit_velocity(plant, at, i, line->b, add(at->velocity, db));
+    const Vector dl = subtract(subtract(dE, at->velocity), db);
+    const Vector du = divide(subtract(dl, scale(dot(line->u, dl), line->u)), line->span);
     const Vector dc = add(cross(db, line->u), cross(line->b, du));
     return -dot(du, at->velocity) - dot(dc, at->omega);
 }
@@ -84,7 +85,7 @@ static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
         const Line line = body_cable(plant, at, i);
         const double radius = plant->field[DRUM_RADIUS][i], m = plant->field[DRUM_INERTIA][i] / (radius * radius);
         const double lost = drum_friction(plant, i, -line.rate / radius) / radius;
-        light[i] = plant->field[COMMAND][i] - lost + m * swing(at, &line);
+        light[i] = plant->field[COMMAND][i] - lost + m * swing(plant, at, i, &line);
         pulls[i] = 1.0;
         store(line.u, column + 6 * i);
         store(line.c, column + 6 * i + 3);

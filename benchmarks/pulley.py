@@ -1,0 +1,58 @@
+"""What pulleys cost: a whole step of the loop on caroca, and its cable geometry alone, over those with points.
+
+Both robots take turns in one process, chunk by chunk; figures are ratios of minima. Run: python benchmarks/pulley.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from cdpr.cables.lines import lines
+from cdpr.mechanics.geometry import cable_geometry
+from cdpr.scenario import load_scenario
+from cdpr.simulation.build import build
+from cdpr.simulation.loop import Loop
+
+SCENARIO = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
+PULLEY = {"robot.cable.exit.type": "pulley", "robot.cable.exit.radius": 0.05}
+CHUNKS, CALLS = 400, 200
+
+
+def least(works: list[Callable[[], object]]) -> list[float]:
+    """Shortest chunk of each, s."""
+    best = [np.inf] * len(works)
+    for _ in range(CHUNKS):
+        for k, work in enumerate(works):
+            start = perf_counter()
+            work()
+            best[k] = min(best[k], perf_counter() - start)
+    return best
+
+
+def main() -> None:
+    geometries, steps = [], []
+    for overrides in ({}, PULLEY):
+        scenario = load_scenario(SCENARIO, overrides=overrides)
+        loop = Loop(build(scenario))
+        loop.warm_up(scenario.initial.state())
+        state, m = scenario.initial.state(), scenario.robot.m
+        given = (lines(scenario.robot), state, np.zeros((6, m)), np.zeros(m), np.zeros(m))
+        geometries.append(lambda given=given: [cable_geometry(*given) for _ in range(CALLS)])
+        rows = np.empty((CALLS + 1, len(loop.row)))
+
+        def run(loop: Loop = loop, start: np.ndarray = state, rows: np.ndarray = rows) -> None:
+            loop.parts.backend.reset(start)
+            loop.run(rows, lambda _: None)
+
+        steps.append(run)
+    for name, works in (("cable geometry", geometries), ("step, in memory", steps)):
+        point, pulley = least(works)
+        print(f"{name}: {pulley / point:.2f} times that of points ({point / CALLS * 1e6:.2f} us)")
+
+
+if __name__ == "__main__":
+    main()

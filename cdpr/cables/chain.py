@@ -1,0 +1,94 @@
+"""What winches and spans declare, and the chains that cables are made of.
+
+From the drum to the platform a cable is a winch, an exit (see `cdpr.cables.exit`) and a span. Where the span does not
+stretch, the drum goes with the cable: the winch tells the tension, free of what its inertia takes when the platform
+accelerates, and that inertia as a mass along the cable. The platform is solved for with these masses,
+(M + sum m_i w_i w_i^T) twist' = ..., w_i the cable's column of W, and they take their part of the tension. A span that
+stretches makes the tension itself, from the cable's length and how much of it has been unwound; the winch then turns
+under it. The unwound length changes by the first of the winch's numbers for each unit by which its coordinate turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from cdpr.model import Cable
+
+# What a robot file may say of all cables or of one, in the order in which it is told.
+PROPERTIES = ("diameter", "axial_stiffness", "damping", "linear_density", "winch")
+NAMED = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}  # in messages
+
+MOST = 8  # numbers that a part may have
+
+
+@dataclass(frozen=True)
+class Part:
+    """A winch or a span.
+
+    Attributes:
+        needs: properties of a cable that it must have.
+        uses: others that it takes notice of.
+        kernels: module of what compiled code calls, see below; empty for one that has no need of any.
+        numbers: what its kernels take, at most MOST numbers of one cable.
+    """
+
+    needs: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
+    kernels: str = ""
+    numbers: Callable[[Cable], Sequence[float]] = lambda cable: ()
+
+
+@dataclass(frozen=True)
+class Winch(Part):
+    """Turns a command into a tension or a motion.
+
+    Its kernels, each with the winch's numbers first: `held(numbers, command, rate, swing)`, for a cable whose length
+    changes by `rate`, m/s, and would by `swing`, m/s^2, if the platform did not accelerate: tension, N, and mass, kg;
+    `turn(numbers, command, tension, speed)`, for one that pulls with `tension`: change of the coordinate's speed.
+
+    Attributes:
+        immediate: whether its tension is the command, whatever else happens.
+    """
+
+    immediate: bool = False
+
+
+@dataclass(frozen=True)
+class Span(Part):
+    """From the exit to the platform.
+
+    The kernels of one that stretches: `pull(numbers, length, unwound, stretching, lowest)`, the tension, N, of a cable
+    of this length of which so much, m, is unwound, when it stretches by so much a second, m/s, not below the lowest;
+    `rest(numbers, length, tension)`, the unwound length at which it has this tension. One without kernels does not
+    stretch.
+    """
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The winch and the span of a cable."""
+
+    winch: Winch
+    span: Span
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Properties that each such cable must have."""
+        return (*self.winch.needs, *self.span.needs)
+
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Properties that it takes no notice of."""
+        used = {*self.needs, *self.winch.uses, *self.span.uses}
+        return tuple(name for name in PROPERTIES if name not in used)
+
+    @property
+    def stretches(self) -> bool:
+        """Whether what is unwound is a state of its own."""
+        return bool(self.span.kernels)
+
+    @property
+    def immediate(self) -> bool:
+        """Whether its tension is the command."""
+        return self.winch.immediate
