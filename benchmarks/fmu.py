@@ -23,10 +23,10 @@ import fmpy.fmi3
 import numpy as np
 from step import SCENARIOS, pinv_cost, step_cost
 
-from cdpr.fmu.archive import open_archive
 from cdpr.fmu.export import Plant, cached_fmu
-from cdpr.fmu.options import FmuFile
-from cdpr.fmu.running import Isolation, RunningFmu
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.options import FmuFile
+from cdpr.fmu.run.running import Isolation, RunningFmu
 from cdpr.scenario import load_scenario
 
 STEP = 1e-3  # s

@@ -8,7 +8,7 @@ from typing import Any
 
 # What users expect of a class though a module above it makes it. No module imports one above, not even in a function:
 # it is looked for when it is called, here and nowhere else.
-LATE = {"Run.plot": "cdpr.report.plots:overview", "Run.summary": "cdpr.log.summary:summarise"}
+LATE = {"Run.plot": "cdpr.report.figures.run:overview", "Run.summary": "cdpr.log.summary:summarise"}
 
 
 def late(name: str) -> Any:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from cdpr.cables import EXITS, MODELS
-from cdpr.fmu.options import FmuFile
+from cdpr.fmu.read.options import FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 ALL_EXITS = tuple(kind.name() for kind in EXITS)

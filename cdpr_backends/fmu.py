@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import FmuError, PluginError
-from cdpr.fmu.archive import Archive, open_archive
-from cdpr.fmu.exchange import STATE, reader, writer
 from cdpr.fmu.export import Plant, cached_fmu
-from cdpr.fmu.kernels import normalise
-from cdpr.fmu.parameters import Known, robot_parameters
-from cdpr.fmu.running import RunningFmu
-from cdpr.fmu.trust import require_trust
+from cdpr.fmu.read.archive import Archive, open_archive
+from cdpr.fmu.read.trust import require_trust
+from cdpr.fmu.run.exchange import STATE, reader, writer
+from cdpr.fmu.run.kernels import normalise
+from cdpr.fmu.run.parameters import Known, robot_parameters
+from cdpr.fmu.run.running import RunningFmu
 from cdpr.mechanics import kinematics
 from cdpr.model import Robot
 from cdpr.model.robot import Array

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cdpr.fmu.options import FmuFile
+from cdpr.fmu.read.options import FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]
@@ -110,6 +110,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="inverse dynamics with proportional and damping terms (thesis 6.3-6.5, corrected)",
             properties={"output": "wrench"},
             options=ComputedTorqueOptions,
+            changeable=("kp", "kd"),
         ),
         PluginInfo(
             name="static",
@@ -117,6 +118,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="gravity compensation with proportional and damping terms, no feed-forward",
             properties={"output": "wrench"},
             options=StaticOptions,
+            changeable=("kp", "kd"),
         ),
         PluginInfo(
             name="pid",
@@ -124,6 +126,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="proportional, integral and damping terms with gravity compensation and anti-windup",
             properties={"output": "wrench"},
             options=PidOptions,
+            changeable=("kp", "ki", "kd", "integral_limit"),
         ),
         PluginInfo(
             name="cable_length",
@@ -131,6 +134,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="PID per cable on length and rate about holding tensions; needs no pose (forward kinematics)",
             properties={"output": "command"},
             options=CableLengthOptions,
+            changeable=("kp", "ki", "kd", "integral_limit"),
         ),
         PluginInfo(
             name="fmu",

@@ -42,12 +42,8 @@ class CableLength(SnapshotOfArrays, Controller):
             raise CdprError(
                 f"cable_length: {m} lengths do not determine {n} degrees of freedom; set forward_kinematics: false"
             )
-        given = {"kp": options.kp, "kd": options.kd, "ki": options.ki, "integral_limit": options.integral_limit}
-        for name, value in given.items():
-            if np.ndim(value) and len(value) != m:
-                raise CdprError(f"cable_length: {name} has {len(value)} values, the robot {m} cables")
-        gains = np.array([np.broadcast_to(value, m) for value in given.values()], dtype=np.float64)
-        gains[2] *= control_step
+        self._gains = np.zeros((4, m))
+        self.change(options)
         limits = np.array([robot.tension_min, robot.tension_max])
         self._pose = np.zeros(7)
         self._tracking = np.zeros(1, dtype=bool)  # whether the pose is one that was found
@@ -62,7 +58,17 @@ class CableLength(SnapshotOfArrays, Controller):
             self._fit = partial(fit, lines(robot), *scales(robot), measured[0], self._pose, np.zeros((n, n)), work)
         self._holding = Holding(robot, gravity, options.pretension)
         self.arrays = (self._pose, self._tracking, self._integral, self._holding.tension)
-        self._law = partial(law, gains, limits, measured, wanted, self._holding.tension, self._integral)
+        self._law = partial(law, self._gains, limits, measured, wanted, self._holding.tension, self._integral)
+
+    def change(self, options: Any) -> None:
+        """Take other gains and limits of the integrals; these stay, within their limits from the next step on."""
+        m = self.robot.m
+        given = {"kp": options.kp, "kd": options.kd, "ki": options.ki, "integral_limit": options.integral_limit}
+        for name, value in given.items():
+            if np.ndim(value) and len(value) != m:
+                raise CdprError(f"cable_length: {name} has {len(value)} values, the robot {m} cables")
+        self._gains[:] = [np.broadcast_to(value, m) for value in given.values()]
+        self._gains[2] *= self.control_step
 
     def sense(self, cables: Array) -> None:
         """Measure at the cables what they are, whatever the robot is believed to be."""

@@ -27,8 +27,13 @@ class ComputedTorque(SnapshotOfArrays, Controller):
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
-        gains = np.concatenate([np.broadcast_to(options.kp, 6), np.broadcast_to(options.kd, 6)])
-        self._law = partial(law, gains, robot.inertial, np.array(gravity, dtype=np.float64))
+        self._gains = np.zeros(12)
+        self.change(options)
+        self._law = partial(law, self._gains, robot.inertial, np.array(gravity, dtype=np.float64))
+
+    def change(self, options: Any) -> None:
+        """Take other gains."""
+        self._gains[:6], self._gains[6:] = options.kp, options.kd
 
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
         """Write the wrench (6,)."""

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables.lines import lines
-from cdpr.fmu.archive import open_archive
-from cdpr.fmu.exchange import DESIRED, STATE, reader, writer
-from cdpr.fmu.parameters import Known, robot_parameters
-from cdpr.fmu.running import RunningFmu
-from cdpr.fmu.trust import require_trust
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.trust import require_trust
+from cdpr.fmu.run.exchange import DESIRED, STATE, reader, writer
+from cdpr.fmu.run.parameters import Known, robot_parameters
+from cdpr.fmu.run.running import RunningFmu
 from cdpr.mechanics import kinematics
 from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot

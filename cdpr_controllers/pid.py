@@ -27,12 +27,23 @@ class Pid(SnapshotOfArrays, Controller):
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
-        pd = np.concatenate([np.broadcast_to(options.kp, 6), np.broadcast_to(options.kd, 6)])
-        per_step = np.array([np.broadcast_to(options.ki, 6) * control_step, np.broadcast_to(options.integral_limit, 6)])
-        self._integral = np.zeros(6)
+        self._pd, self._per_step, self._integral = np.zeros(12), np.zeros((2, 6)), np.zeros(6)
+        self.change(options)
         self.arrays = (self._integral,)
-        self._arguments = (pd, per_step, robot.inertial, np.array(gravity, dtype=np.float64), self._integral)
+        self._arguments = (
+            self._pd,
+            self._per_step,
+            robot.inertial,
+            np.array(gravity, dtype=np.float64),
+            self._integral,
+        )
         self.connect(np.zeros(4))
+
+    def change(self, options: Any) -> None:
+        """Take other gains and limits; the integral stays, within the new limits from the next step on."""
+        self._pd[:6], self._pd[6:] = options.kp, options.kd
+        self._per_step[0] = np.broadcast_to(options.ki, 6) * self.control_step
+        self._per_step[1] = options.integral_limit
 
     def connect(self, report: Array) -> None:
         """Watch what becomes of the wrench."""

@@ -18,9 +18,9 @@ from marked import rewritten, table
 import cdpr
 from cdpr.errors import SimulationStopped
 from cdpr.log.run import Run
-from cdpr.report.canvas import Axes, Chart, inline_svg, styled
+from cdpr.report.figures.canvas import Axes, Chart, inline_svg, styled
+from cdpr.report.figures.panels import SUPERSCRIPT
 from cdpr.report.marks import AXES, CABLES, INK, SOFT
-from cdpr.report.panels import SUPERSCRIPT
 
 HERE = Path(__file__).parent
 SCENARIOS = HERE.parent / "scenarios"

@@ -13,7 +13,7 @@ from marked import rewritten
 
 from cdpr.bench.overview import overview
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
-from cdpr.report.bench_cells import OVERVIEW, overview_cells
+from cdpr.report.text.bench import OVERVIEW, overview_cells
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
@@ -72,7 +72,7 @@ TABLES = {"plugins": plugin_table, "solvers": solver_table, "figures": figure_ta
 def draw() -> None:
     """The picture: caroca, its cables and its path."""
     import cdpr
-    from cdpr.report.sketch import robot
+    from cdpr.report.figures.sketch import robot
 
     robot(cdpr.simulate(ROOT / "scenarios" / "caroca.yaml")).savefig(PICTURE, metadata={"Date": None})
 

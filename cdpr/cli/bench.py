@@ -72,7 +72,7 @@ def solvers(
             bench.run(loaded, chosen, poses, seed, adversaries=adversaries, progress=progress, options=options)
         )
     if out is not None:
-        from cdpr.report.bench import write_bench
+        from cdpr.report.pages.bench import write_bench
 
         write_bench(figures, Path(out))
     if as_json:
@@ -110,7 +110,7 @@ def _print(figures: dict[str, Any]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from cdpr.report.bench_cells import COLUMNS, MEANING, MISLED, NOTHING, cells, facts
+    from cdpr.report.text.bench import COLUMNS, MEANING, MISLED, NOTHING, cells, facts
 
     # In a narrower terminal lines wrap; squeezed columns would lose figures. Colours would be escaped, see cli.streams.
     console = Console(width=WIDTH, color_system=None)

@@ -81,7 +81,7 @@ def command(
                 progress.say(f"interrupted after {made[0]} of {made[1]} runs: nothing of the comparison is kept{free}")
                 raise
     if out is not None:
-        from cdpr.report.compare import write_comparison
+        from cdpr.report.pages.compare import write_comparison
 
         try:
             write_comparison(result, Path(out))
@@ -90,7 +90,7 @@ def command(
     if as_json:
         click.echo(json.dumps(result.figures, indent=1, allow_nan=False))
     else:
-        from cdpr.report.compare_text import lines
+        from cdpr.report.text.compare import lines
 
         for line in lines(result.figures):
             click.echo(line)

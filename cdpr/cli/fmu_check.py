@@ -13,8 +13,8 @@ from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
-    from cdpr.fmu.options import Signals
-    from cdpr.fmu.signals import Role
+    from cdpr.fmu.read.options import Signals
+    from cdpr.fmu.read.signals import Role
     from cdpr.model import Robot
 
 AS = click.option(
@@ -34,8 +34,8 @@ def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> N
     What a scenario says of the signals of that FMU is followed. The exit code is 2 if any check fails. Native code is
     not loaded.
     """
-    from cdpr.fmu.archive import open_archive
-    from cdpr.fmu.describe import check
+    from cdpr.fmu.read.archive import open_archive
+    from cdpr.fmu.read.describe import check
 
     archive = open_archive(file)
     results = list(check(archive, *((None, role, None) if robot is None else load(robot, file, role))))
@@ -51,7 +51,7 @@ def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> N
 
 def load(file: str, fmu: str, role: Role | None) -> tuple[Robot, Role | None, Signals | None]:
     """Load a robot; of a scenario that names `fmu`, also what it says of that one."""
-    from cdpr.fmu.options import FmuFile
+    from cdpr.fmu.read.options import FmuFile
     from cdpr.scenario import Scenario, load_any
 
     loaded = load_any(file)

@@ -12,9 +12,9 @@ import click
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, as_json: bool) -> None:
     """Tell what the FMU in FILE is and what it holds; its native code is not loaded."""
-    from cdpr.fmu.archive import open_archive
-    from cdpr.fmu.describe import describe
-    from cdpr.report.fmu import lines
+    from cdpr.fmu.read.archive import open_archive
+    from cdpr.fmu.read.describe import describe
+    from cdpr.report.text.fmu import lines
 
     figures = describe(open_archive(file))
     if as_json:

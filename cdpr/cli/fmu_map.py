@@ -12,7 +12,7 @@ from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
-    from cdpr.fmu.signals import Role
+    from cdpr.fmu.read.signals import Role
 
 
 @click.command("map")
@@ -27,10 +27,10 @@ def command(file: str, robot: str, role: Role | None, as_json: bool) -> None:
     What a scenario says of the signals of that FMU is followed. What cannot be told for certain is left to you, and the
     exit code is then 2. Native code is not loaded.
     """
-    from cdpr.fmu.archive import open_archive
-    from cdpr.fmu.describe import guess_role
-    from cdpr.fmu.mapping import resolve
-    from cdpr.report.fmu import yaml_lines
+    from cdpr.fmu.read.archive import open_archive
+    from cdpr.fmu.read.describe import guess_role
+    from cdpr.fmu.read.mapping import resolve
+    from cdpr.report.text.fmu import yaml_lines
 
     archive = open_archive(file)
     model, role, signals = load(robot, file, role)

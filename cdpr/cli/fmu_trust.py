@@ -18,8 +18,8 @@ def command(file: str | None, remove: bool, as_json: bool) -> None:
     """
     import re
 
-    from cdpr.fmu import trust
-    from cdpr.fmu.archive import open_archive
+    from cdpr.fmu.read import trust
+    from cdpr.fmu.read.archive import open_archive
 
     if file is None and remove:
         raise click.UsageError("--remove needs FILE or a sha256")

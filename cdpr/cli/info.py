@@ -11,7 +11,7 @@ from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
-    from cdpr.report.scene import Scene
+    from cdpr.report.figures.scene import Scene
     from cdpr.tension.stage import TensionStage
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
@@ -43,8 +43,8 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     from cdpr.distribution.survey import survey
     from cdpr.log.run_json import plain
     from cdpr.plugins.registry import registry
-    from cdpr.report.portrait import lines
-    from cdpr.report.scene import Scene
+    from cdpr.report.figures.scene import Scene
+    from cdpr.report.text.portrait import lines
 
     tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
@@ -57,7 +57,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     }
     scene = Scene.of_robot(robot, np.zeros(1), at[None])
     if scenario is not None:
-        from cdpr.simulation.schedule import Schedule, stopped
+        from cdpr.simulation.schedule import Schedule, redirected
 
         simulation = scenario.simulation
         steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
@@ -66,7 +66,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
             return Schedule(events, period, robot, stage, tension, wrench, status, external, np.zeros(6))
 
-        trajectory = stopped(scenario.trajectory.make(), events, period)
+        trajectory = redirected(scenario.trajectory.make(), events, period)
         time = steps * period
         asked, desired = scenario.controlled, np.array([trajectory.sample(t) for t in time])
         solve = solver(asked, options).solve
@@ -95,7 +95,7 @@ def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> N
     folder = Path(out)
     make_folder(folder)
     replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
-    from cdpr.report.sketch import write_svg  # needs matplotlib; the figures are written without it, too
+    from cdpr.report.figures.sketch import write_svg  # needs matplotlib; the figures are written without it, too
 
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:

@@ -25,6 +25,7 @@ def command(as_json: bool) -> None:
                 "summary": entry.info.summary,
                 "properties": dict(entry.info.properties),
                 "options": sorted(entry.info.options.model_fields),
+                "changeable": list(entry.info.changeable),
                 "columns": [column.name for column in entry.info.columns],
                 "distribution": entry.distribution,
                 "version": entry.version,
@@ -51,6 +52,8 @@ def _description(row: dict[str, Any]) -> str:
     facts = [f"{key}: {value}" for key, value in row["properties"].items()]
     if row["options"]:
         facts.append("options: " + ", ".join(row["options"]))
+    if row["changeable"]:
+        facts.append("changeable: " + ", ".join(row["changeable"]))
     if row["columns"]:
         facts.append("columns: " + ", ".join(row["columns"]))
     if row["distribution"] != "cdpr":

@@ -66,7 +66,7 @@ def command(
         for note in loaded.notes:
             click.echo(note, err=True)
         # Only a sound scenario is worth the time that these take to import.
-        from cdpr.fmu.trust import any_fmu
+        from cdpr.fmu.read.trust import any_fmu
         from cdpr.log.run_json import plain
 
         stop: CdprError | None = None
@@ -87,7 +87,7 @@ def command(
             failure = _write_report(run)
             stop = stop or failure
         if as_json:
-            from cdpr.report.reservations import fallback, reservations
+            from cdpr.report.text.reservations import fallback, reservations
 
             told = {"reservations": [*reservations(run), *fallback(run)], "message": run.message, "folder": run.folder}
             figures = {**run.summary(), **told}
@@ -145,7 +145,7 @@ def _write_report(run: Run) -> OutputError | None:
     """Write report.html; without its library a run counts all the same, with a full disk it does not."""
     from pathlib import Path
 
-    from cdpr.report.html import write_report
+    from cdpr.report.pages.run import write_report
 
     assert run.folder is not None
     try:
@@ -175,8 +175,8 @@ def _print(run: Run) -> None:
 
 
 def _lines(run: Run) -> Iterator[str]:
-    from cdpr.report.reservations import fallback, reservations
-    from cdpr.report.text import unit_for
+    from cdpr.report.text.aligned import unit_for
+    from cdpr.report.text.reservations import fallback, reservations
 
     figures = run.summary()
     if run.header.believed:

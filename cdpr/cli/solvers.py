@@ -49,7 +49,7 @@ def command(name: str | None, as_long: bool, as_json: bool) -> None:
     All of it is what the plugins declare.
     """
     from cdpr.plugins.registry import registry
-    from cdpr.report.text import table
+    from cdpr.report.text.aligned import table
 
     found = registry()
     names = found.names("solver") if name is None else [name]
@@ -128,7 +128,7 @@ def _long(solver: dict[str, Any]) -> Iterator[str]:
 
 def _fact(name: str, value: str) -> list[str]:
     """One line, or more where the value is long."""
-    from cdpr.report.text import wrapped
+    from cdpr.report.text.aligned import wrapped
 
     return wrapped(f"  {name:<14} {value}", 17)
 

@@ -104,7 +104,7 @@ def command(
 
 def _report(results: Results) -> None:
     """Write study.html; without its library a study counts all the same."""
-    from cdpr.report.study import write_study
+    from cdpr.report.pages.study import write_study
 
     try:
         write_study(results, results.folder / "study.html")
@@ -124,8 +124,8 @@ def _list(study: Study, as_json: bool) -> None:
 
 def _print(results: Results) -> None:
     """Print the table, shortened, and where all of it is."""
-    from cdpr.report.study_cells import HEADINGS, cells
-    from cdpr.report.text import table
+    from cdpr.report.text.aligned import table
+    from cdpr.report.text.study import HEADINGS, cells
 
     rows = results.table.records()
     left = ROWS

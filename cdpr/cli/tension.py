@@ -59,7 +59,7 @@ def command(
     from cdpr.mechanics.dynamics import required_wrench
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import check_lengths
-    from cdpr.report.distributions import lines
+    from cdpr.report.text.distributions import lines
     from cdpr.tension.problem import Problem
 
     tell_of_compilation()
@@ -118,14 +118,14 @@ def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
 
     from cdpr.log.files import make_folder, replace
     from cdpr.log.run_folder import RUNS, safe_name
-    from cdpr.report.distributions import no_picture
+    from cdpr.report.text.distributions import no_picture
 
     folder = Path(out) if out is not None else RUNS / "tension" / safe_name(figures["robot"])
     written = folder / "tension.json"
     picture = None
     if no_picture(figures) is None:
         try:
-            from cdpr.report.null_space import draw_null_space
+            from cdpr.report.figures.null_space import draw_null_space
 
             picture = draw_null_space(figures)
         except PluginError as error:

@@ -16,7 +16,7 @@ from cdpr.compare.engines import field
 from cdpr.compare.refinement import Measured
 from cdpr.compare.refinement import refine as measure_orders
 from cdpr.compare.runs import Progress, Runs
-from cdpr.log.run_folder import claim
+from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import plain
 from cdpr.scenario import load_scenario
 
@@ -44,7 +44,7 @@ def compare_scenario(
     backends: Sequence[str] | None = None,
     solvers: Sequence[str] | None = None,
     refine: bool = False,
-    out: Path | None = None,
+    out: str | os.PathLike[str] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Progress = lambda done, total: None,
@@ -76,7 +76,7 @@ def compare_scenario(
     for name in names:
         scenario.with_changes(solver=name)  # what is wrong with a solver is told before anything runs
     with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
-        folder = Path(temporary) if out is None else out
+        folder = Path(temporary) if out is None else folder_name(out)
         with _claimed(folder):
             runs = Runs(scenario, folder / RUNS, jobs or os.cpu_count() or 1, timeout, progress)
             groups = compare(runs, chosen, names, named=backends is not None)

@@ -59,7 +59,7 @@ def load_run(path: str | Path) -> Run:
         known = {"status": "finished" if found.problem is None else "running"}
     try:
         return Run(
-            header=found.header,
+            header=_amended(found.header, known),
             rows=found.rows,
             status=known["status"],
             message=known.get("message", ""),
@@ -74,6 +74,13 @@ def load_run(path: str | Path) -> Run:
         raise LogError(
             f"{folder}/{run_json.NAME}: not as cdpr writes it ({error!r}); without that file the log still loads"
         ) from error
+
+
+def _amended(header: Header, known: dict[str, Any]) -> Header:
+    """The header with the cables that broke, as run.json has it: what is done live is not known when a log begins."""
+    said = known.get("header")
+    rows = said.get("broken") if isinstance(said, dict) else None
+    return header if rows is None else replace(header, broken=tuple((int(i), float(time)) for i, time in rows))
 
 
 def _counted(header: Header, known: dict[str, Any]) -> dict[str, Any] | None:
@@ -95,6 +102,8 @@ def _number(value: Any) -> Any:
 
 def locate(path: str | Path) -> tuple[Path, Path | None]:
     """Return the log that `path`, a run folder or a log, stands for, and the run folder if there is one."""
+    if not isinstance(path, str | os.PathLike):
+        raise LogError(f"the folder of a run, or a log, is expected, got {path!r}")
     path = Path(path)
     if path.is_dir():
         log = path / LOG_NAME

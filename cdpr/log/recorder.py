@@ -64,10 +64,15 @@ class Recorder:
         if self._failure is not None:
             raise self._failure
 
+    def amend(self, header: Header, marks: Iterable[int]) -> None:
+        """Go by a header in which other cables break, and by other marks, of samples that are yet to come."""
+        self._marks = sorted(set(marks))
+        if self.tally is not None:
+            self.tally.amend(header)
+
     def rewind(self, stop: int) -> None:
-        """Forget the samples from `stop` on, as where a simulation goes back; not of what is thinned or on disk."""
+        """Forget the samples from `stop` on, as where a simulation goes back; not of what is thinned or logged."""
         assert self.tally is None
-        assert self._writer is None
         self._count = min(self._count, stop)
         self.marked.clear()  # taken anew: all rows are in memory
 

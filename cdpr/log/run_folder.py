@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,21 +31,33 @@ class RunFolder:
             -2, -3, ... where that exists.
         header: what will be run.
         argv: the command line, for the record.
+        first: where a series of branches began, itself unless given.
+        branch: of a run that goes on from another: the folder and the time of that, for the record.
 
     Raises OutputError where the folder is taken or cannot be written.
     """
 
-    def __init__(self, out: Path | None, header: Header, argv: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        out: Path | None,
+        header: Header,
+        argv: Sequence[str] = (),
+        *,
+        branch: Mapping[str, Any] | None = None,
+        first: Path | None = None,
+    ) -> None:
         started = run_json.now()
         self._started: dict[str, Any] = {
             "argv": list(argv),
             "started": started.isoformat(timespec="seconds"),
             "finished": None,
+            **({} if branch is None else {"branch": dict(branch)}),
         }
         no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
         text = run_json.encode(run_json.describe(no_rows) | self._started)
         self.path = new_folder(header.scenario, header.backend) if out is None else out
         file = self.path / run_json.NAME
+        self.first = first or self.path
         claim(self.path, beside(file).name)
         try:
             self._end = Reserved(file, 2 * len(text) + ROOM)
@@ -76,6 +88,20 @@ class RunFolder:
         if and_folder:
             with contextlib.suppress(OSError):
                 self.path.rmdir()
+
+
+def folder_name(out: object) -> Path:
+    """Return the path of a run folder; OutputError where it is none."""
+    if not isinstance(out, str | os.PathLike):
+        raise OutputError(f"out: the name of a folder is expected, got {out!r}")
+    return Path(out)
+
+
+def next_folder(path: Path) -> Path:
+    """Return PATH-2, PATH-3, ..., the first that does not exist."""
+    return next(
+        folder for number in itertools.count(2) if not (folder := path.with_name(f"{path.name}-{number}")).exists()
+    )
 
 
 def new_folder(*names: str) -> Path:

@@ -80,6 +80,11 @@ class Tally:
         """What the solver's answer was found to be at each sample so far, a `cdpr.tension.Status`, (K,)."""
         return self._status[: self.count]
 
+    def amend(self, header: Header) -> None:
+        """Go by a header in which other cables break, after the samples that were counted."""
+        self._header = header
+        self.reach.lose(header.broken)
+
     def add(self, rows: Array) -> None:
         """Count the samples that follow, (n, width)."""
         if not len(rows):

@@ -6,6 +6,7 @@ import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
+from cdpr.model import rotations
 from cdpr.model.robot import Array, Robot
 
 # A singular value below this share of the largest one is round-off.
@@ -23,10 +24,13 @@ LEVEL = 0.1
 
 def check_lengths(robot: Robot, pose: Array) -> None:
     """Raise CdprError where a cable has no length, hence no direction, at a pose (7,)."""
-    for cable, length in zip(robot.cables, lengths(robot, make_state(pose[:3], pose[3:])), strict=True):
+    tips = pose[:3] + robot.anchors[:, 3:] @ rotations.matrix(pose[3:]).T
+    for cable, tip, length in zip(robot.cables, tips, lengths(robot, make_state(pose[:3], pose[3:])), strict=True):
         if not length >= MIN_LENGTH:
             where = f"position {pose[:3].tolist()} m"
-            raise CdprError(f"cable '{cable.name}' has no length at {where}: choose another pose")
+            why = cable.exit.obstacle(cable.frame.tolist(), tip.tolist()) if cable.exit else ""
+            why = f", for {why}" if why else ""
+            raise CdprError(f"cable '{cable.name}' has no length at {where}{why}: choose another pose")
 
 
 def free_wrench_matrix(robot: Robot, state: Array) -> Array:

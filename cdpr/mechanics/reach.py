@@ -72,13 +72,18 @@ class Reach:
         given = bounds or ((None,) * m,) * 3
         self.limits = np.array([[f if b is None else b for b in row] for row, f in zip(given, free, strict=True)])
         self._until = np.full(m, math.inf)
-        for cable, since in broken:
-            self._until[cable] = since
+        self.lose(broken)
         self.counted = 0
         self.any = bool(np.isfinite(self.limits).any())
         self._worst = np.zeros((3, m))  # by how much, as a share of the limit (of 1 m where that is 0)
         self._value = np.zeros((3, m))
         self._samples = np.zeros((2, 3))  # how many, and the number of the first
+
+    def lose(self, broken: Sequence[tuple[int, float]]) -> None:
+        """Take these cables for broken, each from a time (s) on, and no others."""
+        self._until[:] = math.inf
+        for cable, since in broken:
+            self._until[cable] = since
 
     def add(self, time: Array, length: Array, rate: Array) -> bool:
         """Count the samples that follow; True where one leaves a limit.

@@ -43,6 +43,9 @@ class CableExit(Protocol):
     def numbers(self) -> Sequence[float]:
         """Return what the kernels take."""
 
+    def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
+        """Return why no cable leads from `frame` to `tip`, or nothing."""
+
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return points (k, 3), m, of a line that shows it."""
 

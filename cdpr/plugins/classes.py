@@ -2,7 +2,7 @@
 
 A class that derives from an interface becomes a plugin of its own name. It may say what `PluginInfo` would: its
 docstring begins with the summary, `properties` is a mapping of what it declares, `columns` are those that it writes,
-`Options` is the model of its options.
+`Options` is the model of its options, `changeable` names those that may change during a run.
 """
 
 from __future__ import annotations
@@ -123,6 +123,7 @@ def describe_class(role: Role, item: Any) -> PluginInfo:
             properties=getattr(item, "properties", {}),
             options=getattr(item, "Options", PluginOptions),
             columns=getattr(item, "columns", ()),
+            changeable=getattr(item, "changeable", ()),
         )
     except (TypeError, ValueError) as error:
         raise PluginError(f"{role} {item.__name__}: {error}") from error

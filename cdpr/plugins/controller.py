@@ -64,6 +64,14 @@ class Controller(ABC):
         """
         raise PluginError(f"{type(self).__name__} declares columns and has no method `log` to take them")
 
+    def change(self, options: Any) -> None:
+        """Take other options between two steps; only those differ that its `PluginInfo` declares as `changeable`.
+
+        Nothing else changes: what is remembered of earlier calls stays. Raises CdprError, having changed nothing, where
+        they do not fit the robot.
+        """
+        raise PluginError(f"{type(self).__name__} declares changeable options and has no method `change` to take them")
+
     def reset(self) -> None:  # noqa: B027 - an optional hook
         """Forget what was kept from earlier calls."""
 

@@ -63,7 +63,8 @@ class PluginInfo:
     backend's order, a solver's continuity, ...), true of the default options (see `PluginOptions.declares`), shown by
     `cdpr plugins` and checked by the conformance kit. `aliases` are other names of the field for the same, each with
     its source; a scenario may use them where no plugin has that name. `columns` are quantities of its own that a run
-    records: the plugin gets the arrays to write them into by its method `log`.
+    records: the plugin gets the arrays to write them into by its method `log`. `changeable` names options that may
+    change between two steps: the plugin gets them by its method `change`.
     """
 
     name: str
@@ -76,6 +77,7 @@ class PluginInfo:
     interface: int = INTERFACE_VERSION
     aliases: Mapping[str, str] = field(default_factory=dict)
     columns: tuple[Column, ...] = ()
+    changeable: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what would only fail later, when all plugins are listed."""
@@ -95,6 +97,12 @@ class PluginInfo:
             raise TypeError(
                 f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which refuses "
                 f"misspelt keys, got {self.options!r}"
+            )
+        known = [field.alias or name for name, field in self.options.model_fields.items()]
+        if not isinstance(self.changeable, tuple) or any(name not in known for name in self.changeable):
+            raise ValueError(
+                f"PluginInfo.changeable of '{self.name}' must be a tuple of its options, {', '.join(known) or 'none'}, "
+                f"got {self.changeable!r}"
             )
 
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from cdpr.fmu.options import FmuFile
+from cdpr.fmu.read.options import FmuFile
 from cdpr.plugins import FileName, PluginOptions
 
 

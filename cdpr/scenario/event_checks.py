@@ -9,9 +9,15 @@ from pydantic import TypeAdapter, ValidationError
 
 from cdpr.cables import COMMANDED, MODELS
 from cdpr.model import DOF_NAMES
+from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
+from cdpr.scenario.document import Document
 from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
+from cdpr.scenario.initial import Initial
+from cdpr.scenario.motions.guide import Guide
+from cdpr.scenario.problems import Problems
+from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
 
@@ -21,11 +27,18 @@ Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
 
 
 class EventChecks(Checks):
-    """Checks the events that are right by themselves."""
+    """Checks the events that are right by themselves; `options` are those of the plugins where they are known."""
 
-    def run(self) -> None:
-        """Report everything that is wrong."""
-        events = self._read()
+    def __init__(self, document: Document, problems: Problems, options: Options | None = None) -> None:
+        super().__init__(document, problems)
+        self._options = options
+
+    def run(self, given: Sequence[ScenarioEvent] | None = None) -> list[ScenarioEvent]:
+        """Report everything that is wrong; return the events with what their files hold, those that are right.
+
+        They are the document's unless others are `given`.
+        """
+        events = self._read() if given is None else list(enumerate(given))
         simulation = self.section(Simulation, ("simulation",))
         if simulation:
             for i, event in events:
@@ -35,12 +48,18 @@ class EventChecks(Checks):
         cables = list(self.cables(("robot",)))
         given = self.document.get(("robot", "cables"))
         if not isinstance(given, list) or len(cables) != len(given):
-            return  # names and limits are not known
+            return [event for _, event in events]  # names and limits are not known
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, event.named(names)) for i, event in events if self._cable_exists(i, event, names)]
         known.sort(key=lambda place: place[1].time)
+        if self._options is not None:
+            for i, event in sorted(events, key=lambda place: place[1].time):
+                for path, text in event.check_options(self._options):
+                    if not self.problems.has(("events", i, *path)):  # a null has been reported
+                        self.say(("events", i, *path), text)
         self._need_ideal_cables(known)
         history = History(self.document.get(("robot", "unilateral")) is not False)
+        history.cables = names
         common = self.section(TensionSection, ("robot", "tension"))
         both = () if common is None else (common.min, common.max)
         if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
@@ -48,20 +67,29 @@ class EventChecks(Checks):
         for i, event in known:
             for text in event.follow(history):
                 self.say(("events", i), text)
+        return [event for _, event in events]
 
     def _read(self) -> Places:
         given = self.document.get(("events",))
         events: Places = []
         for i, item in enumerate(given if isinstance(given, list) else ()):
             try:
-                events.append((i, EVENT.validate_json(json.dumps(item))))
+                event = EVENT.validate_json(json.dumps(item))
             except ValidationError:
                 continue  # has been reported
+            loaded = event.load(Below(self, ("events", i)))
+            if loaded is not None:
+                events.append((i, loaded))
         return events
 
     def _against_guide(self, events: Places) -> None:
-        """Tell of wrenches that move nothing, for the guide takes all of them."""
+        """Report poses that the guide does not allow; tell of wrenches that move nothing, for it takes all of them."""
         dof = self.directions(("robot", "dof"))
+        initial = self.section(Initial, ("initial",))
+        if dof and initial:
+            guide = Guide(dof, initial.position, self.say)
+            for i, event in events:
+                event.stay(guide, ("events", i))
         for i, event in events:
             swing = event.swing(1.0)
             if dof and swing is not None:

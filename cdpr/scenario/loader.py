@@ -40,7 +40,7 @@ def load_scenario(
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
     problems = Problems()
-    document = open_document(_name(path), "scenario", problems, text=text)
+    document = open_document(file_name(path), "scenario", problems, text=text)
     chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
     return build_scenario(document, overrides, chosen, plugins or registry(), problems)
 
@@ -48,11 +48,11 @@ def load_scenario(
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:
     """Load and check a robot file; arguments and errors as for `load_scenario`."""
     problems = Problems()
-    return _robot(open_document(_name(path), "robot", problems, text=text), overrides, problems)
+    return _robot(open_document(file_name(path), "robot", problems, text=text), overrides, problems)
 
 
-def _name(path: object) -> str:
-    """Return the name of a file."""
+def file_name(path: object) -> str:
+    """Return the name of a file; ScenarioError where it is none."""
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
     text = f"a file name is expected, not {type(path).__name__}: content goes into `text`, as YAML; see load_scenario"
@@ -68,7 +68,7 @@ def load_any(
 ) -> Scenario | Robot:
     """Load and check a file that may be a scenario or a robot; `notes` takes what `Scenario.notes` would hold."""
     problems = Problems()
-    document = open_document(_name(path), None, problems)
+    document = open_document(file_name(path), None, problems)
     loaded: Scenario | Robot
     if kind_of(document) == "robot":
         loaded = _robot(document, overrides, problems)

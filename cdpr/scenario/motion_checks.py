@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.scenario.checks import Checks
-from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.problems import Mark, Path, exact, shown
+from cdpr.scenario.problems import exact
+from cdpr.scenario.report import Below
 
 SHORTER = 1e-9  # relative; a motion ends before the run if by more than rounding
 ROOT = "trajectory"
@@ -37,11 +36,11 @@ class MotionChecks(Checks):
             motion = MOTION.validate_json(json.dumps(self.document.get((ROOT,))))
         except ValidationError:
             return
-        self.motion = motion.load(Below(self))
+        self.motion = motion.load(Below(self, (ROOT,)))
 
     def check(self, initial: Initial | None, duration: float | None) -> None:
         """Report what is wrong, of a run that lasts `duration` (s)."""
-        motion, report = self.motion, Below(self)
+        motion, report = self.motion, Below(self, (ROOT,))
         if motion is None:
             return
         motion.check(report)
@@ -68,7 +67,7 @@ class MotionChecks(Checks):
         if self.motion:
             for path, point in self.motion.poses():
                 guide.check((ROOT, *path), point)
-            self.motion.stay(guide, Below(self))
+            self.motion.stay(guide, Below(self, (ROOT,)))
 
     def _rest_outside(self, motion: Motion, duration: float, report: Below) -> None:
         """Before and after the motion a pose is held, so the motion must start and end at rest there."""
@@ -81,33 +80,3 @@ class MotionChecks(Checks):
                 f"the motion ends at {exact(end)} s and the run at {exact(duration)} s, so the motion must end at rest"
             )
             motion.check_rest(-1, text, report)
-
-
-class Below:
-    """Reports what is wrong with the motion, and reads its files, relative to the scenario."""
-
-    def __init__(self, checks: Checks) -> None:
-        self._checks = checks
-
-    def say(self, path: Path, text: str) -> None:
-        """Report a problem of the value at `path`, below the section."""
-        self._checks.say((ROOT, *path), text)
-
-    def say_of_file(self, path: Path, file: str, line: int, column: int, text: str) -> None:
-        """Report a problem of the file that is named at `path`."""
-        self._checks.problems.add(Mark(self.path(file), line, column), (ROOT, *path), text)
-
-    def path(self, file: str) -> str:
-        """Return the path of a file that is named relative to the scenario."""
-        return os.path.join(self._checks.document.folder, file)
-
-    def read(self, path: Path, file: str, size: int, endings: tuple[str, ...]) -> bytes | None:
-        """Return what the file that is named at `path` holds; None where it cannot be read, which is reported."""
-        if os.path.isabs(file):
-            self.say(path, f"a file name relative to this file is expected, got the absolute {shown(file)}")
-            return None
-        try:
-            return read(self.path(file), size, endings)
-        except UnreadableError as error:
-            self.say(path, str(error))
-            return None

@@ -45,7 +45,7 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
     """Return the changes that `overrides` ask for: keys mapped to values, texts `key=value` in YAML, or changes."""
     if isinstance(overrides, Mapping):
         return _changes(
-            [(key, value, Mark("overrides"), _plain) for key, value in overrides.items()],
+            [(key, value, Mark("overrides"), plain_value) for key, value in overrides.items()],
             problems,
         )
     given = [overrides] if isinstance(overrides, str) else list(overrides) if isinstance(overrides, Iterable) else None
@@ -60,7 +60,7 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
 
 def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -> list[Change]:
     """Return changes from keys, plain values and where they stand."""
-    return _changes([(key, value, mark, _plain) for key, value, mark in items], problems)
+    return _changes([(key, value, mark, plain_value) for key, value, mark in items], problems)
 
 
 CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller": "controller.type"}
@@ -69,7 +69,7 @@ CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller
 def choices(chosen: Mapping[str, str | None], problems: Problems) -> list[Change]:
     """Return the changes that choose plugins by the arguments `backend`, `solver` and `controller`."""
     rows = [
-        (key, chosen[name], Mark(f"{name}={_brief(shown(chosen[name]))}"), _plain)
+        (key, chosen[name], Mark(f"{name}={_brief(shown(chosen[name]))}"), plain_value)
         for name, key in CHOICES.items()
         if chosen.get(name) is not None
     ]
@@ -141,7 +141,7 @@ def _parsed(text: str) -> Any:
     return parse_value(value.strip())
 
 
-def _plain(value: Any, depth: int = 1) -> Any:
+def plain_value(value: Any, depth: int = 1) -> Any:
     """Turn what Python code passes into plain data; ValueError for anything else."""
     if depth > MAX_DEPTH:
         raise ValueError(f"nested more than {MAX_DEPTH} deep")
@@ -156,9 +156,9 @@ def _plain(value: Any, depth: int = 1) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):
-        return {str(key): _plain(item, depth + 1) for key, item in value.items()}
+        return {str(key): plain_value(item, depth + 1) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item, depth + 1) for item in value]
+        return [plain_value(item, depth + 1) for item in value]
     raise ValueError(f"a number, a text, a list or a mapping is expected, got {type(value).__name__}")
 
 

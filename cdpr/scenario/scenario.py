@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -13,10 +14,12 @@ from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
-from cdpr.plugins.registry import Registry
+from cdpr.plugins import FileName
+from cdpr.plugins.registry import Registered, Registry, Role
 from cdpr.scenario import belief
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.angle_checks import AngleChecks
+from cdpr.scenario.changes import Options
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.events import ScenarioEvent
@@ -24,7 +27,7 @@ from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS, Change, Overrides, choices
-from cdpr.scenario.problems import Problems
+from cdpr.scenario.problems import Problem, Problems
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks
@@ -144,6 +147,10 @@ class Scenario:
         log, steps = self.sections.log, self.simulation.steps
         return 1 if log is None else max(1, min(round(log.step / self.simulation.control_step), steps))
 
+    def options(self) -> Options:
+        """Return the options of controller and solver that are in force at the start, to be changed."""
+        return _options(self._plugins, self.sections, self.controller_options, self.solver_options, self._document)
+
     def backend_options(self, name: str | None = None) -> BaseModel:
         """Return the options of a backend, of the chosen one unless named; PluginError if it has none."""
         name = name or self.simulation.backend
@@ -154,6 +161,29 @@ class Scenario:
             return model()
         except ValidationError as error:
             raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
+
+    def problems_with(self, events: Sequence[ScenarioEvent]) -> list[Problem]:
+        """Return what is wrong with `events` in place of its own: paths are those in the section `events`."""
+        problems = Problems()
+        EventChecks(self._document.copy(), problems, self.options()).run(events)
+        return problems.items
+
+    def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:
+        """Return YAML of the scenario with these events and a duration (s), to stand in another folder."""
+        data = self._plain()
+        data["simulation"]["duration"] = duration
+        data["events"] = [_dumped(event) for event in events]
+        here = self._document.folder
+        for key in self.trajectory.files:
+            data["trajectory"][key] = os.path.relpath(os.path.join(here, data["trajectory"][key]), folder)
+        sections = {"controller": self.controller_options, "solver": self.solver_options, "actuators": self.actuators}
+        for name, options in sections.items():
+            if options is not None:
+                data[name] |= _located(options, folder)
+        for name, options in self._backend_options.items():
+            if name in data["backend_options"]:
+                data["backend_options"][name] |= _located(options, folder)
+        return dump(data)
 
     def resolved_yaml(self) -> str:
         """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario.
@@ -213,13 +243,16 @@ def build_scenario(
     report_nulls(data_of_robot, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
     motion = RunChecks(document, problems).run()
-    EventChecks(document, problems).run()
     AngleChecks(document, problems).run()
-    believed = _believed(document, problems)
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
     backend_options = reader.of_backends()
+    in_force = None
+    if sections is not None and controller_options is not None and solver_options is not None:
+        in_force = _options(plugins, sections, controller_options, solver_options, document)
+    events = EventChecks(document, problems, in_force).run()
+    believed = _believed(document, problems)
     problems.raise_any()
     assert sections is not None
     assert controller_options is not None
@@ -228,7 +261,7 @@ def build_scenario(
     thought = believed and believed.named()
     trajectory = (motion or sections.trajectory).complete(sections.initial)
     names = [cable.name for cable in robot.cables]
-    events = [event.named(names) for event in sections.events]
+    events = [event.named(names) for event in events]
     return Scenario(
         sections=sections.model_copy(
             update={
@@ -273,6 +306,26 @@ def _believed(document: Document, problems: Problems) -> RobotSection | None:
         belief.tell_warnings(twin, document)
     belief.tell(found, problems)
     return sections.robot if sections else None
+
+
+def _options(
+    plugins: Registry, sections: ScenarioSection, controller: BaseModel, solver: BaseModel, document: Document
+) -> Options:
+    chosen: dict[Role, Registered] = {
+        "controller": plugins.get("controller", sections.controller.type),
+        "solver": plugins.get("solver", sections.solver.type),
+    }
+    return Options(chosen, {"controller": controller, "solver": solver}, document.folder)
+
+
+def _dumped(section: BaseModel) -> dict[str, Any]:
+    return section.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+
+def _located(options: BaseModel, folder: str) -> dict[str, str]:
+    """Return the names of the files that options name, as seen from a folder."""
+    names = {field.alias or key: getattr(options, key) for key, field in type(options).model_fields.items()}
+    return {key: os.path.relpath(name.path, folder) for key, name in names.items() if isinstance(name, FileName)}
 
 
 def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:

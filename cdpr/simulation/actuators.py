@@ -10,12 +10,12 @@ import numpy as np
 from cdpr.cables import ACTUATED, with_model
 from cdpr.cables.lines import lines
 from cdpr.errors import CdprError, FmuError
-from cdpr.fmu.archive import Archive, open_archive
-from cdpr.fmu.exchange import reader, writer
 from cdpr.fmu.export import Actuator, cached_fmu
-from cdpr.fmu.parameters import Known
-from cdpr.fmu.running import RunningFmu
-from cdpr.fmu.trust import require_trust
+from cdpr.fmu.read.archive import Archive, open_archive
+from cdpr.fmu.read.trust import require_trust
+from cdpr.fmu.run.exchange import reader, writer
+from cdpr.fmu.run.parameters import Known
+from cdpr.fmu.run.running import RunningFmu
 from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.robot import Array

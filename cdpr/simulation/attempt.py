@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -30,9 +32,16 @@ from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
 from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario
+from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.build import build
 from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
-from cdpr.simulation.loop import Loop, Parts
+from cdpr.simulation.loop import Loop
+from cdpr.simulation.parts import Parts
+from cdpr.simulation.schedule import redirected
+from cdpr.simulation.session import Session
+from cdpr.trajectory import Trajectory
+
+SESSION_NAME = "session.yaml"  # in the folder of a run to which something was done
 
 STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
@@ -50,7 +59,7 @@ class Attempt:
     Attributes:
         loop: made by `begin`.
         recorder: keeps the rows; made by `begin`.
-        outside: what was given from outside, and from which sample to which, excluded.
+        session: what is done to it from outside.
         run: once all that it says is known.
     """
 
@@ -62,7 +71,8 @@ class Attempt:
         self.loop: Loop | None = None
         self.recorder: Recorder | None = None
         self.run: Run | None = None
-        self.outside: list[tuple[str, int, int]] = []
+        self.session = Session(scenario)
+        self._motion: Trajectory | None = None  # the scenario's, without what events do to it
         self._closed: list[str] = []  # which parts need not be closed any more
         self._plugins: dict[str, Any] = {}  # what parts said of themselves
         self._begun = self._started = perf_counter()
@@ -78,11 +88,42 @@ class Attempt:
         self._started = perf_counter()
         return self.loop, self.recorder
 
-    def note(self, what: str, first: int, stop: int) -> None:
-        """Keep that from sample `first` to `stop`, excluded, a wrench or tensions were given from outside."""
-        if self.outside and self.outside[-1][0] == what and self.outside[-1][2] == first:
-            first = self.outside.pop()[1]
-        self.outside.append((what, first, stop))
+    def revise(self) -> None:
+        """Go on with the events as the session has them; what has happened is not done again.
+
+        Raises CdprError, having changed nothing, where the motion cannot be what they say.
+        """
+        assert self.loop is not None
+        assert self.recorder is not None
+        events, step, motion = self.session.events, self.header.control_step, self.loop.parts.trajectory
+        if _moving(events) != _moving(self.loop.parts.events):
+            if self._motion is None:
+                self._motion = self.scenario.trajectory.make()
+            motion = redirected(self._motion, events, step)
+        self.loop.revise(events, motion)
+        self.parts = self.loop.parts
+        self.header = replace(self.header, broken=broken(events, self.header.cables, step))
+        self.recorder.amend(self.header, marks(events, step))
+
+    def branch(self, folder: RunFolder) -> Attempt:
+        """Complete log and record of this run where it stands; return the one that goes on in another folder."""
+        assert self.parts is not None
+        assert self.loop is not None
+        done = self.samples > self.scenario.simulation.steps
+        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: goes on in {folder.path}")
+        self.run, _ = self._finished(stop, closing=False)
+        if self.folder is not None:
+            self.folder.finish(self.run)
+        new = Attempt(self.scenario, self.header, folder)
+        new.parts, new.loop, new._started = self.parts, self.loop, perf_counter()
+        new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path)
+        self.loop.write_to(new.recorder.rows)
+        return new
+
+    @property
+    def samples(self) -> int:
+        """How many samples are complete."""
+        return 0 if self.loop is None else self.loop.count
 
     def told(self, error: BaseException) -> BaseException:
         """Return what is to be said of an exception: foreign ones are a plugin's."""
@@ -114,7 +155,7 @@ class Attempt:
     @property
     def _time(self) -> float:
         """How far the run came, s."""
-        return 0.0 if self.loop is None else self.loop.count * self.header.control_step
+        return self.samples * self.header.control_step
 
     def _end(self, error: BaseException | None) -> Run:
         """Called again, it goes on where an interrupt cut it short."""
@@ -130,10 +171,10 @@ class Attempt:
             raise error
         return self.run
 
-    def _finished(self, error: BaseException | None) -> tuple[Run, BaseException | None]:
-        """Close log and backend; return the run and what it ended with, which may be what the log met."""
+    def _finished(self, error: BaseException | None, *, closing: bool = True) -> tuple[Run, BaseException | None]:
+        """Close log and, unless it goes on, backend; return the run and what it ended with: maybe what the log met."""
         looped = perf_counter()
-        samples = 0 if self.loop is None else self.loop.count
+        samples = self.samples
         rows: Array | LogRows = np.empty((0, self.header.layout.width))
         counted: dict[str, Any] | None = None
         events: list[Event] = []
@@ -148,13 +189,12 @@ class Attempt:
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
             events += tension_events(self.recorder.status, self.header.control_step, self.parts)
             events += limit_events(self._reach(rows), self.header)
-            step = self.header.control_step
-            for what, first, end in self.outside:
-                stop = min(end, samples)
-                if stop <= first:
-                    continue
-                text = f"the {what} was given from outside ({stop - first} samples)"
-                events.append(Event(first * step, "outside", text, until=stop * step))
+            events += self.session.told(samples)
+            if self.folder is not None and self.session:
+                try:
+                    self.session.save(self.folder.path / SESSION_NAME, samples)
+                except CdprError as unsaved:
+                    events.append(Event(self._time, "warning", f"{SESSION_NAME} is not written: {unsaved}"))
         plugins = self._plugins
         if self.parts is not None:
             events.sort(key=lambda event: event.time)
@@ -163,7 +203,7 @@ class Attempt:
                 "controller": self.parts.controller,
             }
             for role, part in parts.items():
-                if role in self._closed:
+                if role in self._closed or not closing:
                     continue
                 self._closed.append(role)  # one that hangs is not asked twice
                 try:
@@ -205,6 +245,11 @@ class Attempt:
         length, rate = (np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate"))
         reach.add(np.ascontiguousarray(rows[:, columns["time"]][:, 0]), length, rate)
         return reach
+
+
+def _moving(events: Sequence[ScenarioEvent]) -> list[int]:
+    """Which of the events change the desired motion."""
+    return [id(event) for event in events if type(event).redirect is not ScenarioEvent.redirect]
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

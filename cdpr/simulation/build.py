@@ -24,8 +24,9 @@ from cdpr.scenario.events import broken
 from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of
-from cdpr.simulation.loop import Parts
-from cdpr.simulation.schedule import stopped
+from cdpr.simulation.parts import Parts
+from cdpr.simulation.schedule import redirected
+from cdpr.simulation.settings import Settings
 
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")
@@ -63,7 +64,7 @@ def build(scenario: Scenario) -> Parts:
             robot=robot,
             controlled=controlled,
             believed=believed,
-            trajectory=stopped(scenario.trajectory.make(), scenario.events, simulation.control_step),
+            trajectory=redirected(scenario.trajectory.make(), scenario.events, simulation.control_step),
             controller=controller,
             solver=solver,
             solver_name=scenario.solver.type,
@@ -77,6 +78,7 @@ def build(scenario: Scenario) -> Parts:
             events=scenario.events,
             ideal_cables=scenario.ideal_cables,
             columns=columns_of(scenario),
+            settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),
         )
         made.pop_all()
     return parts

@@ -12,7 +12,7 @@ from cdpr.log.run import Header
 from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
-from cdpr.simulation.loop import Parts
+from cdpr.simulation.parts import Parts
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 from cdpr.tension.stage import MEANING
@@ -71,5 +71,5 @@ def scheduled_events(
     def tensions(k: int) -> dict[str, float]:
         return dict(zip(header.cables, marked[k][columns].tolist(), strict=True)) if k in marked else {}
 
-    came = [one for one in scheduled if round(one.time / step) < samples]
+    came = [one for one in scheduled if first_sample(one.time, step) < samples]
     return [event for one in came for event in one.tell(step, samples, tensions(first_sample(one.time, step)))]

@@ -3,32 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from cdpr.cables.lines import lines
-from cdpr.columns import LATER, Column
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Reach, bounds_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
-from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import FAULTS, acceleration_bounds, believe, exert, observe
 from cdpr.simulation.pace import Pace
+from cdpr.simulation.parts import Parts
+from cdpr.simulation.playback import Playback
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
-from cdpr.tension.policy import Policy
 from cdpr.tension.stage import TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
@@ -38,29 +37,6 @@ CLOCK_TOLERANCE = 1e-6
 
 # After these a solver need not have written any tensions.
 ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
-
-
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """What a closed loop is made of."""
-
-    robot: Robot
-    controlled: Robot  # as the distribution knows it: its dof are the directions in which it has to balance the wrench
-    trajectory: Trajectory
-    controller: Controller
-    solver: TensionSolver
-    solver_name: str
-    respects_bounds: bool
-    policy: Policy
-    backend: Backend
-    control_step: float  # s
-    substeps: int  # physics steps in a control step
-    output: Output = "wrench"  # what the controller puts out
-    events: tuple[ScenarioEvent, ...] = ()  # what happens during the run
-    limits: Literal["warn", "stop"] = "warn"  # where a cable leaves its length or speed_max
-    ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
-    columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
-    believed: Robot | None = None  # as controller and solver know it, where that is not the robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +97,7 @@ class Loop:
             view("status"),
             view("external"),
             backend.external,
+            parts.settings,
         )
         bounds = acceleration_bounds(robot, backend.gravity)
         plant = (bounds, backend.highest, backend.external, backend.state)
@@ -181,15 +158,45 @@ class Loop:
         parts.backend.reset(start)
 
     def begin(self, rows: Array, last: int) -> None:
-        """Look at sample 0, at the backend's present state, and make the halves of a step: `decide` and `advance`.
+        """Look at sample 0, at the backend's present state; from then on `decide` and `advance` make a step.
 
         `decide` completes sample `count`, which goes into `rows[count % len(rows)]`; `advance` takes the plant to the
         next and looks: at its state, at what happens, at what is desired. `last` is the number of the last sample;
         where there are fewer rows, their number is a multiple of 256. Both raise SimulationStopped; a sample that tells
         why there are no tensions is complete all the same.
-
-        (They are functions over what they need: to look it up in this object would cost as much as a kernel.)
         """
+        self.write_to(rows)
+        self.count, self.last, self.time = 0, last, 0.0
+        self._first()
+        self.due = self.schedule.begin()
+        self.row[0] = 0.0
+        if self.due == 0:
+            self.due = self.schedule.act(0)
+        self.sample(0.0)
+
+    def revise(self, events: Sequence[ScenarioEvent], motion: Trajectory) -> None:
+        """Go on with these events and the motion as they make it; what has happened is not done again."""
+        self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
+        self.sample = motion.sampler(self.desired)
+        self.schedule.plan(events)
+        self._outside.clear()
+        self.distribute = self._through(self.stage)
+        self.write_to(self._rows)
+
+    def join(self, event: ScenarioEvent) -> None:
+        """Let happen what an event, of which `revise` knows, does at the present sample, which is not yet decided."""
+        k = self.count
+        self.schedule.join(event, k)
+        self.due = self.schedule.push(k)
+        self.sample(self.time)
+
+    def write_to(self, rows: Array) -> None:
+        """Put the samples into `rows` from now on.
+
+        (The halves of a step are functions over what they need: to look it up in this object would cost as much as a
+        kernel.)
+        """
+        self._rows = rows
         parts, row, size = self.parts, self.row, len(rows)
         backend, substeps, period = parts.backend, parts.substeps, parts.control_step
         state, desired, out = self.given_state, self.given_desired, self.out
@@ -228,14 +235,12 @@ class Loop:
                 self.due = act(k)
             sample(time)
 
-        self.decide, self.advance = decide, advance
-        self.count, self.last, self.time = 0, last, 0.0
-        self._first()
-        self.due = self.schedule.begin()
-        row[0] = 0.0
-        if self.due == 0:
-            self.due = act(0)
-        sample(0.0)
+        playback = Playback(parts.events, period, self.give)
+
+        def decide_as_given(given: Callable[[], None] | None = None) -> None:
+            decide(given or playback.at(self.count))
+
+        self.decide, self.advance = decide_as_given if playback else decide, advance
 
     def run(
         self, rows: Array, flush: Callable[[int], None], *, steps: int | None = None, real_time: bool = False
@@ -257,12 +262,14 @@ class Loop:
     def go(self, k: int, pace: Pace) -> None:
         """Complete the samples before sample k, and look at that; raises as `run`."""
         decide, advance = self.decide, self.advance
-        with self.timed():
+        try:
             while self.count < k:
                 decide()
                 advance()
                 if self.count >= pace.count or monotonic() > pace.due:
                     pace.after(self.count, self.time)
+        except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs a tenth of a step that is alone
+            raise self._dated(stop) from stop
 
     @contextmanager
     def timed(self) -> Iterator[None]:
@@ -270,7 +277,10 @@ class Loop:
         try:
             yield
         except (SimulationStopped, PluginError) as stop:
-            raise type(stop)(f"t = {self.time:.6g} s: {stop}") from stop
+            raise self._dated(stop) from stop
+
+    def _dated(self, stop: SimulationStopped | PluginError) -> SimulationStopped | PluginError:
+        return type(stop)(f"t = {self.time:.6g} s: {stop}")
 
     def give(self, output: Output, values: Array) -> Callable[[], None]:
         """Return what decides a step in place of the controller: a wrench to distribute, or the command of each cable.

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loads import write_loads
+from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import TensionStage
-from cdpr.trajectory import Stopping, Trajectory
+from cdpr.trajectory import Trajectory
 
 NEVER = -1  # no sample has this number
 
@@ -27,7 +29,8 @@ class Schedule:
 
     A fault acts on the plant through the tension that the stage imposes after it has distributed; the distribution
     learns of it by limits that lock the cable. tension (m,), wrench (6,), status (1,) and external (6,) are those of
-    the present row, `push` (6,) is the backend's external wrench.
+    the present row, `push` (6,) is the backend's external wrench; `settings` are the options that events may change,
+    None where no controller takes part.
 
     Attributes:
         distribute: what the loop calls in place of the stage's own.
@@ -45,35 +48,51 @@ class Schedule:
         status: Array,
         external: Array,
         push: Array,
+        settings: Settings | None = None,
     ) -> None:
-        self._stage = stage
+        self._stage, self._step = stage, step
+        self._settings = settings
         self._tension, self._wrench, self._status, self._external, self._push = tension, wrench, status, external, push
         self._limits = stage.limits.copy()
         self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
+        self._loads = np.zeros((0, 10))
+        self._todo: dict[int, list[Action]]
+        self.plan(events)
+
+    def plan(self, events: Sequence[ScenarioEvent]) -> None:
+        """Take these events in place of those before; what has been done is not done again."""
+        step = self._step
         swings = [swing for event in events if (swing := event.swing(step)) is not None]
         rows = [(swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude) for swing in swings]
-        self._loads = np.array(rows, dtype=float).reshape(-1, 10)
+        acted, self._loads = len(self._loads) > 0, np.array(rows, dtype=float).reshape(-1, 10)
+        if acted and not rows:
+            self._push[:] = self._external[:] = 0.0
         todo = [(time, partial(do, self)) for event in events for time, do in event.actions(step)]
-        self._todo: dict[int, list[Action]] = {}
+        self._todo = {}
         for time, do in sorted(todo, key=lambda row: row[0]):
             self._todo.setdefault(first_sample(time, step), []).append(do)
         changes = self._loads[:, :2].ravel()
         self._due = sorted({*self._todo, *(int(k) for k in changes[np.isfinite(changes)])})
         self._overrides = any(event.overrides for event in events)
-        self.distribute = self.through(stage)
+        self.distribute = self.through(self._stage)
 
     def through(self, stage: TensionStage | CommandStage) -> Action:
         """Return what distributes by this stage: its own method, where no event touches a cable."""
         return partial(self._distribute, stage) if self._overrides else stage.distribute
 
     def snapshot(self) -> object:
-        """Return what has happened to cables and power so far."""
-        return self._imposing, self._power, self._stage.limits.copy(), self._stage.held.copy(), self._locked.copy()
+        """Return what has happened to cables, power and options so far."""
+        limits, held, locked = self._stage.limits.copy(), self._stage.held.copy(), self._locked.copy()
+        settings = None if self._settings is None else self._settings.snapshot()
+        return self._imposing, self._power, limits, held, locked, settings
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        self._imposing, self._power, self._stage.limits[:], self._stage.held[:], self._locked[:] = snapshot
+        *rest, settings = snapshot
+        self._imposing, self._power, self._stage.limits[:], self._stage.held[:], self._locked[:] = rest
+        if self._settings is not None:
+            self._settings.restore(settings)
 
     def begin(self) -> int:
         """Put everything back; return the sample at which `act` is due, or NEVER."""
@@ -81,6 +100,8 @@ class Schedule:
         self._stage.limits[:] = self._limits
         self._stage.held[:] = np.nan
         self._locked[:] = False
+        if self._settings is not None:
+            self._settings.reset()
         if len(self._loads):
             self._push[:] = 0.0
         self._external[:] = self._push
@@ -96,6 +117,16 @@ class Schedule:
         """Let happen what is due at sample k, before it is computed; return the sample that is due next."""
         for do in self._todo.get(k, ()):
             do()
+        return self.push(k)
+
+    def join(self, event: ScenarioEvent, k: int) -> None:
+        """Let happen at sample k what an event does that was planned when all else there had happened."""
+        for time, do in sorted(event.actions(self._step), key=lambda row: row[0]):
+            if first_sample(time, self._step) == k:
+                do(self)
+
+    def push(self, k: int) -> int:
+        """Write the external wrench of sample k; return the sample that is due next."""
         swinging = False
         if len(self._loads):
             swinging = write_loads(self._loads, k, self._external)
@@ -131,6 +162,11 @@ class Schedule:
         held[np.isnan(held)] = 0.0
         self._power, self._imposing = False, True
 
+    def set(self, key: str, value: Any) -> None:
+        """Change an option of a plugin, where there are plugins."""
+        if self._settings is not None:
+            self._settings.set(key, value)
+
     def _distribute(self, stage: TensionStage | CommandStage) -> None:
         if self._power:
             stage.distribute()
@@ -140,10 +176,11 @@ class Schedule:
             stage.impose()
 
 
-def stopped(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
-    """Return the motion with the controlled emergency stop that `events` hold, if any."""
-    for event in events:
-        slowing = event.slowing(step)
-        if slowing is not None:
-            return Stopping(motion, *slowing)
+def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
+    """Return the motion with what `events` do to it. Raises CdprError, naming the event, where one cannot be."""
+    for event in sorted(events, key=lambda event: event.time):
+        try:
+            motion = event.redirect(motion, step)
+        except CdprError as error:
+            raise CdprError(f"event '{event.type}' at {event.time:g} s: {error}") from error
     return motion

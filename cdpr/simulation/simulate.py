@@ -10,7 +10,7 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
-from cdpr.simulation.simulation import attempt
+from cdpr.simulation.start import attempt
 
 
 def simulate(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
+from threading import Lock
 from types import TracebackType
 from typing import Any, Self
 
@@ -16,17 +16,20 @@ from numpy.typing import ArrayLike
 
 from cdpr.errors import CdprError, PlantEnded, PluginError
 from cdpr.log.run import Run
-from cdpr.log.run_folder import RunFolder
+from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
-from cdpr.plugins.registry import Role, describe, registry
-from cdpr.scenario import Scenario, load_scenario
+from cdpr.plugins.controller import Output
+from cdpr.plugins.registry import describe
+from cdpr.scenario import Scenario
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
+from cdpr.simulation.live import Alone, Live
 from cdpr.simulation.loop import Moment
 from cdpr.simulation.pace import Pace
-from cdpr.simulation.room import check_room
+from cdpr.simulation.session import Done
+from cdpr.simulation.start import attempt
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +42,9 @@ class Snapshot:
     moment: Moment
     first: int
     rows: Array
-    outside: list[tuple[str, int, int]]
+    done: Done
     before: Snapshot | None
-    of: Attempt
+    of: object
 
     def line(self) -> Iterator[Snapshot]:
         """Yield this one and all before."""
@@ -57,7 +60,7 @@ Observer = Callable[[Array], None]
 ROUNDING = 1e-9
 
 
-class Simulation:
+class Simulation(Live):
     """A closed loop that goes on when it is told to; `simulate` is one that goes on to its end.
 
     Args:
@@ -84,17 +87,19 @@ class Simulation:
         out: str | os.PathLike[str] | None = None,
     ) -> None:
         self._observers: list[Observer] = []
+        self._at_work = Lock()
         self._start(attempt(scenario, backend, solver, controller, overrides, out))
 
     def _start(self, made: Attempt) -> None:
         """Build, and look at sample 0."""
-        self._attempt = made
+        self._attempt, self._origin = made, object()
         self._snapshot: Snapshot | None = None  # the last one on the way to the present
         with self._kept():
-            self._loop, self._recorder = made.begin()
+            loop, self._recorder = made.begin()
             self._pace = Pace(self._recorder.flush)
-            with self._loop.timed():
-                self._loop.begin(self._recorder.rows, self.steps)
+            self._loop, self._last = loop, made.scenario.simulation.steps
+            with loop.timed():
+                loop.begin(self._recorder.rows, self._last)
         self._row = read_only(self._loop.row)
 
     @property
@@ -115,7 +120,7 @@ class Simulation:
     @property
     def done(self) -> bool:
         """Whether nothing is left to do."""
-        return self._attempt.run is not None or self._loop.count > self.steps
+        return self._attempt.run is not None or self._loop.count > self._last
 
     @property
     def row(self) -> Array:
@@ -153,22 +158,29 @@ class Simulation:
         """
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
             raise CdprError(f"step: a whole number of steps, at least 1, is expected, got {n!r}")
-        self._ready()
-        given = self._given(wrench, tension)
-        until = min(self._loop.count + int(n), self.steps)
-        if given is not None:
-            stop = until + (until == self.steps)  # then the last sample is decided, too
-            self._attempt.note("wrench" if tension is None else "tension", self._loop.count, stop)
-        self._go(until, given)
+        with self._alone("step"):
+            self._ready()
+            until = min(self._loop.count + int(n), self._last)
+            if wrench is None and tension is None:
+                self._go(until, None)
+                return
+            given = self._given(wrench, tension)
+            stop = until + (until == self._last)  # then the last sample is decided, too
+            self._attempt.session.give(*given, self._loop.count, stop)
+            self._go(until, self._loop.give(*given))
 
     def until(self, time: float) -> None:
         """Go on to the first sample at or after `time` (s), or to the end."""
+        with self._alone("until"):
+            self._until(time)
+
+    def _until(self, time: float) -> None:
         self._ready()
         known = isinstance(time, Real) and not isinstance(time, bool) and np.isfinite(float(time))
         if not known or time < self.time * (1.0 - ROUNDING):
             raise CdprError(f"until: a time from the present one on, {self.time:g} s, is expected, got {time!r}")
         period = self.scenario.simulation.control_step
-        last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self.steps)
+        last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self._last)
         self._go(last, None)
 
     def observe(self, observer: Observer) -> None:
@@ -183,43 +195,76 @@ class Simulation:
     def snapshot(self) -> Snapshot:
         """Return all that the future depends on: plant, controller, solver, events, and how far it came.
 
-        Raises PluginError where the backend or the controller cannot take one.
+        Raises PluginError where the backend, the controller or the solver cannot take one.
         """
-        self._ready(also_done=True)
-        entry = self.scenario.plugins.get("solver", self.scenario.solver.type)
-        solver = self._loop.parts.solver
-        if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
-            raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
-        moment, before = self._loop.snapshot(), self._snapshot
-        first = 0 if before is None else before.moment.count
-        rows = self._recorder.rows[first : moment.count].copy() if self._branches else np.empty((0, 0))
-        self._snapshot = Snapshot(moment, first, rows, list(self._attempt.outside), before, self._attempt)
-        return self._snapshot
+        with self._alone("snapshot"):
+            self._ready(also_done=True)
+            entry = self.scenario.plugins.get("solver", self.scenario.solver.type)
+            solver = self._loop.parts.solver
+            if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
+                raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
+            moment, before = self._loop.snapshot(), self._snapshot
+            first = 0 if before is None else before.moment.count
+            rows = self._recorder.rows[first : moment.count].copy() if self._branches else np.empty((0, 0))
+            done = self._attempt.session.snapshot()
+            self._snapshot = Snapshot(moment, first, rows, done, before, self._origin)
+            return self._snapshot
 
     @property
     def _branches(self) -> bool:
-        """Whether samples can be made anew: those that are logged or thinned stay."""
-        return self._attempt.folder is None and self._recorder.tally is None
+        """Whether samples can be made anew: those that are thinned, or on disk alone, stay."""
+        return self._recorder.tally is None
 
-    def restore(self, snapshot: Snapshot) -> None:
+    def restore(self, snapshot: Snapshot, *, out: str | os.PathLike[str] | None = None) -> None:
         """Go back to a snapshot of this simulation: what follows is the same to the bit.
 
-        Raises CdprError with a log, whose samples stay: take a simulation without `out`.
+        With a log, it goes on in another folder, which holds the samples from the start, too, and whose run.json names
+        folder and time that it branches from; the log in the folder before ends where it was.
+
+        Args:
+            snapshot: taken since the last reset. What was done after it is forgotten.
+            out: the other folder, new or empty; the name of the first with -2, -3, ... unless given.
+
+        Raises CdprError, and goes on as if it had not been asked, where samples are thinned or too many for the memory,
+        OutputError where the folder cannot be written.
         """
-        if not isinstance(snapshot, Snapshot) or snapshot.of is not self._attempt:
-            raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
-        self._ready(also_done=True)
-        if not self._branches:
-            raise CdprError("restore: samples that are logged or thinned stay; leave out `out` and log.step")
-        self._loop.restore(snapshot.moment)
-        there = set() if self._snapshot is None else set(self._snapshot.line())
-        for each in snapshot.line():
-            if each in there:
-                break
-            self._recorder.rows[each.first : each.moment.count] = each.rows
-        self._recorder.rewind(snapshot.moment.count)
-        self._attempt.outside[:] = snapshot.outside
-        self._snapshot = snapshot
+        with self._alone("restore"):
+            if not isinstance(snapshot, Snapshot) or snapshot.of is not self._origin:
+                raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
+            self._ready(also_done=True)
+            if not self._branches:
+                raise CdprError(
+                    "restore: samples that are thinned, or in the log alone, stay: leave out log.step or `out`"
+                )
+            if out is not None and self._attempt.folder is None:
+                raise CdprError("restore: `out` is for a simulation that logs, as it is told when it is made")
+            shared: set[Snapshot] = set() if self._snapshot is None else set(self._snapshot.line())
+            if self._attempt.folder is not None:
+                shared = set()  # the table of the other folder is empty
+                self._branch(self._attempt.folder, snapshot, out)
+            with self._kept():
+                self._attempt.session.restore(snapshot.done)
+                self._attempt.revise()
+                self._loop.restore(snapshot.moment)
+                for each in snapshot.line():
+                    if each in shared:
+                        break
+                    self._recorder.rows[each.first : each.moment.count] = each.rows
+                self._recorder.rewind(snapshot.moment.count)
+                if self._attempt.folder is not None:
+                    self._recorder.flush(snapshot.moment.count)
+            self._snapshot = snapshot
+
+    def _branch(self, before: RunFolder, snapshot: Snapshot, out: str | os.PathLike[str] | None) -> None:
+        """End the log where it is, and begin one in another folder."""
+        path = next_folder(before.first) if out is None else folder_name(out)
+        here = {"folder": str(before.path), "time": snapshot.moment.time}
+        folder = RunFolder(path, self._attempt.header, branch=here, first=before.first)
+        with self._kept():
+            self._attempt = self._attempt.branch(folder)
+            assert self._attempt.recorder is not None
+            self._recorder = self._attempt.recorder
+            self._pace = Pace(self._recorder.flush)
 
     def reset(self, state: ArrayLike | None = None, *, seed: int | None = None) -> None:
         """Begin anew, also after the end; what was computed since is forgotten, observers stay.
@@ -231,6 +276,10 @@ class Simulation:
 
         Raises CdprError with a log, whose samples stay: make another simulation.
         """
+        with self._alone("reset"):
+            self._reset(state, seed)
+
+    def _reset(self, state: ArrayLike | None, seed: int | None) -> None:
         if self._attempt.folder is not None:
             raise CdprError("reset: what is logged stays; make another simulation, or leave out `out`")
         changes: dict[str, Any] = {} if seed is None else {"simulation.seed": seed}
@@ -239,7 +288,7 @@ class Simulation:
             rates = {"velocity": x[7:10], "angular_velocity": x[10:]}
             changes["initial"] = {"position": x[:3], "orientation": {"quaternion": x[3:7]}, **rates}
         scenario = self.scenario.with_changes(changes)
-        self.close()
+        self._end()
         self._start(Attempt(scenario, make_header(scenario), None))
 
     def run(self) -> Run:
@@ -247,6 +296,12 @@ class Simulation:
 
         One that is not done has the status "ended".
         """
+        if self._attempt.run is not None:
+            return self._attempt.run
+        with self._alone("run"):
+            return self._end()
+
+    def _end(self) -> Run:
         if self._attempt.run is not None:
             return self._attempt.run
         if self.done:
@@ -262,6 +317,10 @@ class Simulation:
     def close(self) -> None:
         """End the simulation and free what the backend holds; may be called again."""
         self.run()
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Refuse to be copied or sent: a plant cannot be."""
+        raise CdprError("a simulation cannot be copied or pickled: take a snapshot, or make another of its scenario")
 
     def __enter__(self) -> Self:
         return self
@@ -280,30 +339,39 @@ class Simulation:
         if self.done and not also_done:
             raise CdprError(f"the simulation is done: the scenario ends at {self.time:g} s; run() returns the run")
 
-    def _given(self, wrench: ArrayLike | None, tension: ArrayLike | None) -> Callable[[], None] | None:
-        """What decides in place of controller or solver."""
+    def _alone(self, what: str) -> Alone:
+        """Refuse what comes in the midst of something else."""
+        return Alone(self._at_work, what)
+
+    def _given(self, wrench: ArrayLike | None, tension: ArrayLike | None) -> tuple[Output, Array]:
+        """What is given in place of the answer of controller or solver."""
         if wrench is not None and tension is not None:
             raise CdprError("step: wrench or tension is expected, not both")
         if wrench is not None:
-            return self._loop.give("wrench", checked(wrench, (6,), "wrench", finite=True))
-        if tension is not None:
-            m = self.scenario.robot.m
-            return self._loop.give("command", checked(tension, (m,), "tension", finite=True))
-        return None
+            return "wrench", checked(wrench, (6,), "wrench", finite=True).copy()
+        assert tension is not None
+        return "command", checked(tension, (self.scenario.robot.m,), "tension", finite=True).copy()
 
     def _go(self, k: int, given: Callable[[], None] | None) -> None:
-        """Go on to sample k; complete that, too, if it is the last."""
-        loop, pace = self._loop, self._pace
-        with self._kept():
+        """Go on to sample k; complete that, too, if it is the last. Whatever ends it, end the run with it."""
+        try:
             if given is None and not self._observers:
-                loop.go(k, pace)
-            with loop.timed():
-                while loop.count < k:
-                    self._decide(given)
-                    loop.advance()
-                    pace.after(loop.count, loop.time)
-                if k == self.steps:
-                    self._decide(given)
+                self._loop.go(k, self._pace)
+            if self._loop.count < k or k == self._last:
+                self._go_watched(k, given)
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            self._attempt.end(self._attempt.told(error))
+
+    def _go_watched(self, k: int, given: Callable[[], None] | None) -> None:
+        """Likewise, where somebody looks on or gives commands."""
+        loop, pace = self._loop, self._pace
+        with loop.timed():
+            while loop.count < k:
+                self._decide(given)
+                loop.advance()
+                pace.after(loop.count, loop.time)
+            if k == self._last:
+                self._decide(given)
 
     def _decide(self, given: Callable[[], None] | None) -> None:
         """Complete a sample."""
@@ -321,31 +389,3 @@ class Simulation:
             yield
         except (Exception, SystemExit, KeyboardInterrupt) as error:
             self._attempt.end(self._attempt.told(error))
-
-
-def attempt(
-    scenario: str | os.PathLike[str] | Scenario,
-    backend: str | type[Backend] | None,
-    solver: str | type[TensionSolver] | None,
-    controller: str | type[Controller] | None,
-    overrides: Mapping[str, Any] | None,
-    out: str | os.PathLike[str] | RunFolder | None,
-) -> Attempt:
-    """Load a scenario, with the plugins that are chosen, and make the folder; nothing is built."""
-    changes = overrides or {}
-    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
-    chosen: dict[str, str | None] = {}
-    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
-    for role, choice in given.items():
-        if choice is not None and not isinstance(choice, str):
-            plugins, choice = plugins.with_class(role, choice)
-        chosen[role] = choice
-    if isinstance(scenario, Scenario):
-        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
-    else:
-        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
-    header = make_header(scenario)
-    if isinstance(out, RunFolder):
-        return Attempt(scenario, header, out)
-    check_room(scenario, header, None if out is None else Path(out))
-    return Attempt(scenario, header, None if out is None else RunFolder(Path(out), header))

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.document import Document
+from cdpr.scenario.loader import file_name
 from cdpr.scenario.overrides import Change, Overrides, read_overrides
 from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
 from cdpr.scenario.source import open_document, stem
@@ -106,7 +107,7 @@ def load_study(
     missing. `progress` is called with the number of cases checked and their total.
     """
     problems = Problems()
-    document = open_document(os.fspath(path), "study", problems)
+    document = open_document(file_name(path), "study", problems)
     section = validate(StudyFile, document.data, document, problems)
     report_nulls(document.data, (), document, problems)
     problems.raise_any()

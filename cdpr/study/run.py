@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -11,6 +12,7 @@ from typing import Protocol
 
 from cdpr.errors import ExitCode, OutputError, PluginError
 from cdpr.log.files import replace as write
+from cdpr.log.run_folder import folder_name
 from cdpr.simulation.pool import Case, Outcome, run_cases
 from cdpr.study.folder import LEDGER_NAME, RESULTS, StudyFolder
 from cdpr.study.plan import Study, StudyCase
@@ -65,7 +67,7 @@ class Results:
 
 def run_study(
     study: Study,
-    out: Path,
+    out: str | os.PathLike[str],
     *,
     jobs: int = 1,
     timeout: float | None = None,
@@ -83,6 +85,7 @@ def run_study(
     Raises OutputError where `out` holds another study or cannot be written. KeyboardInterrupt ends the workers; what
     has ended by then is kept, and in the tables.
     """
+    out = folder_name(out)
     folder = StudyFolder(out, study)
     try:
         before = other_versions(study, folder.rows)

@@ -12,6 +12,7 @@ from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, frozen_array
 from cdpr.testing import samples
+from cdpr.testing.changes import expect_changes
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
 from cdpr.testing.samples import GRAVITY, NO_GRAVITY
@@ -80,6 +81,16 @@ def columns_are_written(subject: ControllerSubject) -> str:
         subject.ask(controller, *_motion(k), time=1e-3 * k)
 
     return expect_written(subject.columns, robot, controller, controller.reset, work)
+
+
+def options_change(subject: ControllerSubject) -> str:
+    """Options that it declares changeable change it to what it would be made with, and cost no memory."""
+    return expect_changes(
+        subject.changeable,
+        subject.options,
+        lambda options: subject.having(options).make(samples.braced()),
+        lambda controller, k: subject.ask(controller, *_motion(k), time=1e-3 * k),
+    )
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
@@ -195,6 +206,7 @@ CHECKS = [
         inputs_stay_unchanged,
         reset_forgets,
         columns_are_written,
+        options_change,
         snapshot_restores,
         on_target_it_carries_the_weight,
         it_pulls_towards_the_target,

@@ -75,6 +75,7 @@ def check_solver(
     properties: Mapping[str, Any] = NOTHING,
     options: Any = None,
     columns: tuple[Column, ...] | None = None,
+    changeable: tuple[str, ...] | None = None,
     expected_failures: Mapping[str, str] = NOTHING,
     only: Collection[str] | None = None,
 ) -> list[CheckResult]:
@@ -89,10 +90,13 @@ def check_solver(
             depend on earlier ones, within the accuracy).
         options: an instance of its options model; none by default.
         columns: those that it declares; by default the attribute `columns` of the factory.
+        changeable: likewise the options that may change.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
-    return _run(SOLVER, lambda: SolverSubject(factory, properties, options, columns), expected_failures, only)
+    return _run(
+        SOLVER, lambda: SolverSubject(factory, properties, options, columns, changeable), expected_failures, only
+    )
 
 
 def check_controller(
@@ -101,6 +105,7 @@ def check_controller(
     properties: Mapping[str, Any] = NOTHING,
     options: Any = None,
     columns: tuple[Column, ...] | None = None,
+    changeable: tuple[str, ...] | None = None,
     expected_failures: Mapping[str, str] = NOTHING,
     only: Collection[str] | None = None,
 ) -> list[CheckResult]:
@@ -112,10 +117,16 @@ def check_controller(
             between directions).
         options: an instance of its options model; none by default.
         columns: those that it declares; by default the attribute `columns` of the factory.
+        changeable: likewise the options that may change.
         expected_failures: reason by id of each check that is known to fail.
         only: ids of the checks to run; all by default.
     """
-    return _run(CONTROLLER, lambda: ControllerSubject(factory, properties, options, columns), expected_failures, only)
+    return _run(
+        CONTROLLER,
+        lambda: ControllerSubject(factory, properties, options, columns, changeable),
+        expected_failures,
+        only,
+    )
 
 
 @dataclass(frozen=True)
@@ -182,7 +193,11 @@ def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, 
     checks, kind = ROLES[role]
     _refuse_unknown(checks, expected_failures)
     return [
-        Case(check, lambda: kind(factory, properties, chosen, entry.info.columns), expected_failures)
+        Case(
+            check,
+            lambda: kind(factory, properties, chosen, entry.info.columns, entry.info.changeable),
+            expected_failures,
+        )
         for check in checks
     ]
 

@@ -13,6 +13,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import Status
 from cdpr.testing import samples
+from cdpr.testing.changes import expect_changes
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
 from cdpr.testing.process import Held
@@ -86,6 +87,17 @@ def columns_are_written(subject: SolverSubject) -> str:
     solver = subject.make(group[0].robot)
     return expect_written(
         subject.columns, group[0].robot, solver, solver.reset, lambda k: ask(solver, group[k % len(group)])
+    )
+
+
+def options_change(subject: SolverSubject) -> str:
+    """Options that it declares changeable change it to what it would be made with, and cost no memory."""
+    group = samples.feasible()[0]
+    return expect_changes(
+        subject.changeable,
+        subject.options,
+        lambda options: subject.having(options).make(group[0].robot),
+        lambda solver, k: ask(solver, group[k % len(group)])[1],
     )
 
 
@@ -239,6 +251,7 @@ CHECKS = [
         answers_do_not_depend_on_the_past,
         reset_forgets,
         columns_are_written,
+        options_change,
         bad_input_raises_nothing,
         views_are_answered_alike,
         memory_never_decides,

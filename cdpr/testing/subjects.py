@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from importlib import import_module
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -35,10 +36,18 @@ class _Subject:
         properties: Mapping[str, Any],
         options: Any,
         columns: tuple[Column, ...] | None = None,
+        changeable: tuple[str, ...] | None = None,
     ) -> None:
         self.factory, self.properties, self.options = factory, properties, options
         self.columns: tuple[Column, ...] = getattr(factory, "columns", ()) if columns is None else columns
+        self.changeable: tuple[str, ...] = getattr(factory, "changeable", ()) if changeable is None else changeable
         self._open: list[Backend | Controller] = []
+
+    def having(self, options: Any) -> Self:
+        """Return the same with other options."""
+        other = copy(self)
+        other.options = options
+        return other
 
     def _made(self, *arguments: Any) -> Any:
         return with_arrays(self.factory(*arguments), self.columns, arguments)

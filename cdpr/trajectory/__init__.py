@@ -1,7 +1,8 @@
 """The desired motion: quintic segments, at rest before the first and after the last.
 
 `through` and `interpolate` make smooth curves through knots, `arch` and `circle` are paths of a given form, and
-`stop_to_stop` is as fast as limits on velocity, acceleration and jerk allow. All become one table, for one kernel.
+`stop_to_stop` is as fast as limits on velocity, acceleration and jerk allow; `redirected` leaves a motion for a pose.
+All become one table, for one kernel.
 """
 
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from cdpr.lazy import lazily
 from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
 from cdpr.trajectory.knots import Knot, interpolate, through
 from cdpr.trajectory.paths import arch, circle
+from cdpr.trajectory.redirect import redirected
 from cdpr.trajectory.trajectory import Stopping, Trajectory, hold
 
 if not TYPE_CHECKING:
@@ -25,6 +27,7 @@ __all__ = [
     "circle",
     "hold",
     "interpolate",
+    "redirected",
     "stop_to_stop",
     "through",
 ]

@@ -107,6 +107,32 @@ class Unlogged(Broken):
         self.pull[:] = out
 
 
+class Deaf(ComputedTorque):
+    """It hears of one of two options."""
+
+    Options = ComputedTorqueOptions
+    changeable = ("kp", "kd")
+
+    def change(self, options):
+        super().change(options.model_copy(update={"kd": 20.0}))
+
+
+class Forgetful(Broken):
+    """A change clears what it remembers."""
+
+    changeable = ("kp",)
+    calls = 0.0
+
+    def change(self, options):
+        super().change(options or ComputedTorqueOptions())
+        self.calls = 0.0
+
+    def control(self, time, state, desired, out):
+        super().control(time, state, desired, out)
+        self.calls += 1.0
+        out += self.calls
+
+
 # Broken controller -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
     Unwritten: ({}, ["output_is_complete"]),
@@ -119,4 +145,6 @@ MUTANTS = {
     HidingNan: ({}, ["nan_shows"]),
     Undamped: ({}, ["it_settles"]),
     Unlogged: ({}, ["columns_are_written"]),
+    Deaf: ({}, ["options_change"]),
+    Forgetful: ({}, ["options_change"]),
 }

@@ -263,6 +263,15 @@ class Unlogged(MinimumNorm):
         return status
 
 
+class Deaf(MinimumNorm):
+    """It keeps what it was made with."""
+
+    changeable = ("about",)
+
+    def change(self, options):
+        self.options = options
+
+
 # Broken solver -> what it declares besides what qp does, and the checks that must fail. It may fail others too.
 MUTANTS = {
     Scribbling: ({}, ["inputs_stay_unchanged"]),
@@ -290,4 +299,5 @@ MUTANTS = {
     Favouring: ({}, ["cables_may_come_in_any_order", "objective_is_reached"]),
     Jumping: ({}, ["answers_are_continuous"]),
     Unlogged: ({}, ["columns_are_written"]),
+    Deaf: ({}, ["options_change"]),
 }

@@ -10,6 +10,7 @@ import solver_mutants
 from cdpr.errors import CdprError
 from cdpr.testing import check_backend, check_controller, check_solver
 from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
+from cdpr_controllers import ComputedTorqueOptions
 from cdpr_solvers.options import QpOptions
 
 ROLES = [
@@ -18,7 +19,7 @@ ROLES = [
     (check_controller, CONTROLLER, controller_mutants.MUTANTS, {}),
 ]
 
-OPTIONS = {check_solver: QpOptions()}  # of what most of them wrap
+OPTIONS = {check_solver: QpOptions(), check_controller: ComputedTorqueOptions()}  # of what most of them wrap
 
 BROKEN = [
     pytest.param(check, mutant, {**base, **properties}, ids, id=f"{check.__name__}-{mutant.__name__}")

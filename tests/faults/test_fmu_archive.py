@@ -13,8 +13,8 @@ import pytest
 from fmu_cases import ELF, description, make_fmu
 
 from cdpr.errors import FmuError, printable
-from cdpr.fmu import archive as archives
-from cdpr.fmu.archive import extract, library, open_archive
+from cdpr.fmu.read import archive as archives
+from cdpr.fmu.read.archive import extract, library, open_archive
 
 
 def refused(path, *words):

@@ -17,7 +17,7 @@ from fmu.faulty import FAULTS, FaultyPlant, write_faulty_fmu
 
 from cdpr import load_run, simulate
 from cdpr.errors import BackendDied, Diverged, ExitCode
-from cdpr.fmu.archive import open_archive
+from cdpr.fmu.read.archive import open_archive
 from cdpr.scenario import load_scenario
 
 pytest.importorskip("fmpy")

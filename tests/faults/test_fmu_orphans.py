@@ -18,16 +18,16 @@ import pytest
 
 from cdpr import processes
 from cdpr.errors import OutputError
-from cdpr.fmu import folder as folders
-from cdpr.fmu.folder import PREFIX, Folder, sweep
+from cdpr.fmu.run import folder as folders
+from cdpr.fmu.run.folder import PREFIX, Folder, sweep
 
 GONE = 10.0  # s in which a process must be gone; it takes milliseconds
 # A library that hangs while it is loaded: Python's lock is held meanwhile, so that no thread of the process runs.
 HANGS = "__attribute__((constructor)) static void hang(void) { for (volatile int on = 1; on;) {} }"
 PARENT = """
-from cdpr.fmu.folder import Folder
-from cdpr.fmu.instance import Plan
-from cdpr.fmu.process import Process
+from cdpr.fmu.run.folder import Folder
+from cdpr.fmu.run.instance import Plan
+from cdpr.fmu.run.process import Process
 Process(Plan("it", "3.0", "", {library!r}, "", (), (), 1e-3, False), Folder(), 60.0)
 """
 
@@ -128,7 +128,7 @@ def test_what_is_left_is_swept_and_what_lives_is_not(root):
         [
             sys.executable,
             "-c",
-            "from cdpr.fmu.folder import Folder; it = Folder(); print(it.path, flush=True); input()",
+            "from cdpr.fmu.run.folder import Folder; it = Folder(); print(it.path, flush=True); input()",
         ],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

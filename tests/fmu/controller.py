@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fmu_cases import description, make_fmu, variable
 
-from cdpr.fmu.export.library import FOLDER, compiler
+from cdpr.fmu.export.library import STANDARD, compiler
 
 SOUND, ENDS, STANDS_STILL = 0.0, 1.0, 2.0
 ROWS = (
@@ -29,7 +29,7 @@ def write_controller(path: Path, fmi: int, *flags: str, **capabilities: object) 
     library = path.with_suffix(".so")
     source = Path(__file__).with_name("controller.c")
     subprocess.run(
-        [*compiler(), f"-DFMI={fmi}", *flags, "-std=c99", "-shared", "-fPIC", f"-I{FOLDER}", "-o", library, source],
+        [*compiler(), f"-DFMI={fmi}", *flags, "-std=c99", "-shared", "-fPIC", f"-I{STANDARD}", "-o", library, source],
         check=True,
     )
     variables: list[str] = []

@@ -11,9 +11,9 @@ from conftest import ROOT
 from fmu.cases import plant_of, scenario, write
 from fmu.driver import Driver
 
-from cdpr.fmu.archive import open_archive
-from cdpr.fmu.options import FmuFile
-from cdpr.fmu.running import RunningFmu
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.options import FmuFile
+from cdpr.fmu.run.running import RunningFmu
 from cdpr.scenario import load_scenario
 
 FMI = pytest.mark.parametrize("fmi", [2, 3])

@@ -10,9 +10,9 @@ from fmu.cases import ELASTIC, write
 from fmu.driver import Driver
 from scipy.integrate import solve_ivp
 
-from cdpr.fmu.archive import open_archive
 from cdpr.fmu.export import Actuator
-from cdpr.fmu.mapping import map_signals
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.mapping import map_signals
 from cdpr.scenario import load_scenario
 
 STEP, STEPS = 1e-3, 400

@@ -13,7 +13,7 @@ from compare_cases import ENGINES, SOUND, comparison, load
 
 import cdpr
 from cdpr.errors import Diverged
-from cdpr.report.compare_text import ORDER_ALONE, notes
+from cdpr.report.text.compare import ORDER_ALONE, notes
 from cdpr.testing import check_backend
 
 # Trap: the checks of the kit that must fail; whether the guards end a run in which it acts; whether a comparison fails.

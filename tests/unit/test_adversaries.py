@@ -16,7 +16,7 @@ from cdpr.bench.oracle import certified
 from cdpr.bench.overview import overview
 from cdpr.bench.problems import hard_problems
 from cdpr.distribution.adversaries import BAND, adversaries, certify, robots
-from cdpr.report.bench import MISLEADING
+from cdpr.report.pages.bench import MISLEADING
 from cdpr.tension import Status
 from cdpr_solvers.qp import MinimumNorm
 

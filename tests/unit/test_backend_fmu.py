@@ -10,8 +10,8 @@ from conftest import ROOT
 
 from cdpr import load_scenario, simulate
 from cdpr.errors import BackendDied, FmuError, PluginError, ScenarioError
-from cdpr.fmu.archive import open_archive
 from cdpr.fmu.export import Plant, fmu_bytes
+from cdpr.fmu.read.archive import open_archive
 from cdpr.mechanics import kinematics
 from cdpr.plugins.registry import registry
 from cdpr.simulation.build import build

@@ -22,8 +22,8 @@ from cdpr.cli.bench import ROBOTS, command
 from cdpr.distribution import adversaries
 from cdpr.errors import OutputError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo
-from cdpr.report.bench import write_bench
-from cdpr.report.bench_cells import COLUMNS, digits, percent, power
+from cdpr.report.pages.bench import write_bench
+from cdpr.report.text.bench import COLUMNS, digits, percent, power
 from cdpr.scenario.examples import resolve
 
 FOLDER = ROOT / "scenarios" / "robots"

@@ -13,7 +13,7 @@ from conftest import ROOT
 from cdpr.cli import cli
 from cdpr.cli.completion import keys, plugins
 from cdpr.errors import ScenarioError
-from cdpr.report.text import unit_for
+from cdpr.report.text.aligned import unit_for
 from cdpr.scenario import load_scenario
 from cdpr.study import load_study
 

@@ -24,7 +24,7 @@ from cdpr.log.ros2 import encode
 from cdpr.log.run import Header, Run
 from cdpr.log.topics import run_topics
 from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
-from cdpr.report.html import render
+from cdpr.report.pages.run import render
 from cdpr.simulation.columns import columns_of
 from cdpr.tension import Status
 from cdpr.testing import check_controller

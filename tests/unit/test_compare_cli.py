@@ -17,7 +17,7 @@ from conftest import TRAPS
 
 from cdpr.cli.compare import command
 from cdpr.errors import CdprError, ExitCode
-from cdpr.report.compare_text import lines
+from cdpr.report.text.compare import lines
 from cdpr.simulation.cases import Outcome
 
 CAROCA = str(SCENARIOS / "caroca.yaml")

@@ -14,8 +14,8 @@ from cdpr.compare.engines import field
 from cdpr.compare.job import summarise
 from cdpr.compare.refinement import Measured
 from cdpr.compare.runs import Made
-from cdpr.report.compare import render
-from cdpr.report.compare_text import lines
+from cdpr.report.pages.compare import render
+from cdpr.report.text.compare import lines
 
 FACTS = {
     "scenario": "a <b>",

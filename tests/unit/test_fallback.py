@@ -13,8 +13,8 @@ from cdpr import Infeasible, Unanswered, load_run, simulate
 from cdpr.cli import run as run_command
 from cdpr.errors import ExitCode
 from cdpr.log.run import Event
-from cdpr.report.reservations import fallback
-from cdpr.report.tables import banner
+from cdpr.report.pages.tables import banner
+from cdpr.report.text.reservations import fallback
 from cdpr.tension.policy import FALLBACK
 from cdpr.tension.status import Status
 

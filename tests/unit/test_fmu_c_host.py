@@ -11,8 +11,8 @@ import pytest
 from fmu.cases import plant_of, scenario, write
 from fmu.driver import Driver
 
-from cdpr.fmu.archive import open_archive
-from cdpr.fmu.export.library import FLAGS, FOLDER, compiler, library, sources
+from cdpr.fmu.export.library import FLAGS, STANDARD, compiler, library, sources
+from cdpr.fmu.read.archive import open_archive
 
 STEPS, STEP = 200, 0.001
 STRICT = ("-Wall", "-Wextra", "-Wshadow", "-Wvla", "-Werror")
@@ -24,7 +24,7 @@ CASES = pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "
 def compile_host(folder, *flags):
     host = folder / "host"
     source = Path(__file__).parents[1] / "fmu" / "host.c"
-    command = [*compiler(), "-std=c99", *STRICT, *flags, f"-I{FOLDER}", "-o", host, source, "-ldl", "-lm"]
+    command = [*compiler(), "-std=c99", *STRICT, *flags, f"-I{STANDARD}", "-o", host, source, "-ldl", "-lm"]
     subprocess.run(command, check=True)
     return host
 

@@ -170,9 +170,9 @@ def test_what_cannot_be_opened(here, cdpr):
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_map_prints_what_a_scenario_can_say(here, cdpr, fmi):
     """Pasted, it gives the same mapping, although nothing is left to find."""
-    from cdpr.fmu.archive import open_archive
-    from cdpr.fmu.mapping import map_signals
-    from cdpr.fmu.options import Signals
+    from cdpr.fmu.read.archive import open_archive
+    from cdpr.fmu.read.mapping import map_signals
+    from cdpr.fmu.read.options import Signals
     from cdpr.scenario import load_robot
 
     more = [variable(fmi, f"omega{i}", 90 + i, "output", unit="rad/s") for i in range(3)]
@@ -252,9 +252,9 @@ def test_trust(here, cdpr):
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("path", sorted((ROOT / "scenarios/robots").glob("*.yaml")), ids=lambda path: path.stem)
 def test_what_cdpr_exports_maps_by_itself(here, path, fmi):
-    from cdpr.fmu.archive import open_archive
     from cdpr.fmu.export import Plant, fmu_bytes
-    from cdpr.fmu.mapping import map_signals
+    from cdpr.fmu.read.archive import open_archive
+    from cdpr.fmu.read.mapping import map_signals
     from cdpr.mechanics.kinematics import make_state
     from cdpr.scenario import load_robot
 

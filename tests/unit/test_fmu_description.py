@@ -11,12 +11,12 @@ from conftest import crossed_box, make_robot
 from fmu_cases import description, make_fmu, signals, variable
 
 from cdpr.errors import FmuError
-from cdpr.fmu.archive import open_archive
-from cdpr.fmu.description import read_description
-from cdpr.fmu.mapping import resolve
-from cdpr.fmu.model import Element
-from cdpr.fmu.options import Signals
-from cdpr.fmu.parameters import Parameters
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.description import read_description
+from cdpr.fmu.read.mapping import resolve
+from cdpr.fmu.read.model import Element
+from cdpr.fmu.read.options import Signals
+from cdpr.fmu.run.parameters import Parameters
 
 ROBOT = make_robot(crossed_box(np.random.default_rng(1), 2))
 

@@ -11,10 +11,10 @@ import yaml
 from conftest import ROOT, crossed_box, make_robot
 from fmu_cases import description, signals, variable
 
-from cdpr.fmu.description import read_description
-from cdpr.fmu.mapping import map_signals
-from cdpr.fmu.options import Signals
-from cdpr.fmu.signals import INPUTS, OUTPUTS
+from cdpr.fmu.read.description import read_description
+from cdpr.fmu.read.mapping import map_signals
+from cdpr.fmu.read.options import Signals
+from cdpr.fmu.read.signals import INPUTS, OUTPUTS
 
 TEXT = (ROOT / "docs/fmu.md").read_text()
 NEED = {"required": "yes", "optional": "no", "choice": "one"}

@@ -18,9 +18,9 @@ from fmu.cases import plant_of, scenario, write
 from fmu.driver import Driver
 
 from cdpr.cli import main
-from cdpr.fmu.archive import open_archive
 from cdpr.fmu.export import archive, cached_fmu, fmu_bytes
-from cdpr.fmu.mapping import map_signals
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.mapping import map_signals
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 ROBOT = str(ROOT / "scenarios" / "robots" / "caroca.yaml")

@@ -18,10 +18,10 @@ from conftest import ROOT
 from fmu.controller import ENDS, STANDS_STILL, write_controller
 
 from cdpr.errors import BackendDied, FmuError, PlantEnded
-from cdpr.fmu.archive import open_archive
-from cdpr.fmu.folder import sweep
-from cdpr.fmu.options import FmuFile
-from cdpr.fmu.running import RunningFmu
+from cdpr.fmu.read.archive import open_archive
+from cdpr.fmu.read.options import FmuFile
+from cdpr.fmu.run.folder import sweep
+from cdpr.fmu.run.running import RunningFmu
 from cdpr.scenario import load_robot
 from cdpr.testing.process import descriptors, resident_bytes, threads
 
@@ -238,7 +238,7 @@ def test_a_hundred_processes_leave_nothing(files):
 
 def test_fmpy_declares_what_is_bound():
     """A canary for FMPy's versions: without a type a function would take whatever comes."""
-    from cdpr.fmu.slave import NEEDED, Slave2, Slave3, signature
+    from cdpr.fmu.run.slave import NEEDED, Slave2, Slave3, signature
 
     for version in (Slave2, Slave3):
         names = {*NEEDED, *version.needed, *version.other, f"Get{version.real}"}

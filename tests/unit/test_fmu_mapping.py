@@ -8,9 +8,9 @@ from conftest import crossed_box, make_robot
 from fmu_cases import PLANT, description, signals, variable
 
 from cdpr.errors import FmuError
-from cdpr.fmu.description import read_description
-from cdpr.fmu.mapping import map_signals, resolve
-from cdpr.fmu.options import Signals, Source
+from cdpr.fmu.read.description import read_description
+from cdpr.fmu.read.mapping import map_signals, resolve
+from cdpr.fmu.read.options import Signals, Source
 from cdpr.model import rotations
 
 ROBOT = make_robot(crossed_box(np.random.default_rng(1), 8))

@@ -8,9 +8,9 @@ from fmu_cases import PLANT, description, variable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.fmu.description import read_description
-from cdpr.fmu.mapping import map_signals
-from cdpr.fmu.options import Signals, Source
+from cdpr.fmu.read.description import read_description
+from cdpr.fmu.read.mapping import map_signals
+from cdpr.fmu.read.options import Signals, Source
 
 ROBOT = make_robot(crossed_box(np.random.default_rng(1), 8))
 # Factor by unit, of those that an author may choose.

@@ -9,8 +9,8 @@ import pytest
 from fmu_cases import ELF, make_fmu
 
 from cdpr.errors import FmuError, OutputError
-from cdpr.fmu import trust
-from cdpr.fmu.archive import open_archive
+from cdpr.fmu.read import trust
+from cdpr.fmu.read.archive import open_archive
 
 
 @pytest.fixture

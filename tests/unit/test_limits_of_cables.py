@@ -13,7 +13,7 @@ from cdpr import BeyondLimits, Infeasible, load_run, simulate
 from cdpr.cli import run as run_command
 from cdpr.errors import ExitCode
 from cdpr.mechanics.reach import Reach
-from cdpr.report.tables import banner
+from cdpr.report.pages.tables import banner
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 SLOW = {"robot.cables[1].speed_max": 0.2, "robot.cables[0].speed_max": 0.5, "simulation.duration": 1.0}

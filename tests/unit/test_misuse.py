@@ -11,7 +11,7 @@ import pytest
 import cdpr
 from cdpr.distribution.comparison import describe
 from cdpr.plugins import TensionSolver
-from cdpr.report.distributions import no_picture
+from cdpr.report.text.distributions import no_picture
 from cdpr.scenario import load_scenario
 from cdpr.tension import Status
 from cdpr.tension.problem import Problem

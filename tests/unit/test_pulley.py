@@ -7,16 +7,21 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import crossed_box, make_robot, moved, random_state
+from conftest import ROOT, crossed_box, make_robot, moved, random_state
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.optimize import brentq
 
 from cdpr.cables import Point, Pulley
+from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.mechanics import kinematics
 from cdpr.mechanics.forward_kinematics import forward_kinematics
+from cdpr.mechanics.properties import check_lengths
 from cdpr.model import rotations
+from cdpr.plugins.registry import registry
+from cdpr.scenario import load_scenario
+from cdpr.simulation.build import build
 
 EXACT = 1e-12  # m: round-off of lengths of some metres
 STEP = 1e-6  # s, of central differences in time
@@ -147,3 +152,24 @@ def test_the_pose_comes_back_from_the_lengths(seed):
 def test_no_axis_no_pulley(axis):
     with pytest.raises(ValidationError):
         Pulley(radius=0.1, axis=axis)
+
+
+def test_a_pose_within_a_pulley_is_told():
+    robot = with_pulleys(make_robot(np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])), 0.5)
+    with pytest.raises(CdprError, match=r"has no length at .*, for its anchor on the platform lies within its pulley"):
+        check_lengths(robot, np.array([0.5, 0.0, 1.1, 1.0, 0.0, 0.0, 0.0]))
+
+
+def test_a_start_within_a_pulley_is_told_where_it_stands():
+    changes = {"robot.cable.exit.radius": 1.0, "initial.position": [-7.6, -4.7, 5.0]}
+    with pytest.raises(ScenarioError, match=r"initial.position: cable 'cable_1' has no length here: its anchor on the"):
+        load_scenario(ROOT / "scenarios" / "cogiro_pulleys.yaml", overrides=changes)
+
+
+@pytest.mark.parametrize(("backend", "cables"), [("mujoco", "native"), ("dart", "ups")])
+def test_plants_with_cables_of_their_own_refuse_it(backend, cables):
+    if registry().get("backend", backend).missing:
+        pytest.skip(f"{backend} is not installed")
+    changes = {f"backend_options.{backend}.cables": cables}
+    with pytest.raises(PluginError, match="lets all cables leave the frame at their anchors"):
+        build(load_scenario(ROOT / "scenarios" / "cogiro_pulleys.yaml", backend=backend, overrides=changes))

@@ -14,10 +14,10 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 from cdpr.errors import OutputError
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report import plots
-from cdpr.report.canvas import inline_svg
-from cdpr.report.html import drawings, render, write_report
-from cdpr.report.tables import MOST_EVENTS, number
+from cdpr.report.figures import run as plots
+from cdpr.report.figures.canvas import inline_svg
+from cdpr.report.pages.run import drawings, render, write_report
+from cdpr.report.pages.tables import MOST_EVENTS, number
 
 HERE = Path(__file__).parent
 NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
@@ -71,7 +71,7 @@ def row(text: str, title: str) -> list[str]:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """For what stands beside the figures, which take a second and more to draw."""
-    monkeypatch.setattr("cdpr.report.html.drawings", lambda run: [])
+    monkeypatch.setattr("cdpr.report.pages.run.drawings", lambda run: [])
 
 
 # Two hundred times the points of the others: seconds of drawing.
@@ -241,7 +241,7 @@ def test_wall_clock_times_stand_in_one_row_only() -> None:
 
 def test_two_processes_write_the_same_bytes(tmp_path: Path) -> None:
     code = (
-        "import sys, test_report_cases as cases; from cdpr.report.html import write_report;"
+        "import sys, test_report_cases as cases; from cdpr.report.pages.run import write_report;"
         "write_report(cases.infeasible_run(), sys.argv[1])"
     )
     digests = set()
@@ -269,7 +269,7 @@ def test_without_matplotlib_the_remedy_is_named() -> None:
         "import sys; sys.modules['matplotlib'] = None\n"
         "import test_report_cases as cases\n"
         "from cdpr.errors import PluginError\n"
-        "from cdpr.report.html import write_report\n"
+        "from cdpr.report.pages.run import write_report\n"
         "run = cases.make_run(rows=3)\n"
         "for use in (run.plot, lambda: write_report(run, 'never')):\n"
         "    try:\n"
@@ -285,7 +285,7 @@ def test_without_matplotlib_the_remedy_is_named() -> None:
 
 
 def test_the_room_itself_is_light() -> None:
-    code = "import sys, cdpr.report.html; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, cdpr.report.pages.run; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -9,11 +9,12 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report import plots, sketch
-from cdpr.report.canvas import Chart, inline_svg
-from cdpr.report.histories import roll_pitch_yaw
+from cdpr.report.figures import run as plots
+from cdpr.report.figures import sketch
+from cdpr.report.figures.canvas import Chart, inline_svg
+from cdpr.report.figures.histories import roll_pitch_yaw
+from cdpr.report.figures.overlay import number_groups
 from cdpr.report.marks import AXES, CABLES, shorten
-from cdpr.report.overlay import number_groups
 
 FIGURES = (
     sketch.robot,

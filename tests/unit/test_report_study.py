@@ -7,8 +7,8 @@ import re
 import pytest
 from study_cases import write_study
 
-from cdpr.report.study_cells import FIGURES
-from cdpr.report.study_layout import layouts, panels
+from cdpr.report.figures.study_layout import layouts, panels
+from cdpr.report.text.study import FIGURES
 from cdpr.simulation.cases import Outcome
 from cdpr.study import Results, load_study
 from cdpr.study.table import make_table
@@ -82,7 +82,7 @@ def test_cases_without_figures_are_crosses(tmp_path):
 @pytest.mark.parametrize("axes", [KP, ENGINE + SOLVER, KD + ENGINE + SOLVER + KP, DRAWN])
 def test_the_page_stands_alone_and_is_the_same_again(tmp_path, axes):
     pytest.importorskip("matplotlib")
-    from cdpr.report.study import render
+    from cdpr.report.pages.study import render
 
     found = results(tmp_path, "axes:\n" + axes)
     html = render(found)
@@ -95,7 +95,7 @@ def test_the_page_stands_alone_and_is_the_same_again(tmp_path, axes):
 
 def test_names_are_escaped(tmp_path):
     pytest.importorskip("matplotlib")
-    from cdpr.report.study import render
+    from cdpr.report.pages.study import render
 
     axes = "axes:\n  - name: <b>x</b>\n    points: {'<i>': {controller.kp: 1}, '&': {controller.kp: 2}}\n"
     html = render(results(tmp_path, axes))
@@ -106,7 +106,7 @@ def test_names_are_escaped(tmp_path):
 
 def test_lost_cases_make_the_page_red(tmp_path):
     pytest.importorskip("matplotlib")
-    from cdpr.report.study import render
+    from cdpr.report.pages.study import render
 
     found = results(tmp_path, "axes:\n" + KP, lambda case: "died")
     assert 'class="banner bad"' in render(found)

@@ -127,6 +127,13 @@ events:
 - {type: limits, time: 1.5, cable: left, min: 30, max: 5000}
 - {type: cable_jam, time: 2, cable: 2, detected_after: 0.125}
 - {type: cable_break, time: 2.5, cable: cable_2, detected_after: 0.0625}
+- {type: target, time: 2.75, position: [1, 0, 1], orientation: {rpy: [0, 0, 0.1]}, duration: 1}
+- type: target
+  time: 2.8
+  position: [1, 0, 1]
+  limits: {velocity: 1, acceleration: 2, jerk: 20}
+  angular_limits: {velocity: 1.5, acceleration: 2.5, jerk: 25}
+- {type: set, time: 2.9, key: controller.kd, value: [1, 2, 3, 4, 5, 6.5]}
 - {type: emergency_stop, time: 3, category: 1, stopping_time: 0.75}
 """
 
@@ -209,8 +216,9 @@ def fake_plugins() -> Registry:
     """Plugins as the installed ones might be: with and without options, not installed, and broken."""
     registry = Registry()
 
-    def add(role, name, options=PluginOptions, requires=()):
-        info = PluginInfo(name=name, factory="nowhere:Nothing", summary="", options=options, requires=requires)
+    def add(role, name, options=PluginOptions, requires=(), changeable=()):
+        facts = {"options": options, "requires": requires, "changeable": changeable}
+        info = PluginInfo(name=name, factory="nowhere:Nothing", summary="", **facts)
         registry.add(role, info, "cdpr", "0")
 
     add("backend", "plain")
@@ -218,7 +226,7 @@ def fake_plugins() -> Registry:
     add("backend", "tuned", TunedOptions, ("no_such_module",))
     add("backend", "needy", NeedyOptions)
     add("backend", "broken", BrokenOptions)
-    add("controller", "gains", GainsOptions)
+    add("controller", "gains", GainsOptions, changeable=("kp", "kd"))
     add("controller", "computed_torque", GainsOptions)
     add("controller", "damped", DampedOptions)
     add("controller", "none")

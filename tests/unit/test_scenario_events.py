@@ -20,11 +20,16 @@ def test_every_kind_is_read_and_cables_get_their_names():
         "limits",
         "cable_jam",
         "cable_break",
+        "target",
+        "target",
+        "set",
         "emergency_stop",
     ]
     assert [event.cable for event in events[2:5]] == ["left", "cable_2", "cable_2"]
     assert events[0].force == (100.0, 0.0, 0.0)
-    assert events[5].stopping_time == 0.75
+    assert events[6].position == (1.0, 0.0, 1.0)
+    assert events[7].value == [1, 2, 3, 4, 5, 6.5]
+    assert events[8].stopping_time == 0.75
 
 
 def test_none_unless_said():
@@ -73,6 +78,30 @@ def test_the_resolved_scenario_holds_them():
         ("{type: limits, time: 1, min: -1}", "events[0]", "min must be at least 0 (N), got -1: a cable cannot push"),
         ("{type: limits, time: 1, max: 45}", "events[0]", "cable 'cable_2' would have the limits 50 to 45 (N)"),
         ("{type: limits, time: 1, cable: left, max: 0}", "events[0]", "cable 'left' would have the limits 40 to 0 (N)"),
+        ("{type: target, time: 1, duration: 1}", "events[0]", "position (m) or orientation is missing, or both"),
+        ("{type: target, time: 1, position: [1, 0, 1]}", "events[0]", "duration (s) or limits is expected, not both"),
+        ("{type: target, time: 1, position: [1, 0, 1], duration: 1e-4}", "events[0].duration", "or it is a jump"),
+        (
+            "{type: target, time: 1, position: [1, 0, 1], limits: {velocity: 1, acceleration: 1}}",
+            "events[0].limits.jerk",
+            "required but not given",
+        ),
+        (
+            "{type: target, time: 1, position: [1, 0, 1], duration: 1, angular_limits: "
+            "{velocity: 1, acceleration: 1, jerk: 1}}",
+            "events[0]",
+            "angular_limits go with limits",
+        ),
+        ("{type: set, time: 1, key: controller.kq, value: 1}", "events[0].key", "did you mean 'controller.kp'?"),
+        (
+            "{type: set, time: 1, key: controller.limit, value: 1}",
+            "events[0].key",
+            "what may: controller.kp, controller.kd",
+        ),
+        ("{type: set, time: 1, key: controller.kp, value: hard}", "events[0].value", "a number or 6 numbers expected"),
+        ("{type: set, time: 1, key: controller.kp}", "events[0].value", "required but not given"),
+        ("{type: outside, file: nowhere.csv}", "events[0].file", "there is no file 'nowhere.csv'"),
+        ("{type: outside, file: /nowhere.csv}", "events[0].file", "a file name relative to this file is expected"),
         ("{type: emergency_stop, time: 1, category: 3}", "events[0].category", "must be at most 2, got 3"),
         ("{type: emergency_stop, time: 1, stopping_time: 0}", "events[0].stopping_time", "must be greater than 0 (s)"),
     ],
@@ -117,6 +146,11 @@ def test_what_is_wrong_is_said_where_it_stands(event, key, text):
             ["{type: emergency_stop, time: 1}", "{type: emergency_stop, time: 2}"],
             "events[1]",
             "the robot is stopped already at 1 s",
+        ),
+        (
+            ["{type: emergency_stop, time: 1}", "{type: target, time: 2, position: [1, 0, 1], duration: 1}"],
+            "events[1]",
+            "the robot is stopped at 1 s: it goes nowhere afterwards",
         ),
     ],
 )

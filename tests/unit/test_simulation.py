@@ -232,9 +232,13 @@ def test_what_is_logged_stays(tmp_path):
     with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
         here = sim.snapshot()
         sim.step()
-        for call in (lambda: sim.restore(here), sim.reset):
-            with pytest.raises(cdpr.CdprError, match="leave out `out`"):
-                call()
+        with pytest.raises(cdpr.CdprError, match="leave out `out`"):
+            sim.reset()
+    assert len(cdpr.load_run(tmp_path / "run").rows) == 1
+    with cdpr.Simulation(CAROCA, overrides={**SHORT, "log.step": 0.01}) as sim:
+        here = sim.snapshot()
+        with pytest.raises(cdpr.CdprError, match=r"leave out log\.step"):
+            sim.restore(here)
 
 
 class Forgetful(Controller):
@@ -331,3 +335,35 @@ def test_what_was_given_is_told_as_far_as_it_went():
         sim.step(1000, wrench=[0.0, 0, 700, 0, 0, 0])
         (event,) = [event for event in sim.run().events if event.kind == "outside"]
     assert event.text == "the wrench was given from outside (51 samples)"
+
+
+def test_an_exception_of_the_user_ends_it_where_it_stands(tmp_path):
+    def wrong():
+        with cdpr.Simulation(CAROCA, overrides=SHORT, out=tmp_path / "run") as sim:
+            sim.step(5)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        wrong()
+    run = cdpr.load_run(tmp_path / "run")
+    assert (run.status, len(run.rows)) == ("ended", 5)
+
+
+def test_two_simulations_at_once_do_not_touch_each_other():
+    with cdpr.Simulation(CAROCA, overrides=BUSY) as one, cdpr.Simulation(CAROCA, overrides=BUSY) as two:
+        while not two.done:
+            if one.time < 0.02:
+                one.step(3, wrench=[0.0, 0, 700, 0, 0, 0])
+            two.step()
+        assert two.run().rows.tobytes() == cdpr.simulate(CAROCA, overrides=BUSY).rows.tobytes()
+
+
+def test_after_a_diverged_run_only_what_is_known_is_told():
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as sim:
+        sim.push([1e12, 0, 0])
+        with pytest.raises(cdpr.Diverged) as stop:
+            sim.step(50)
+        for call in (sim.step, sim.snapshot, lambda: sim.until(1.0), sim.stop):
+            with pytest.raises(cdpr.CdprError, match="the simulation is over: its run is diverged"):
+                call()
+        assert sim.run() is stop.value.run

@@ -20,8 +20,8 @@ from cdpr.log.run_json import plain
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.plugins import PluginInfo, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Registered, registry
-from cdpr.report.distributions import lines, no_picture
-from cdpr.report.placing import spread_out
+from cdpr.report.figures.placing import spread_out
+from cdpr.report.text.distributions import lines, no_picture
 from cdpr.scenario import load_robot
 from cdpr.tension import Status
 from cdpr.tension.problem import Problem
@@ -198,7 +198,7 @@ def test_lies_are_told():
 @pytest.mark.parametrize("absurd", [1e12, 1e200, -1.7e308])
 def test_absurd_answers_spoil_neither_table_nor_picture(absurd):
     pytest.importorskip("matplotlib")
-    from cdpr.report.null_space import draw_null_space
+    from cdpr.report.figures.null_space import draw_null_space
 
     problem = box_problem()
 
@@ -281,7 +281,7 @@ def test_picture_and_figures_are_written(tmp_path, file, arguments, expected):
 
 def test_a_locked_cable_bounds_nothing_in_the_picture():
     pytest.importorskip("matplotlib")
-    from cdpr.report.null_space import draw_null_space
+    from cdpr.report.figures.null_space import draw_null_space
 
     problem = box_problem()
     t = np.linspace(100.0, 400.0, 8)

@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cdpr.errors import OutputError
-from cdpr.fmu import trust
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
-from cdpr.fmu.export.library import FLAGS, FOLDER, fmu_cache, keep_newest, library, platform_folder, sources
+from cdpr.fmu.export.library import FLAGS, SOURCE, fmu_cache, keep_newest, library, platform_folder, sources
 from cdpr.fmu.export.variables import Model
+from cdpr.fmu.read import trust
 
 # The earliest time that a zip archive can hold.
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -88,7 +88,7 @@ def assemble(model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence
         "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
         "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
         **({"sources/buildDescription.xml": build_description(compiled)} if fmi == 3 else {}),
-        "documentation/licenses/license.txt": (FOLDER / "LICENSE.txt").read_bytes(),
+        "documentation/licenses/license.txt": (SOURCE / "LICENSE.txt").read_bytes(),
         **{f"sources/{name}": content for name, content in files.items()},
     }
     if flags:

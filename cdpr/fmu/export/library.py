@@ -19,7 +19,8 @@ from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.model.kernel_cache import user_cache
 
-FOLDER = Path(__file__).parent / "source"
+SOURCE = Path(__file__).parent / "source"
+STANDARD = SOURCE.with_name("fmi")  # the headers of FMI, which are not ours
 
 # The plant's arithmetic must be that of `reference` operation by operation: products are not fused with sums. Nothing
 # but the functions of FMI can be seen from outside, so that several such libraries live in one process.
@@ -36,7 +37,7 @@ REMEDY = "give --source-only for an FMU with its C source alone, to be compiled 
 
 def sources() -> dict[str, bytes]:
     """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
-    own = [path for path in FOLDER.iterdir() if path.suffix in (".c", ".h")]
+    own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".c", ".h")]
     kinds = {kind.name(): kind.source() for kind in in_c()}
     files = {path.name: path.read_bytes() for path in [*own, *kinds.values()]}
     return dict(sorted({**files, "exits.c": exit_table(list(kinds)).encode()}.items()))

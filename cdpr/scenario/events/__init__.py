@@ -11,13 +11,19 @@ from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableBreak, CableJam
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Sine, Wrench
+from cdpr.scenario.events.options import SetOption
+from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
+from cdpr.scenario.events.target import Target
 
 __all__ = ["MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample"]
 
 MAX_EVENTS = 1000
 
-AnyEvent = Annotated[Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop, Field(discriminator="type")]
+AnyEvent = Annotated[
+    Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop | Target | SetOption | Outside,
+    Field(discriminator="type"),
+]
 
 
 def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:

@@ -10,14 +10,19 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self, get_args
 
 from pydantic import Field
 
 from cdpr.fields import NonNegative, Section, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
-from cdpr.scenario.problems import exact
+from cdpr.scenario.changes import Options
+from cdpr.scenario.events.commands import Span
+from cdpr.scenario.motions.guide import Guide
+from cdpr.scenario.motions.motion import Report
+from cdpr.scenario.problems import Path, exact
+from cdpr.trajectory import Trajectory
 
 ROUNDING = 1e-9  # of a step: times are decimal fractions, which floats miss by rounding
 
@@ -28,7 +33,7 @@ def first_sample(time: float, step: float) -> int:
 
 
 class Drives(Protocol):
-    """What an event may do to the cables, named; None stands for all of them. Tensions in N."""
+    """What an event may do to the cables, named, None standing for all of them, and to options. Tensions in N."""
 
     def hold(self, cable: str, tension: float | None) -> None:
         """From now on a cable has this tension, or where None is given that of the sample before."""
@@ -41,6 +46,9 @@ class Drives(Protocol):
 
     def cut_power(self) -> None:
         """Leave all cables but those that are held without tension, and ask for none any more."""
+
+    def set(self, key: str, value: Any) -> None:
+        """Change an option, named as in `controller.kp`, of a plugin that lets it."""
 
 
 Action = Callable[[Drives], None]
@@ -67,6 +75,7 @@ class History:
         set_at: when a cable's `min` or `max` was last changed, s.
         fate: of cables that no longer do what they are told: what has become of them, and when, s.
         stopped: when the robot was stopped, s.
+        cables: names of all.
     """
 
     unilateral: bool
@@ -74,6 +83,7 @@ class History:
     set_at: dict[tuple[str, str], float] = field(default_factory=dict)
     fate: dict[str, tuple[str, float]] = field(default_factory=dict)
     stopped: float | None = None
+    cables: Sequence[str] = ()
 
 
 class ScenarioEvent(Section):
@@ -98,12 +108,29 @@ class ScenarioEvent(Section):
         """Return the event with its cable's name in place of the number; `names` are those of all cables."""
         return self
 
+    @classmethod
+    def kind(cls) -> str:
+        """Return its `type`."""
+        name: str = get_args(cls.model_fields["type"].annotation)[0]
+        return name
+
+    def load(self, report: Report) -> Self | None:
+        """Return the event with what its files hold; None where they are wrong, which is reported."""
+        return self
+
     def check_cable(self, names: Sequence[str]) -> str:
         """Return what is wrong with its cable; `names` are those of the robot."""
         return ""
 
+    def stay(self, guide: Guide, where: Path) -> None:
+        """Report what leaves the guide; `where` is the path of the event."""
+
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
         """Yield key and text of what cannot be with this control step, s."""
+        return iter(())
+
+    def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:
+        """Yield path and text of what cannot be with these options, and change them; asked in the order of time."""
         return iter(())
 
     def follow(self, history: History) -> Iterator[str]:
@@ -118,9 +145,13 @@ class ScenarioEvent(Section):
         """Return the external wrench that it is, if any."""
         return None
 
-    def slowing(self, step: float) -> tuple[float, float] | None:
-        """Return when the desired motion begins to slow down, and how long until rest, s, if it does so."""
-        return None
+    def redirect(self, motion: Trajectory, step: float) -> Trajectory:
+        """Return the desired motion as it is from then on, and was before; raises CdprError where it cannot be."""
+        return motion
+
+    def commands(self) -> Sequence[Span]:
+        """Return what it gives in place of the answers of controller or solver."""
+        return ()
 
     @abstractmethod
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:

@@ -11,6 +11,7 @@ from cdpr.fields import Positive, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, Drives, History, ScenarioEvent, first_sample
 from cdpr.scenario.problems import exact
+from cdpr.trajectory import Stopping, Trajectory
 
 
 class EmergencyStop(ScenarioEvent):
@@ -40,9 +41,11 @@ class EmergencyStop(ScenarioEvent):
             yield f"the robot is stopped already at {exact(history.stopped)} s; one emergency stop is allowed"
         history.stopped = self.time
 
-    def slowing(self, step: float) -> tuple[float, float] | None:
+    def redirect(self, motion: Trajectory, step: float) -> Trajectory:
         """A controlled stop slows the motion down."""
-        return None if self.category == 0 else (first_sample(self.time, step) * step, self.stopping_time)
+        if self.category == 0:
+            return motion
+        return Stopping(motion, first_sample(self.time, step) * step, self.stopping_time)
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
         """Categories 0 and 1 cut the power."""

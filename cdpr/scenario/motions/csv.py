@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr
@@ -25,6 +25,8 @@ class Csv(Motion):
 
     Rates that the file does not hold are chosen as those of waypoints: smooth at inner rows, zero at both ends.
     """
+
+    files: ClassVar[tuple[str, ...]] = ("file",)
 
     type: Literal["csv"] = Field(description="a smooth path through the rows of a CSV file")
     start: NonNegative = begins("time to which the file's times are added")

@@ -83,9 +83,10 @@ class JerkLimited(Motion):
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory."""
         stops = [trajectory.Stop(*pose(self.from_)), *(trajectory.Stop(*pose(p), p.pause) for p in self.points)]
-        angular = None if self.angular_limits is None else _limits(self.angular_limits)
-        return trajectory.stop_to_stop(self.start, stops, _limits(self.limits), angular)
+        angular = None if self.angular_limits is None else bounds(self.angular_limits)
+        return trajectory.stop_to_stop(self.start, stops, bounds(self.limits), angular)
 
 
-def _limits(section: Limits | AngularLimits) -> trajectory.Limits:
+def bounds(section: Limits | AngularLimits) -> trajectory.Limits:
+    """Return what such a section says."""
     return trajectory.Limits(section.velocity, section.acceleration, section.jerk)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -36,7 +36,13 @@ class Report(Protocol):
 
 
 class Motion(Section):
-    """A desired motion."""
+    """A desired motion.
+
+    Attributes:
+        files: keys that name files.
+    """
+
+    files: ClassVar[tuple[str, ...]] = ()
 
     type: str
 

@@ -1,0 +1,77 @@
+"""Ties the variables of an FMU to the signals of cdpr, by the scenario's word or by rules that are certain.
+
+The rules for a signal that the scenario does not name, the first that finds anything decides, and finding two things
+is an error: an array or a family called exactly like the signal, by name or alias (of a wrench also its
+force and its moment); one that a terminal calls so; one
+called by another usual name, if length and unit agree. The order of declaration never counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cdpr.errors import FmuError
+from cdpr.fmu.read.model import ModelDescription
+from cdpr.fmu.read.options import Signals
+from cdpr.fmu.read.ports import Side
+from cdpr.fmu.read.resolver import NONE, Resolver
+from cdpr.fmu.read.signals import INPUTS, Role
+from cdpr.model import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class Mapping:
+    """The signals of an FMU for one robot, inputs and outputs by signal."""
+
+    role: Role
+    inputs: Side
+    outputs: Side
+    notices: tuple[str, ...]  # what was assumed
+
+    def describe(self) -> dict[str, Any]:
+        """Return plain data for the record of a run."""
+        return {
+            "role": self.role,
+            "inputs": [port.describe() for port in self.inputs.ports.values()],
+            "outputs": [port.describe() for port in self.outputs.ports.values()],
+            "notices": list(self.notices),
+        }
+
+
+def map_signals(
+    description: ModelDescription, robot: Robot, options: Signals | None = None, role: Role = "plant"
+) -> Mapping:
+    """Return the mapping; FmuError with all that is wrong, one line each."""
+    mapping, problems = resolve(description, robot, options, role)
+    if problems:
+        raise FmuError("\n".join(problems))
+    return mapping
+
+
+def resolve(
+    description: ModelDescription, robot: Robot, options: Signals | None, role: Role
+) -> tuple[Mapping, tuple[str, ...]]:
+    """Return what can be mapped, and what is wrong with the rest."""
+    options = options or Signals()
+    order = options.cable_order
+    if order is not None and sorted(order) != list(range(1, robot.m + 1)):
+        problem = f"signals.cable_order: the numbers from 1 to {robot.m}, each once, are expected, got {list(order)}"
+        return Mapping(role, Side((), {}), Side((), {}), ()), (problem,)
+    inputs = Resolver(description, robot, options, role, "inputs")
+    outputs = Resolver(description, robot, options, role, "outputs")
+    sides = [Side.of(inputs.run()), Side.of(outputs.run())]
+    notices = [*inputs.notices, *outputs.notices]
+    taken = set(sides[0].value_references)
+    left = [name for name, given in options.inputs.items() if given == NONE]  # meant to be left alone
+    known = (*left, *(half for signal in INPUTS[role] if signal.name in left for half in signal.halves))
+    idle = [
+        variable.name
+        for variable in description.variables
+        if variable.causality == "input" and variable.value_reference not in taken
+        if not variable.name.startswith(known)
+    ]
+    if idle:
+        shown = ", ".join(idle[:8]) + (f" and {len(idle) - 8} more" if len(idle) > 8 else "")
+        notices.append(f"inputs that keep their start value: {shown}")
+    return Mapping(role, sides[0], sides[1], tuple(notices)), (*inputs.problems, *outputs.problems)

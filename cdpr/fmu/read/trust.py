@@ -1,0 +1,166 @@
+"""Whose native code may run.
+
+An FMU brings native code, which can do whatever its user can. It runs only if the scenario pins its sha256, if it is in
+the user's list, or if the user said so for this run; nothing else in a scenario can allow it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+
+from cdpr.errors import FmuError, OutputError, printable
+from cdpr.fmu.read.archive import Archive
+from cdpr.locks import Lock, lock, open_to_lock
+
+_allowed: ContextVar[bool] = ContextVar("trust_fmu", default=False)
+HEADER = "# FMUs whose native code cdpr may run: sha256, name. Written by 'cdpr fmu trust' and 'cdpr fmu export'."
+MOST = 2**22  # bytes of the list: fifty thousand FMUs
+LOCK_SECONDS = 10.0  # to wait for others who write the list; each takes milliseconds
+
+
+@contextmanager
+def any_fmu() -> Iterator[None]:
+    """Trust every FMU inside the block: what `--trust-fmu` does."""
+    token = _allowed.set(True)
+    try:
+        yield
+    finally:
+        _allowed.reset(token)
+
+
+def list_path() -> Path:
+    """Where the user's list lies."""
+    root = os.environ.get("XDG_CONFIG_HOME")
+    try:
+        return (Path(root) if root else Path.home() / ".config") / "cdpr" / "trusted_fmus"
+    except RuntimeError as error:  # no HOME, and a uid that the system does not know
+        raise FmuError(f"there is no place for the list of trusted FMUs ({error}); set XDG_CONFIG_HOME") from None
+
+
+def trusted() -> dict[str, str]:
+    """Return the user's list, name by sha256. Raises FmuError where it cannot be read or is malformed."""
+    path = list_path()
+    found = {}
+    for number, line in enumerate(_lines(path), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        match = re.fullmatch(r"([0-9a-f]{64})(?:  (.*))?", line)
+        if match is None:
+            raise FmuError(f"{path}:{number}: a sha256 and a name are expected, got {line[:80]!r}; mend or remove it")
+        found[match[1]] = match[2] or ""
+    return found
+
+
+def add(sha256: str, name: str) -> None:
+    """Put an FMU on the user's list. Raises FmuError where the list is malformed, OutputError where not writable."""
+    if sha256 in trusted():
+        return
+    with _locked() as path:
+        if sha256 not in trusted():  # another process may have been first
+            _write(path, [*(_lines(path) or [HEADER]), f"{sha256}  {printable(name)}"])
+
+
+def remove(sha256: str) -> None:
+    """Take an FMU off the user's list. Raises FmuError where it is not there."""
+    if sha256 not in trusted():
+        raise FmuError(f"{sha256}: is not on the list of trusted FMUs, {list_path()}")
+    with _locked() as path:
+        _write(path, [line for line in _lines(path) if not line.startswith(sha256)])
+
+
+def require_trust(archive: Archive, pinned: str | None) -> None:
+    """Return if the native code of an FMU may run; `pinned` is the sha256 that the scenario gives.
+
+    Raises FmuError otherwise, and wherever the file is not the one that is pinned.
+    """
+    if pinned is not None:
+        if pinned.lower() == archive.sha256:
+            return
+        raise FmuError(
+            f"{archive.path}: is not the file that the scenario pins: its sha256 is {archive.sha256}, "
+            f"pinned is {pinned}. If the change is meant, pin the new one."
+        )
+    if _allowed.get() or archive.sha256 in trusted():
+        return
+    raise FmuError(
+        f"{archive.path}: holds native code, which can do whatever you can, and nobody said that you trust it. If you "
+        f"do, pin it in the scenario beside 'file':\n  sha256: {archive.sha256}\n"
+        f"or run 'cdpr fmu trust {archive.path}' once, or give --trust-fmu for one run."
+    )
+
+
+def _lines(path: Path) -> list[str]:
+    """Return the lines of the list, none where there is none; what was opened is what is checked and read."""
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            if fault := _fault(os.fstat(file.fileno()), os.stat(path.parent)):
+                raise FmuError(f"{path}: {fault}; nobody else may say whose code runs: mend or remove it")
+            content = file.read(MOST + 1)
+        if len(content) > MOST:
+            raise ValueError(f"it has more than {MOST // 2**20} MiB")
+        return content.decode("utf-8").splitlines()
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FmuError(f"{path}: the list of trusted FMUs cannot be read: {reason}; mend or remove it") from None
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NONBLOCK)  # a FIFO would wait for a writer
+
+
+def _fault(about: os.stat_result, folder: os.stat_result) -> str:
+    """Say what is wrong with the list and its folder, "" if nothing."""
+    if not stat.S_ISREG(about.st_mode):
+        return "the list of trusted FMUs is not a regular file"
+    for what, each in (("the list of trusted FMUs", about), ("the folder of the list of trusted FMUs", folder)):
+        if each.st_uid not in (0, os.geteuid()):
+            return f"{what} belongs to another user"
+        if each.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            return f"others may write to {what} (chmod go-w)"
+    return ""
+
+
+@contextmanager
+def _locked() -> Iterator[Path]:
+    """Keep other processes from writing the list, whose path this gives, until the end of the block."""
+    path = list_path()
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # A file of its own: the list is replaced, and a lock on a folder is not to be had on NFS.
+        file = open_to_lock(path.with_name(f"{path.name}.lock"), mode=0o600)
+    except OSError as error:
+        raise _unwritable(path, error) from None
+    try:
+        if lock(file, LOCK_SECONDS) is Lock.ANOTHERS:
+            raise OutputError(f"{path}: another process keeps the list of trusted FMUs locked; end it")
+        yield path
+    finally:
+        os.close(file)
+
+
+def _write(path: Path, lines: list[str]) -> None:
+    """Replace the list in one step, readable and writable for this user alone."""
+    try:
+        descriptor, temporary = tempfile.mkstemp(prefix=f"{path.name}.", dir=path.parent)
+        try:
+            with open(descriptor, "w", encoding="utf-8") as file:
+                file.writelines(f"{line}\n" for line in lines)
+            os.replace(temporary, path)
+        except OSError:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise _unwritable(path, error) from None
+
+
+def _unwritable(path: Path, error: OSError) -> OutputError:
+    return OutputError(f"{path}: the list of trusted FMUs cannot be written: {error.strerror or error}")

@@ -1,0 +1,63 @@
+"""Moves signals between the arrays of cdpr and the values of an FMU, all of one array in one compiled call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from cdpr.fmu.read.ports import Port, Side
+from cdpr.fmu.run.kernels import Index, gather, scatter
+from cdpr.model.robot import Array
+
+# Where the signals of a platform's state stand in it, and those of a desired state; as `cdpr.model` lays them out.
+STATE = {"position": 0, "quaternion": 3, "velocity": 7, "angular_velocity": 10}
+DESIRED = {
+    **{f"desired_{name}": place for name, place in STATE.items()},
+    "desired_acceleration": 13,
+    "desired_angular_acceleration": 16,
+}
+
+
+def reader(side: Side, layout: Mapping[str, int], values: Array, out: Array) -> Callable[[], None]:
+    """Return a function that writes into `out` the signals of `layout`, given by name and place, that the FMU has."""
+    plain, angles = _ports(side, layout)
+    places, index, scale, offset = _joined(plain, layout)
+    views = [(port, out[layout[port.signal] : layout[port.signal] + 4]) for port in angles]
+    fast = partial(gather, places, index, scale, offset, values, out)
+    if not views:
+        return fast
+
+    def read() -> None:
+        fast()
+        for port, view in views:
+            port.read(values, view)
+
+    return read
+
+
+def writer(side: Side, layout: Mapping[str, int], values: Array) -> Callable[[Array], None]:
+    """Return a function that puts the signals of `layout`, taken from an array, among the FMU's values."""
+    plain, angles = _ports(side, layout)
+    places, index, scale, offset = _joined(plain, layout)
+    spans = [(port, slice(layout[port.signal], layout[port.signal] + 4)) for port in angles]
+
+    def write(signals: Array) -> None:
+        scatter(places, index, scale, offset, signals, values)
+        for port, span in spans:
+            port.write(signals[span], values)
+
+    return write
+
+
+def _ports(side: Side, layout: Mapping[str, int]) -> tuple[list[Port], list[Port]]:
+    found = [side.ports[name] for name in layout if name in side.ports]
+    return [port for port in found if not port.euler], [port for port in found if port.euler]
+
+
+def _joined(ports: list[Port], layout: Mapping[str, int]) -> tuple[Index, Index, Array, Array]:
+    places = [np.arange(len(port.index)) + layout[port.signal] for port in ports]
+    columns = [port.index for port in ports], [port.scale for port in ports], [port.offset for port in ports]
+    index, scale, offset = (np.concatenate([[], *column]) for column in columns)
+    return np.concatenate([[], *places]).astype(np.int64), index.astype(np.int64), scale, offset

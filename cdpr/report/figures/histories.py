@@ -1,0 +1,171 @@
+"""The curves of a run's figures, with as few points as can be seen.
+
+The rows of a long run stand on disk: they are read once, a piece at a time, for all figures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from operator import attrgetter, itemgetter
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.log.run import Run
+from cdpr.log.summary import PIECE
+from cdpr.model.robot import Array
+from cdpr.report.figures.decimate import BINS, Extrema
+
+LARGEST = 1e100  # beyond, axes overflow
+
+
+class Points(NamedTuple):
+    """Columns of a quantity, each with the samples worth drawing."""
+
+    time: Array  # (P, c), s
+    values: Array  # (P, c)
+
+    def columns(self, chosen: slice) -> Points:
+        """Return some of the columns."""
+        return Points(self.time[:, chosen], self.values[:, chosen])
+
+
+def points(time: Array, values: Array) -> Points:
+    """Return what is to be drawn of values (K, c) at times (K,), s."""
+    bins = Extrema(len(time))
+    bins.add(time, _drawable(values))
+    return Points(*bins.result())
+
+
+class Histories:
+    """What figures and tables need of the K rows of a run.
+
+    Attributes:
+        status: what the solver's answer was found to be, (K,).
+        outline: the run, or of a long one those rows between which the platform goes straight on.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._points: dict[str, Points] = {}
+        self.status: NDArray[np.int8] = np.empty(0, np.int8)
+        self.outline = run
+        if isinstance(run.rows, np.ndarray):
+            self.status = _status(run)
+        else:
+            self._gather((*QUANTITIES, *(PLUGIN + column.name for column in run.header.columns)))
+
+    def __getitem__(self, name: str) -> Points:
+        if name not in self._points:
+            self._gather((name,))
+        return self._points[name]
+
+    def _gather(self, names: Iterable[str]) -> None:
+        """Go through the run once."""
+        found = {name: Extrema(len(self._run.rows)) for name in names}
+        attitude = Attitude()
+        status, outline = [self.status], []
+        for part, n in self._parts():
+            with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
+                for name, bins in found.items():
+                    values = attitude.follow(part) if name == "attitude" else _quantity(name)(part)
+                    bins.add(part.time[:n], _drawable(values[:n, None] if values.ndim == 1 else values[:n]))
+            if self.outline is self._run and not isinstance(self._run.rows, np.ndarray):
+                status.append(_status(part)[:n])
+                chosen = np.unique(np.concatenate([found[name].last for name in PLACES], axis=None))
+                outline.append(part.rows[chosen])
+        self._points |= {name: Points(*bins.result()) for name, bins in found.items()}
+        if outline:
+            self.status = np.concatenate(status)
+            self.outline = replace(self._run, rows=np.concatenate(outline))
+
+    def _parts(self) -> Iterator[tuple[Run, int]]:
+        """Yield parts of n rows, whole bins, each with the row that follows, as some quantities look ahead; and n."""
+        count = size = len(self._run.rows)
+        if not isinstance(self._run.rows, np.ndarray):
+            bins = -(-count // BINS) or 1
+            size = bins * -(-PIECE // bins)
+        for first in range(0, max(count, 1), size or 1):
+            yield self._run.part(first, first + size + 1), min(size, count - first)
+
+
+def _status(run: Run) -> NDArray[np.int8]:
+    status: NDArray[np.int8] = np.nan_to_num(run.solver_status, nan=-1.0).astype(np.int8)
+    return status
+
+
+class Attitude:
+    """Roll, pitch, yaw, of the desired attitude and of the actual one, without jumps of a turn, part after part."""
+
+    def __init__(self) -> None:
+        self._last: Array | None = None
+
+    def follow(self, run: Run) -> Array:
+        """Return them, (K, 6), degrees; the first row is the last one of the call before."""
+        desired, actual = roll_pitch_yaw(run)
+        if self._last is not None:
+            turns = 2.0 * np.pi * np.rint((self._last - desired[0]) / (2.0 * np.pi))
+            desired, actual = desired + turns, actual + turns
+        self._last = desired[-1] if len(desired) else None
+        return np.asarray(np.degrees(np.concatenate([desired, actual], axis=1)))
+
+
+def roll_pitch_yaw(run: Run) -> Array:
+    """Return roll, pitch, yaw, desired and actual, (2, K, 3), rad, without jumps of a turn."""
+    desired = np.unwrap(_rpy(run.desired_orientation), axis=0)
+    apart = _rpy(run.orientation) - desired
+    return np.stack([desired, desired + (apart + np.pi) % (2.0 * np.pi) - np.pi])
+
+
+def _rpy(q: Array) -> Array:
+    """Roll, pitch, yaw (K, 3), R = Rz(yaw) Ry(pitch) Rx(roll), of unit quaternions (K, 4)."""
+    w, x, y, z = q.T
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return np.stack([roll, pitch, yaw], axis=1)
+
+
+def _drawable(values: Array) -> Array:
+    return np.where(np.abs(values) < LARGEST, values, np.nan)
+
+
+def _norm_and_parts(vectors: Array) -> Array:
+    return np.concatenate([np.linalg.norm(vectors, axis=1, keepdims=True), vectors], axis=1)
+
+
+PLACES = ("position", "desired_position")
+_PLAIN = (
+    *PLACES,
+    *("velocity", "desired_velocity", "angular_velocity", "desired_angular_velocity"),
+    *("acceleration", "desired_acceleration", "angular_acceleration", "desired_angular_acceleration"),
+    *("tension", "cable_tension", "length", "rate", "margin", "residual", "external", "energy_residual"),
+)
+QUANTITIES: dict[str, Callable[[Run], Array]] = {
+    **{name: attrgetter(name) for name in _PLAIN},
+    "attitude": lambda run: Attitude().follow(run),  # degrees; desired, then actual
+    "position_error": lambda run: _norm_and_parts(1e3 * run.position_error),  # mm; the norm first
+    "orientation_error": lambda run: _norm_and_parts(1e3 * run.orientation_error),  # mrad
+    "friction": lambda run: run.tension - run.cable_tension,
+    "energies": lambda run: np.stack([run.kinetic, run.potential_change, run.cable_work, run.external_work], axis=1),
+    "powers": lambda run: np.stack([run.cable_power, run.external_power], axis=1),
+}
+
+PLUGIN = "column "  # before the name of a plugin's column, which may be one of the above
+
+
+def _quantity(name: str) -> Callable[[Run], Array]:
+    return itemgetter(name.removeprefix(PLUGIN)) if name.startswith(PLUGIN) else QUANTITIES[name]
+
+
+_KNOWN: WeakKeyDictionary[Run, Histories] = WeakKeyDictionary()
+
+
+def histories(run: Run) -> Histories:
+    """Return those of a run; they are gathered once, for ten figures."""
+    if run not in _KNOWN:
+        _KNOWN[run] = Histories(replace(run))  # another object: this one may go
+    return _KNOWN[run]

@@ -1,0 +1,260 @@
+"""The robot in space: frame, cables, platform and path in parallel projection, with lines in the plane."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+
+from cdpr.log.files import replace
+from cdpr.log.run import Run
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+from cdpr.report.figures.canvas import Axes, Chart, Line2D, Path, PathPatch, inline_svg, styled
+from cdpr.report.figures.decimate import extrema
+from cdpr.report.figures.histories import histories
+from cdpr.report.figures.legend import LETTER, LINE, Entry, legend_width, write_legend
+from cdpr.report.figures.panels import TOP, WIDTH
+from cdpr.report.figures.scene import Scene
+from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
+
+LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
+# Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
+AZIMUTH, ELEVATION = np.radians(-62.0), np.radians(18.0)
+VERTICAL = 0.3  # in, margin above and below
+
+FRAME: dict[str, Any] = {"color": "#d4d4d4", "linewidth": 0.7}
+START: dict[str, Any] = {"color": "#a0a0a0", "linewidth": 0.8}
+PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
+DESIRED_PATH: dict[str, Any] = {"color": "#22b573", "linewidth": 1.0, "linestyle": DESIRED}
+
+AROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+CIRCLE = np.stack([np.cos(AROUND), np.sin(AROUND)], axis=1)
+CUBE = np.array(list(product((-0.5, 0.5), repeat=3)))
+EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]
+FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
+
+
+def robot(run: Run) -> Chart:
+    """Draw the frame's anchors, cables and platform at start and end of a run, and the way between them."""
+    return draw(Scene.of_run(histories(run).outline))
+
+
+def write_svg(scene: Scene, file: pathlib.Path, label: str) -> None:
+    """Draw the scene into a file, whose folder must exist; OutputError where it cannot be written."""
+    replace(file, inline_svg(draw(scene), "robot", label).encode(errors="xmlcharrefreplace"))
+
+
+@styled
+def draw(scene: Scene) -> Chart:
+    """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
+    A = scene.anchors[:, :3]
+    sane = np.concatenate([A, scene.position if scene.desired is None else scene.desired])
+    size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
+    middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
+    shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
+    rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(scene.orientation).all(axis=1))]
+    ends_of_frame = scene.frame.reshape(-1, 3)
+    inside = np.concatenate([A, ends_of_frame, scene.position[rows]])
+    low, high = inside.min(axis=0), inside.max(axis=0)
+    view = _projection(high - low)
+    box = (low + high) / 2 + CUBE * (high - low)
+    short = all(len(name) <= 4 for name in scene.cables)
+    names = [name if short else str(i) for i, name in enumerate(scene.cables, 1)]
+
+    ends = scene.position[rows[:1] + rows[-1:]]
+    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * _radius(scene) for s in (-1.0, 1.0))])
+    labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
+    right, sides = legend_width(scene.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
+    height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
+    chart = Chart(figsize=(WIDTH, height))
+    axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
+    axes.set_axis_off()
+    reach = _fit(axes, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
+    if len(scene.frame):
+        colour = {"color": scene.colours.get("frame", FRAME["color"])}
+        _segments(axes, view, [(edge[:3], edge[3:]) for edge in scene.frame], **FRAME | {"linewidth": 1.2} | colour)
+    else:
+        _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
+    entries = [_world_axes(axes, view, low, size)]
+    if rows:
+        entries += _motion(axes, scene, view, rows)
+    _write_labels(axes, labels, hull.mean(axis=0), reach)
+    if not short:
+        named = zip(names, scene.cables, cable_looks(scene.cables), strict=True)
+        entries += [
+            (f"{i}: {shorten(name, 23)}" + " (broken)" * (name in scene.broken), look) for i, name, look in named
+        ]
+    write_legend(chart, entries, (WIDTH - right, height - TOP))
+    return chart
+
+
+def _projection(extent: Array) -> Array:
+    """Rows: rightwards, upwards and towards the eye, world axes, (3, 3). A planar robot is seen square on."""
+    flat = np.flatnonzero(extent < 1e-6 * max(float(extent.max()), 1e-9))
+    if len(flat) == 1:
+        x, y, z = np.eye(3)
+        return np.array([(y, z, x), (x, z, -y), (x, y, z)][flat[0]])
+    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
+    return np.array([(-sa, ca, 0.0), (-se * ca, -se * sa, ce), (ce * ca, ce * sa, se)])
+
+
+def _height(points: Array, width: float) -> float:
+    """Height of a figure whose drawing fills `width`, in."""
+    across, up = np.ptp(points, axis=0)
+    return float(np.clip(2.0 * VERTICAL + width * up / max(across, 1e-9), LOWEST, HIGHEST))
+
+
+def _fit(axes: Axes, points: Array, room: Array, margin: Array) -> float:
+    """Show all points with one scale in both directions; return the length that is 0.15 in on paper, m."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = float(np.max((high - low) / (room - 2.0 * margin))) or 1.0  # m per inch
+    start, stop = (low + high - scale * room) / 2, (low + high + scale * room) / 2
+    axes.set_xlim(start[0], stop[0])
+    axes.set_ylim(start[1], stop[1])
+    return 0.15 * scale
+
+
+def _segments(axes: Axes, view: Array, pairs: Sequence[tuple[Array, Array]], **look: Any) -> None:
+    """Draw segments in space as one line with gaps."""
+    points = np.full((len(pairs), 3, 2), np.nan)
+    points[:, :2] = np.array(pairs) @ view[:2].T
+    x, y = points.reshape(-1, 2).T
+    axes.add_artist(Line2D(x, y, **{"solid_capstyle": "round", **look}))
+
+
+def _world_axes(axes: Axes, view: Array, corner: Array, size: float) -> Entry:
+    """Draw the directions of x, y and z, which are the scale too."""
+    power = 10.0 ** np.floor(np.log10(0.12 * size))
+    length = float(power * max(step for step in (1, 2, 5) if step * power <= 0.12 * size))
+    for name, colour, direction in zip("xyz", AXES, np.eye(3), strict=True):
+        if np.linalg.norm(view[:2] @ direction) > 1e-9:
+            tip = corner + length * direction
+            _segments(axes, view, [(corner, tip)], color=colour, linewidth=2.2, zorder=2)
+            x, y = view[:2] @ (tip + 0.025 * size * direction)
+            axes.text(x, y, name, color=colour, ha="center", va="center", fontweight="bold", zorder=6)
+    return f"axes, {length:g} m long", {"color": AXES[0], "linewidth": 2.2}
+
+
+def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int]) -> list[Entry]:
+    """Draw cables and platform in the first and the last of `rows`, and the path in between."""
+    start, end = rows[0], rows[-1]
+    moves = len(scene.time) > 1
+    if moves:
+        p, R = scene.position[start], rotations.matrix(scene.orientation[start])
+        frame, tips, _ = scene.ways(start)
+        _segments(axes, view, list(zip(frame, tips, strict=True)), **START, zorder=1.5)
+        _platform(axes, scene, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
+    p, R = scene.position[end], rotations.matrix(scene.orientation[end])
+    face = scene.colours.get("platform", "#e9eef4")
+    _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
+    frame, tips, outlines = scene.ways(end)
+    for line in outlines:
+        _segments(axes, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
+    for name, a, b, look in zip(scene.cables, frame, tips, cable_looks(scene.cables), strict=True):
+        if name not in scene.broken:
+            _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
+    x, y = view[:2] @ np.concatenate([frame, tips]).T
+    axes.add_artist(Line2D(x, y, linestyle="", marker="o", markersize=2.6, color=INK, zorder=3.5))
+    if not moves:
+        return []
+    paths = [("path", scene.position, PATH)]
+    if scene.desired is not None:
+        paths.append(("desired path", scene.desired, DESIRED_PATH))
+    for _, path, look in paths:
+        _, points = extrema(scene.time[rows], path[rows] @ view[:2].T, bins=150)
+        axes.add_artist(Line2D(points[:, 0], points[:, 1], zorder=4, **look))
+    last = "end" if end == len(scene.time) - 1 else "last shown"
+    return [
+        (f"start, {scene.time[start]:.4g} s", START),
+        (f"{last}, {scene.time[end]:.4g} s", {"color": INK, "linewidth": 0.8}),
+        *((name, look) for name, _, look in paths),
+    ]
+
+
+def _platform(axes: Axes, scene: Scene, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
+    """Draw the platform's shape, or spokes to its anchors where none is known."""
+    shape = scene.shape or {}
+    outline = {**look, "linewidth": 0.8, "joinstyle": "round"}
+    if "box" in shape or "mesh" in shape:
+        lower, upper = np.array(shape["mesh"] if "mesh" in shape else np.outer((-0.5, 0.5), shape["box"]))
+        middle = p + R @ (0.5 * (lower + upper))
+        corners = middle + (CUBE * (upper - lower)) @ R.T
+        for face in FACES:
+            ring = corners[list(face)]
+            if look["facecolor"] == "none" or (ring.mean(axis=0) - middle) @ view[2] > 0.0:  # else it is hidden
+                axes.add_artist(PathPatch(_closed(ring @ view[:2].T), **outline))
+    elif "cylinder" in shape:
+        radius, height = shape["cylinder"]
+        circle = radius * CIRCLE @ R[:, :2].T
+        top, bottom = ((p + sign * 0.5 * height * R[:, 2] + circle) @ view[:2].T for sign in (1.0, -1.0))
+        axes.add_artist(PathPatch(_closed(_hull(np.concatenate([top, bottom]))), **outline))
+        axes.add_artist(PathPatch(_closed(top if R[:, 2] @ view[2] > 0.0 else bottom), **outline))
+    elif "sphere" in shape:
+        circle = float(shape["sphere"]) * CIRCLE
+        axes.add_artist(PathPatch(_closed(view[:2] @ p + circle), **outline))
+    else:
+        tips = p + scene.anchors[:, 3:] @ R.T
+        spokes = [(p, tip) for tip in tips]
+        _segments(axes, view, spokes, color=look["edgecolor"], linewidth=1.6, zorder=look["zorder"])
+
+
+def _radius(scene: Scene) -> float:
+    """Radius of a sphere that holds the platform, m."""
+    shape = scene.shape or {}
+    radius, height = shape.get("cylinder", (0.0, 0.0))
+    reaches = (
+        np.linalg.norm(shape.get("box", 0.0)) / 2,
+        shape.get("sphere", 0.0),
+        np.hypot(radius, height / 2),
+        np.linalg.norm(np.abs(shape.get("mesh", np.zeros((2, 3)))).max(axis=0)),
+        np.linalg.norm(scene.anchors[:, 3:], axis=1).max(),
+    )
+    return float(max(reaches))
+
+
+def _hull(points: Array) -> Array:
+    """Return the corners of the convex hull of points (k, 2) in the plane, in their order around it."""
+    ordered = sorted(map(tuple, points.tolist()))
+    halves = []
+    for chain in (ordered, ordered[::-1]):
+        half: list[tuple[float, ...]] = []
+        for x, y in chain:
+            while len(half) > 1 and _left(half[-2], half[-1], (x, y)) <= 0.0:
+                half.pop()
+            half.append((x, y))
+        halves += half[:-1]
+    return np.array(halves)
+
+
+def _left(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
+    """Twice the area of a triangle, positive where c lies to the left of the way from a to b."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _closed(points: Array) -> Path:
+    return Path(np.concatenate([points, points[:1]]), closed=True)
+
+
+def _anchor_labels(points: Array, names: list[str], near: float) -> list[tuple[Array, str]]:
+    """Return where which names stand; anchors less than `near` apart in the view share a label."""
+    labels: list[tuple[Array, str]] = []
+    left = list(range(len(points)))
+    while left:
+        group = [i for i in left if np.linalg.norm(points[i] - points[left[0]]) < near]
+        left = [i for i in left if i not in group]
+        labels.append((points[group[0]], ", ".join(names[i] for i in group)))
+    return labels
+
+
+def _write_labels(axes: Axes, labels: list[tuple[Array, str]], middle: Array, reach: float) -> None:
+    """Write labels a little further from the middle than what they name."""
+    for point, name in labels:
+        away = point - middle
+        x, y = point + reach * away / (float(np.linalg.norm(away)) or 1.0)
+        side = "left" if away[0] > 0.0 else "right"
+        text = axes.text(x, y, name, ha=side, va="center", color=SOFT, zorder=5)
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})

@@ -1,0 +1,135 @@
+"""Small multiples of a study: one figure of the runs over its axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from cdpr.report.figures.canvas import Axes, Chart, Line2D, styled
+from cdpr.report.figures.legend import LINE, legend_width, write_legend
+from cdpr.report.figures.study_layout import Curve, Layout, panels
+from cdpr.report.marks import CABLES, INK, shorten
+from cdpr.report.text.study import Figure, Record, label_text
+
+# Inches.
+WIDTH, HEIGHT = 2.35, 1.65  # of a panel
+LEFT, TOP, BOTTOM = 0.75, 0.4, 0.55
+GAP, ROW_GAP = 0.25, 0.62
+ACROSS = 4  # panels in a row
+LEAST = 5.0  # of a figure: the page widens smaller ones
+
+BESIDE = 0.1  # from one line's dots to the next one's, where x is a row of names
+
+DECADE = 30.0  # largest ratio on a linear scale
+MARK = 0.055  # height of a row of crosses, of the panel's
+
+
+@styled
+def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Chart:
+    """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all."""
+    drawn = panels(layout, records, figure)
+    across = _across(layout, records, len(drawn))
+    down = math.ceil(len(drawn) / across)
+    labels = list(dict.fromkeys(curve.label for curves in drawn.values() for curve in curves))
+    looks = {label: {"color": CABLES[i % len(CABLES)]} for i, label in enumerate(labels)}
+    entries = [(shorten(label_text(label)), looks[label]) for label in labels] if layout.line else []
+    crosses = any(curve.lost for curves in drawn.values() for curve in curves)
+    heading = [] if layout.line is None else [(shorten(layout.line), {"linestyle": ""})]
+    ending = [("× no figure: diverged, died, ...", {"linestyle": ""})] if crosses else []
+    legend = legend_width([text for text, _ in [*entries, *heading, *ending]]) if entries or crosses else 0.1
+    width = max(LEFT + across * WIDTH + (across - 1) * GAP + legend, LEAST)
+    height = TOP + down * HEIGHT + (down - 1) * ROW_GAP + BOTTOM
+    height = max(height, TOP + LINE * (len(entries) + 3))
+    chart = Chart(figsize=(width, height))
+    first: Axes | None = None
+    for k, (title, curves) in enumerate(drawn.items()):
+        row, column = divmod(k, across)
+        left = LEFT + column * (WIDTH + GAP)
+        bottom = height - TOP - HEIGHT - row * (HEIGHT + ROW_GAP)
+        box = (left / width, bottom / height, WIDTH / width, HEIGHT / height)
+        axes = chart.add_axes(box, sharex=first, sharey=first)
+        if first is None:
+            first = axes
+            _scale(axes, layout, drawn)
+        axes.set_title(shorten(title, 44), fontsize=8.5, loc="left", pad=4)
+        axes.tick_params(labelleft=column == 0, labelbottom=k + across >= len(drawn))
+        if k + across >= len(drawn):
+            axes.set_xlabel(shorten(layout.x, 40))
+        for i, curve in enumerate(curves):
+            _draw(axes, layout, curve, looks[curve.label], (i, len(curves)), _positions(layout, drawn))
+    right = LEFT + across * WIDTH + (across - 1) * GAP
+    write_legend(chart, [*heading, *entries, *ending], (right, height - TOP))
+    return chart
+
+
+def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
+    """Panels in a row: one for each place on the last axis, if these are not too many."""
+    last = len({record[layout.panels[-1]] for record in records}) if layout.panels else 1
+    return last if 1 < last <= ACROSS else min(ACROSS, count)
+
+
+def _draw(
+    axes: Axes,
+    layout: Layout,
+    curve: Curve,
+    look: dict[str, Any],
+    rank: tuple[int, int],  # of the curve, and how many there are
+    place: Mapping[Any, float],
+) -> None:
+    """Dots, joined through the middle where a place has several; crosses at the top for cases without a figure."""
+    i, count = rank
+    aside = 0.0 if layout.numeric else BESIDE * (i - (count - 1) / 2)
+    x = [place[at] + aside for at in curve.x]
+    middle = [sorted(values)[len(values) // 2] for values in curve.values]
+    joined = "-" if layout.numeric and not layout.scattered else ""
+    axes.add_artist(Line2D(x, middle, marker="o", markersize=3.2, linestyle=joined, linewidth=1.2, **look))
+    for at, values in zip(x, curve.values, strict=True):
+        if len(values) > 1:
+            axes.add_artist(Line2D([at] * 2, [min(values), max(values)], linewidth=0.8, **look))
+    heights = [0.965 - MARK * i] * len(curve.lost)
+    lost = [place[at] + aside for at in curve.lost]
+    blended = axes.get_xaxis_transform()
+    axes.add_artist(Line2D(lost, heights, marker="x", markersize=4.0, linestyle="", transform=blended, **look))
+
+
+def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> None:
+    curves = [curve for curves in drawn.values() for curve in curves]
+    values = [value for curve in curves for at in curve.values for value in at]
+    positions = _positions(layout, drawn)
+    if layout.numeric:
+        low, high, logarithmic = _limits(list(positions.values()))
+        axes.set_xscale("log" if logarithmic else "linear")
+        axes.set_xlim(low, high)
+        axes.xaxis.set_major_formatter(_plain)
+    else:
+        axes.set_xlim(-0.5, len(positions) - 0.5)
+        names = [shorten(label_text(label), 14) for label in positions]
+        crowded = sum(map(len, names)) > 30
+        axes.set_xticks(range(len(names)), names, rotation=35 if crowded else 0, ha="right" if crowded else "center")
+    low, high, logarithmic = _limits(values or [0.0, 1.0])
+    axes.set_yscale("log" if logarithmic else "linear")
+    axes.set_ylim(low, high)
+    axes.yaxis.set_major_formatter(_plain)
+    axes.minorticks_off()
+    axes.tick_params(colors=INK)
+
+
+def _plain(value: float, _: object) -> str:
+    return f"{value:g}"
+
+
+def _positions(layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> dict[Any, float]:
+    """Where each place on x stands."""
+    places = dict.fromkeys(at for curves in drawn.values() for curve in curves for at in (*curve.x, *curve.lost))
+    return {at: float(at) if layout.numeric else float(i) for i, at in enumerate(places)}  # type: ignore[arg-type]
+
+
+def _limits(values: Sequence[float]) -> tuple[float, float, bool]:
+    """Limits with some air, and whether the scale is logarithmic."""
+    low, high = min(values), max(values)
+    if low > 0.0 and high / low > DECADE:
+        air = (high / low) ** 0.06
+        return low / air, high * air, True
+    air = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
+    return low - air, high + air, False

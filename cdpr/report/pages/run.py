@@ -1,0 +1,164 @@
+"""The report of a run: one HTML file that needs nothing else, neither network nor script."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from cdpr.log.files import replace
+from cdpr.log.run import Run
+from cdpr.report.pages import tables
+from cdpr.report.pages.page import figure, page, section
+
+if TYPE_CHECKING:
+    from cdpr.report.figures.canvas import Chart
+
+
+class Drawing(NamedTuple):
+    """A figure of the report."""
+
+    name: str  # in the navigation and, in lower case, the address on the page
+    title: str
+    draw: Callable[[Run], Chart]
+    caption: str  # HTML: what is drawn and what to look for
+
+
+def write_report(run: Run, path: str | Path) -> None:
+    """Write the report of `run` to the file `path`, whose folder must exist.
+
+    The same run gives the same bytes, but for the row of wall-clock times.
+
+    Raises:
+        PluginError: matplotlib is not installed.
+        OutputError: the file cannot be written.
+    """
+    replace(Path(path), render(run).encode(errors="xmlcharrefreplace"))
+
+
+def render(run: Run) -> str:
+    """Return the report as HTML."""
+    head = run.header
+    with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
+        parts = {
+            "Events": section("events", tables.events(run)),
+            **{drawing.name: _figure(run, drawing) for drawing in drawings(run) if len(run.rows)},
+            "Cables": section("cables", tables.cables(run)),
+            "Scenario": section("scenario", tables.scenario(run)),
+        }
+        top = (
+            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run)}\n</section>\n'
+            f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
+        )
+    subtitle = (
+        f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
+        f"controller {head.controller}, tension solver {head.solver}"
+    )
+    links = {name.lower(): name for name in ("Summary", "Run", *parts)}
+    return page(f"{head.scenario}: report of a run", subtitle, tables.banner(run), links, [top, *parts.values()])
+
+
+def _figure(run: Run, drawing: Drawing) -> str:
+    from cdpr.report.figures.canvas import inline_svg
+
+    key = drawing.name.lower()
+    svg = inline_svg(drawing.draw(run), key, drawing.title)
+    caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
+    return figure(key, drawing.title, svg, caption)
+
+
+def drawings(run: Run) -> list[Drawing]:
+    """Return the figures of the report, in order; PluginError without matplotlib."""
+    from cdpr.report.figures import run as plots
+    from cdpr.report.figures import sketch
+
+    own = [f"{column.name}: {column.text}" for column in run.header.columns]
+    told = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
+    plugins = Drawing(
+        "Plugins",
+        "Recorded by plugins",
+        plots.plugins,
+        f"Quantities that not every run has. {told}.",
+    )
+    return [
+        Drawing(
+            "Robot",
+            "Robot and path",
+            sketch.robot,
+            "Frame anchors, cables and platform at the start (grey) and at the end (colour), and the path "
+            "of the platform's origin; parallel projection, to scale. Look for cables that cross one "
+            "another, the platform or the frame.",
+        ),
+        Drawing(
+            "Tensions",
+            "Cable tensions",
+            plots.tensions,
+            "The tension of each cable, held over a control period. On a dashed line a limit is active: at "
+            "t_min the cable is about to go slack, at t_max its winch has no reserve. On a real robot, "
+            "jumps from one sample to the next excite vibration. With cables on winches, the tensions are those in "
+            "the cables, and what the commands are above them goes into friction and inertia of the drums.",
+        ),
+        Drawing(
+            "Errors",
+            "Tracking errors",
+            plots.errors,
+            "Desired minus actual, world axes. The orientation error is the rotation vector that turns the "
+            "actual into the desired attitude. An error that stays at rest points to a load or a mass that "
+            "the controller does not know; one that follows the acceleration points to an inertia.",
+        ),
+        Drawing(
+            "Pose",
+            "Position and attitude",
+            plots.pose,
+            "The platform's origin in world axes, and its attitude as roll, pitch, yaw about the fixed axes "
+            "x, y, z: R = R<sub>z</sub>(yaw) R<sub>y</sub>(pitch) R<sub>x</sub>(roll). Near a pitch of ±90° "
+            "roll and yaw cannot be told apart; the orientation error is free of that.",
+        ),
+        Drawing(
+            "Velocity",
+            "Velocity and angular velocity",
+            plots.velocity,
+            "Velocity of the platform's origin and angular velocity, world axes. Ripple that the desired "
+            "motion does not have points to gains too high for the control step, or to tensions that jump.",
+        ),
+        Drawing(
+            "Acceleration",
+            "Acceleration and angular acceleration",
+            plots.acceleration,
+            "World axes. The actual one is the mean over the control period after each sample, from the "
+            "change of velocity; the last sample has none. A gap between the two is a wrench that the "
+            "controller did not foresee, or that the cables did not deliver.",
+        ),
+        Drawing(
+            "Lengths",
+            "Cable lengths and rates",
+            plots.cables,
+            "The distance between the two anchors of each cable, and its rate, positive where the cable "
+            "pays out. The largest rate is the speed that the winch must reach.",
+        ),
+        Drawing(
+            "Distribution",
+            "Tension distribution",
+            plots.distribution,
+            "Margin: the smallest distance of a tension from its limits, negative outside. Residual: the "
+            "norm of W t − w, with wrench matrix W, tensions t and the wrench w that the controller asked "
+            "for; moments are divided by the characteristic length, {length} m. Its axis is logarithmic, "
+            "with zero drawn at 10<sup>−16</sup>. Near round-off the cables deliver what was asked; where "
+            "the residual rises, the platform gets another wrench.",
+        ),
+        Drawing(
+            "Energy",
+            "Energy and power",
+            plots.energy,
+            "Kinetic energy of the platform, change of its potential energy, work of the cables and of external "
+            "wrenches since the start, and their powers: what the drives must deliver, or take up where it is "
+            "negative. External wrenches, where there are any, are those that the scenario lets act. Unexplained is "
+            "the energy gained that no work accounts for: round-off under exact integration, proportional to the "
+            "physics step in engines of first order. Where it grows without bound, the backend makes or loses "
+            "energy. (Legs with mass of their own, an option of some backends, are not counted.)",
+        ),
+        *([plugins] if own else []),
+    ]

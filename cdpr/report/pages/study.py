@@ -1,0 +1,106 @@
+"""The report of a study: one HTML page with small multiples and the table."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from cdpr.log.files import replace
+from cdpr.report.figures.study_layout import Layout, layouts
+from cdpr.report.pages.page import figure, page, section, table
+from cdpr.report.text.study import FIGURES, Record, cells, label_text, value
+from cdpr.study import Results
+from cdpr.study.plan import Grid
+
+MOST_ROWS = 1000  # of the table on the page
+REM = 6.8  # widths of the page's letters to an inch of a figure
+
+
+def write_study(results: Results, path: Path) -> None:
+    """Write the page. Raises PluginError without matplotlib, OutputError where it cannot be written."""
+    replace(path, render(results).encode(errors="xmlcharrefreplace"))
+
+
+def render(results: Results) -> str:
+    """Return the page as HTML."""
+    study, records = results.study, results.table.records()
+    links = {"about": "About"}
+    parts = [section("about", _about(results))]
+    for k, grid in enumerate(study.blocks, 1):
+        inside = [record for record in records if record.get("block") == grid.name]
+        if grid.name is not None:
+            links[f"block{k}"] = grid.name
+            parts.append(section(f"block{k}", f"<h2>{escape(grid.name)}</h2>\n<p>{len(inside)} cases.</p>"))
+        drawn = _figures(grid, inside, f"block{k}")
+        parts += drawn
+        if drawn and grid.name is None:
+            links[f"block{k}figure1_1"] = "Figures"
+    links["table"] = "Table"
+    parts.append(section("table", _table(results)))
+    mood = "bad" if results.exit_code else "warn" if results.strained else "good"
+    banner = f'<p class="banner {mood}" role="status"><strong>{len(records)} cases</strong>: {escape(results.told)}</p>'
+    return page(study.name, "a study by cdpr", banner, links, parts)
+
+
+def _about(results: Results) -> str:
+    """Axes, versions, and what the figures leave out."""
+    study = results.study
+    rows = []
+    for grid in study.blocks:
+        for axis, points in zip(grid.axes, grid.columns, strict=True):
+            for leaf in axis.leaves():
+                places = dict.fromkeys(label_text(point.labels[leaf.label]) for point in points)
+                some = list(places) if len(places) <= 12 else [*list(places)[:5], "...", list(places)[-1]]
+                rows.append((f"<code>{escape(leaf.label)}</code>", str(len(places)), escape(", ".join(some))))
+    scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
+    versions = {f"{name} {version}" for row in results.rows.values() for name, version in row.versions.items()}
+    return (
+        f"<h2>What was varied</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
+        f"<p>Scenario: {escape(', '.join(scenarios))}. "
+        f"Versions: {escape(', '.join(sorted(versions)))}.</p>\n"
+        "<p>A dot is a run. Where several runs share a place, because an axis has none of its own in the figure, the "
+        "dot is their median and a line reaches from the least to the greatest. Crosses at the top are runs that have "
+        "no figure: they diverged, failed, died or hung.</p>"
+    )
+
+
+def _figures(grid: Grid, records: Sequence[Record], key: str) -> list[str]:
+    from cdpr.report.figures.canvas import inline_svg
+    from cdpr.report.figures.study import multiples
+
+    out = []
+    for i, layout in enumerate(layouts(grid), 1):
+        for k, what in enumerate(FIGURES, 1):
+            if all(not value(record, what) for record in records):
+                continue  # nothing to see: never any, or always zero
+            name = f"{key}figure{i}_{k}"
+            chart = multiples(layout, records, what)
+            svg = inline_svg(chart, name, what.title)
+            # Wider than this its letters would be larger than the page's.
+            drawing = f'<div style="max-width: {REM * chart.get_figwidth():.4g}rem">{svg}</div>'
+            out.append(figure(name, escape(what.title), drawing, escape(_caption(layout))))
+    return out
+
+
+def _caption(layout: Layout) -> str:
+    lines = f"; lines: {layout.line}" if layout.line else ""
+    panels = f"; panels: {', '.join(layout.panels)}" if layout.panels else ""
+    return f"Over {layout.x}{lines}{panels}."
+
+
+def _table(results: Results) -> str:
+    rows = []
+    for case, record in zip(results.study.cases, results.table.records(), strict=True):
+        labels, found = cells(results.table.axes, record)
+        block = [case.block] if case.block is not None else []
+        message = str(record["message"] or "")
+        rows.append(tuple(map(escape, (case.id, *block, *labels, *found, message))))
+        if len(rows) == MOST_ROWS:
+            break
+    blocks = ["Block"] if any(case.block is not None for case in results.study.cases) else []
+    titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), "Message")
+    more = len(results.study.cases) - len(rows)
+    rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
+    return f'<h2>All cases</h2>\n<div class="scroll">{table(rows, tuple(map(escape, titles)))}</div>{rest}'

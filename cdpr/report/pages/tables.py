@@ -1,0 +1,158 @@
+"""The text of a report as HTML: status, figures, events, cables. What comes from a scenario is escaped."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.model.robot import Array
+from cdpr.report.figures.histories import histories
+from cdpr.report.marks import SHADES, cable_looks
+from cdpr.report.marks import events as in_order
+from cdpr.report.pages.page import table
+from cdpr.report.text.aligned import number, unit_for
+from cdpr.report.text.reservations import fallback, reservations
+
+MOST_EVENTS = 200
+
+BANNERS = {
+    "finished": ("good", "Finished"),
+    "ended": ("good", "Ended by the plant"),
+    "diverged": ("bad", "Diverged"),
+    "infeasible": ("bad", "Stopped as infeasible"),
+    "unanswered": ("bad", "Stopped where the solver gave no valid answer"),
+    "beyond_limits": ("bad", "Stopped where a cable left its limits"),
+    "interrupted": ("warn", "Interrupted"),
+    "failed": ("bad", "Failed"),
+    "running": ("warn", "Did not end: the process still runs or was killed"),
+}
+
+
+def banner(run: Run) -> str:
+    """How the run ended, and its message."""
+    mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
+    said = [*reservations(run), *fallback(run)]
+    if mood == "good" and said:
+        mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
+    message = f": {escape(run.message)}" if run.message else ""
+    return f'<p class="banner {mood}" role="status"><strong>{text}</strong>{message}</p>'
+
+
+def summary(run: Run) -> str:
+    """The figures of `Run.summary` in the units people read, and wall-clock times in the last row."""
+    figures = run.summary()
+    out = "<h2>Summary</h2>\n"
+    if not figures["samples"]:
+        return out + "<p>The run has no sample.</p>"
+    errors = []
+    for name, base, key in (
+        ("Position error", "m", "position_error_m"),
+        ("Orientation error", "rad", "orientation_error_rad"),
+    ):
+        scale, unit = unit_for(figures[key].values(), base)
+        errors.append((f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final"))))
+    out += table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
+    tension, energy = figures["tension_N"], figures["energy_J"]
+    rows = [
+        ("Smallest tension (N)", number(tension["min"])),
+        ("Largest tension (N)", number(tension["max"])),
+        ("Largest change of a tension from one sample to the next (N)", number(tension["largest_step"])),
+        ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
+        ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
+        ("Steps without valid tensions", _bad_steps(run)),
+        (
+            "Work of cables; of external wrenches (J)",
+            "; ".join(number(energy[f"{by}_work"]) for by in ("cable", "external")),
+        ),
+        ("Energy that no work explains; turned over (J)", _balance(energy)),
+        ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
+        *([("Samples in the log, and in the figures", _logged(run))] if run.header.log_every > 1 else []),
+    ]
+    if run.timings:
+        times = [f"{name.removesuffix('_s')} {number(value)} s" for name, value in run.timings.items()]
+        if "real_time_factor" in figures:
+            times.append(f"{number(figures['real_time_factor'])} times real time")
+        rows.append(("Wall clock", escape(", ".join(times))))
+    return out + table(rows)
+
+
+def _bad_steps(run: Run) -> str:
+    if run.header.log_every > 1:  # their kinds are known of the logged ones alone
+        figures = run.summary()
+        return str(figures["infeasible_steps"] + figures["unanswered_steps"] or "none")
+    found = histories(run).status
+    counts = [(int(np.count_nonzero(found == status)), name) for status, (name, _) in SHADES.items()]
+    return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"
+
+
+def _logged(run: Run) -> str:
+    return f"{len(run.rows)}, one each {run.header.log_step:g} s; these figures count all"
+
+
+def _balance(energy: dict[str, Any]) -> str:
+    text = f"{number(energy['residual_max'])}; {number(energy['turned_over'])}"
+    return text if energy["balanced"] else f"<strong>{text}: out of balance</strong>"
+
+
+def provenance(run: Run) -> str:
+    """What was run, by which versions, and which keys of the scenario had no effect."""
+    head = run.header
+    rows = [
+        ("Scenario", escape(head.scenario)),
+        ("Robot", f"{escape(head.robot)}; {len(head.cables)} cables, platform of {head.mass:g} kg"),
+        ("Backend", escape(head.backend)),
+        ("Controller", escape(head.controller)),
+        ("Tension solver", escape(head.solver)),
+        *([("Believed of the robot", escape(head.believed))] if head.believed else []),
+        *([("Controlled directions", escape(", ".join(head.controlled)))] if head.controlled else []),
+        ("Control step; physics step", f"{1e3 * head.control_step:g} ms; {1e3 * head.physics_step:g} ms"),
+        ("Gravity (m/s²)", escape(", ".join(f"{g:g}" for g in head.gravity))),
+        ("Seed", str(head.seed)),
+        ("Versions", escape(", ".join(f"{name} {version}" for name, version in head.versions.items()))),
+        ("Keys not used", ", ".join(f"<code>{escape(key)}</code>" for key in run.unused) or "none"),
+    ]
+    return "<h2>What was run</h2>\n" + table(rows)
+
+
+def events(run: Run) -> str:
+    """The events with the numbers that mark them in the figures."""
+    out = "<h2>Events</h2>\n"
+    if not run.events:
+        return out + "<p>None.</p>"
+    rows = []
+    for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
+        until = "" if event.until is None else f" to {event.until:.6g}"
+        rows.append((str(i), f"{event.time:.6g}{until}", escape(event.kind), escape(event.text)))
+    out += table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
+    if len(run.events) > MOST_EVENTS:
+        out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
+    return out + "\n<p>Dotted lines mark them in the figures; steps without valid tensions are shaded.</p>"
+
+
+def cables(run: Run) -> str:
+    """Limits and what each cable reached."""
+    head = run.header
+    rows = []
+    tension, length = (histories(run)[key].values for key in ("tension", "length"))
+    for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
+        key = f'<span class="key" style="background:{look["color"]}"></span>'
+        limits = (head.tension_min[i], head.tension_max[i])
+        rows.append((key + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))
+    titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")
+    return f'<h2>Cables</h2>\n<div class="scroll">{table(rows, titles)}</div>'
+
+
+def scenario(run: Run) -> str:
+    """The resolved scenario, folded."""
+    return (
+        "<h2>Scenario</h2>\n<details><summary>The resolved scenario</summary>\n"
+        f"<pre>{escape(run.header.scenario_yaml)}</pre></details>"
+    )
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)

@@ -1,0 +1,151 @@
+"""A comparison in words and aligned tables, for a terminal of 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from cdpr.compare.differences import QUANTITIES
+from cdpr.report.text.aligned import number, table
+
+WIDTH = 80
+VERDICTS = {True: "agree", False: "DISAGREE", None: "not judged"}
+
+Figures = Mapping[str, Any]
+
+
+def lines(figures: Figures) -> Iterator[str]:
+    """Yield the lines: the verdict first, then one table an engine, the orders, and what could not run."""
+    yield from _wrapped(f"{VERDICTS[figures['agrees']]}: {subject(figures)}")
+    for group in figures["groups"]:
+        yield ""
+        yield from _wrapped(f"solver {group['solver']}: {VERDICTS[group['agrees']]}{_about(group)}")
+        for row in group["engines"]:
+            yield from _wrapped(f"{row['label']}: {outcome(row)}")
+            yield from table([TITLES[row["standard"]], *_rows(row)], left=2) if row["differences"] else ()
+            for text in notes(row):
+                yield from _wrapped(f"  {text}", "    ")
+        for text in among(group):
+            yield from _wrapped(text)
+        if group["orders"]:
+            yield from table([ORDER_TITLES, *map(order_cells, group["orders"])], left=3)
+        for text in wrong_orders(group):
+            yield from _wrapped(text)
+    for name, reason in figures["absent"].items():
+        yield from _wrapped(f"{name}: not run: {reason}")
+
+
+def subject(figures: Figures) -> str:
+    """What was compared."""
+    judge = figures["judge"]
+    return (
+        f"{figures['scenario']}, {figures['duration_s']:g} s, control {1e3 * figures['control_step_s']:g} ms, "
+        f"physics {1e3 * figures['physics_step_s']:g} ms; judge {judge['backend']}, order {judge['order'] or 'unknown'}"
+        f"{_compared(figures)}"
+    )
+
+
+def _compared(figures: Figures) -> str:
+    """How many samples were compared, where logs are thinned: what happens between them is not seen."""
+    part = figures.get("compared")
+    return f"; compared are {part['logged_samples']} of {part['samples']} samples, as logged" if part else ""
+
+
+def outcome(row: Figures) -> str:
+    """Outcome of one engine with its reason, what it declares and what a step cost."""
+    text = row["outcome"].upper() if row["outcome"] in ("disagrees", "failed") else row["outcome"]
+    text += f": {row['reason']}" if row["reason"] else ""
+    facts = [row["scheme"].replace("_", " ")] if row["scheme"] else []
+    facts += [f"order {row['order']}"] if row["order"] else []
+    facts += [f"{row['step_us']:.3g} µs a step"] if row["step_us"] else []
+    return f"{text} ({', '.join(facts)})" if facts else text
+
+
+def notes(row: Figures) -> Iterator[str]:
+    """What no table tells: how little an order proves, other statuses, other vertices."""
+    if row["standard"] == "order" and row["differences"]:
+        yield ORDER_ALONE
+    for key, what in (("statuses", "another solver status"), ("vertices", "tensions at another vertex")):
+        if row[key]:
+            first = row[key][0]
+            count = sum(span["samples"] for span in row[key])
+            yield f"{what} in {count} samples, first at {first['start']:.6g} to {first['end']:.6g} s"
+
+
+def among(group: Figures) -> Iterator[str]:
+    """What the judge's tensions were, what is left untested, and how far engines of one scheme are apart."""
+    tension = group["judge_tension_N"]
+    if tension:
+        span = f"{tension['min'] or 0:.5g} to {tension['max'] or 0:.5g} N"
+        cost = f"; {group['judge_step_us']:.3g} µs a step" if group["judge_step_us"] else ""
+        yield f"the judge's tensions are {span}, their largest step {tension['largest_step'] or 0:.4g} N{cost}"
+    if group["unexcited"]:
+        what = (
+            "not in the samples that are compared, so perhaps not put to the test"
+            if group["thinned"]
+            else "not put to the test here, for it does not happen"
+        )
+        yield f"{what}: {'; '.join(group['unexcited'])}"
+    for scheme, worst in group["same_scheme"].items():
+        parts = ", ".join(f"{value:.1e} {QUANTITIES[name].unit}" for name, value in worst.items())
+        yield f"engines of the scheme {scheme.replace('_', ' ')} are at most {parts} apart"
+
+
+def order_cells(measured: Figures) -> list[str]:
+    """One engine's row in the table of orders."""
+    order = "-" if measured["order"] is None else f"{measured['order']:.3f}"
+    control = "" if measured["control_step"] is None else f"{1e3 * measured['control_step']:g}"
+    steps = " ".join(f"{1e3 * step:g}" for step in measured["steps"])
+    errors = f"{measured['errors'][0]:.1e} to {measured['errors'][-1]:.1e}" if measured["errors"] else ""
+    return [measured["backend"], f"{order} of {measured['declared']}", measured["outcome"], control, steps, errors]
+
+
+def wrong_orders(group: Figures) -> Iterator[str]:
+    """Whose order is not as declared or could not be measured, and why."""
+    for measured in group["orders"]:
+        if measured["reason"]:
+            yield f"measured order of {measured['backend']}: {measured['outcome']}: {measured['reason']}"
+
+
+# Faults that shrink with the step, or are small beside what it does.
+ORDER_ALONE = (
+    "judged by its order alone, for the judge offers no scheme that it declares: commands that act a step late, or a "
+    "friction of 1e-4 1/s, would not show"
+)
+
+ORDER_TITLES = ["engine", "order", "", "control", "steps (ms)", "errors (m)"]
+FIRST = ["quantity", "", "largest", "rms", "at s"]
+TITLES = {
+    "scheme": [*FIRST, "beyond scheme", "allowed"],
+    "order": [*FIRST, "half step", "allowed"],
+    "none": FIRST,
+}
+
+
+def _rows(row: Figures) -> Iterator[list[str]]:
+    checks = {check["quantity"]: check for check in row["checks"]}
+    for name, found in row["differences"].items():
+        quantity = QUANTITIES[name]
+        cells = [quantity.title, quantity.unit, *map(number, (found["max"], found["rms"])), f"{found['time']:.6g}"]
+        if row["standard"] != "none":
+            cells += check_cells(checks[name]) if name in checks else ["", "not judged"]
+        yield cells
+
+
+def check_cells(check: Figures) -> list[str]:
+    """The figure that was judged, and its bounds."""
+    mark = "" if check["agrees"] else " !"
+    if check["low"]:
+        return [f"/ {number(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
+    return [f"{number(check['value'])}{mark}", number(check["high"])]
+
+
+def _about(group: Figures) -> str:
+    if group["problem"]:
+        return f": {group['problem']}"
+    return "" if group["continuous"] else ": its tensions may jump, the pose is judged"
+
+
+def _wrapped(text: str, indent: str = "  ") -> list[str]:
+    return textwrap.wrap(text, WIDTH, subsequent_indent=indent)

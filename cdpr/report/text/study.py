@@ -1,0 +1,55 @@
+"""The figures of a study as text: what terminal and page show of its table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from cdpr.report.text.aligned import number
+from cdpr.study.points import Label
+from cdpr.study.table import Cell
+
+Record = Mapping[str, Cell]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A column of the table in the unit that people read."""
+
+    column: str
+    title: str
+    heading: str  # short
+    scale: float = 1.0
+
+
+FIGURES = (
+    Figure("position_error_max_m", "Largest position error (mm)", "max mm", 1e3),
+    Figure("position_error_rms_m", "Position error, rms (mm)", "rms mm", 1e3),
+    Figure("orientation_error_max_rad", "Largest orientation error (mrad)", "max mrad", 1e3),
+    Figure("tension_max_N", "Largest tension (N)", "max N"),
+    Figure("tension_min_N", "Smallest tension (N)", "min N"),
+    Figure("tension_largest_step_N", "Largest change of a tension from one sample to the next (N)", "step N"),
+    Figure("infeasible_steps", "Samples without admissible tensions", "infeasible"),
+    Figure("unanswered_steps", "Samples without a valid answer of the solver", "unanswered"),
+)
+HEADINGS = [figure.heading for figure in FIGURES]
+
+
+def value(record: Record, figure: Figure) -> float | None:
+    """The figure of a case in its unit; None where it has none."""
+    cell = record.get(figure.column)
+    return None if cell is None or isinstance(cell, str) else figure.scale * cell
+
+
+def cells(axes: Iterable[str], record: Record) -> tuple[list[str], list[str]]:
+    """The cells of a case: its place on each axis and status, and its figures."""
+    values = [value(record, figure) for figure in FIGURES]
+    labels = [label_text(record[axis]) for axis in axes]
+    return [*labels, str(record["status"])], ["-" if cell is None else number(cell) for cell in values]
+
+
+def label_text(label: Label) -> str:
+    """A place on an axis for people."""
+    if label is None:
+        return "-"
+    return f"{label:.6g}" if isinstance(label, float) else str(label)

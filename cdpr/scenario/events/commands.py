@@ -1,0 +1,114 @@
+"""Wrenches and tensions given from outside, in place of the answers of controller or solver, and their file.
+
+The file is a table in text: `t` and `until` (s), then `fx` to `mz` (N, N m) and a column for each cable (N), by its
+name. A row gives a wrench or tensions, from the sample at t until the one at `until`, excluded; what it does not give
+stays empty. Numbers are written such that they read back to the bit.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr.scenario.motions.table import MAX_FAULTS, TableError
+from cdpr.scenario.problems import shown
+
+MAX_BYTES = 512 * 1024 * 1024  # over an hour of tensions that change a thousand times a second
+WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
+TIMES = ("t", "until")
+
+Kind = Literal["wrench", "tension"]
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """A wrench (6,) or tensions (m,), given from one time to another, s."""
+
+    kind: Kind
+    start: float
+    end: float
+    values: Array
+
+
+def overlay(spans: Iterable[Span], later: Sequence[Span]) -> list[Span]:
+    """Return all spans in the order of time, `later` ones, which do not overlap, in the place of others."""
+    later = sorted(later, key=lambda span: span.start)
+    ends = [span.end for span in later]
+    left = []
+    for old in spans:
+        start = old.start
+        for new in later[bisect_right(ends, old.start) : bisect_left(ends, old.end) + 1]:
+            if start < new.start and old.start < new.start:
+                left.append(replace(old, start=start, end=min(new.start, old.end)))
+            start = max(start, new.end)
+        if start < old.end:
+            left.append(replace(old, start=start))
+    return sorted([*left, *later], key=lambda span: span.start)
+
+
+def written(spans: Sequence[Span], cables: Sequence[str]) -> str:
+    """Return the text of the file."""
+    lines = [",".join((*TIMES, *WRENCH, *cables))]
+    for span in spans:
+        numbers = [repr(float(value)) for value in span.values]
+        empty = [""] * (len(cables) if span.kind == "wrench" else len(WRENCH))
+        cells = [*numbers, *empty] if span.kind == "wrench" else [*empty, *numbers]
+        lines.append(",".join([repr(span.start), repr(span.end), *cells]))
+    return "\n".join(lines) + "\n"
+
+
+def parsed(content: bytes) -> tuple[tuple[str, ...], tuple[Span, ...]]:
+    """Return the names of the cables and what is given; TableError lists what is wrong with the file."""
+    if len(content) > MAX_BYTES:
+        raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        row = content.count(b"\n", 0, error.start) + 1
+        raise TableError([(row, 0, "this is not a text in UTF-8")]) from None
+    first = (*TIMES, *WRENCH)
+    names = tuple(lines[0].split(",")) if lines else ()
+    if names[: len(first)] != first or len(names) == len(first):
+        raise TableError([(1, 0, f"the columns must be {','.join(first)} and one for each cable, by its name")])
+    spans: list[Span] = []
+    faults: list[tuple[int, int, str]] = []
+    for number, line in enumerate(lines[1:], 2):
+        try:
+            spans.append(_span(line.split(","), len(names), spans[-1].end if spans else 0.0))
+        except ValueError as error:
+            faults.append((number, 0, str(error)))
+            if len(faults) >= MAX_FAULTS:
+                break
+    if faults:
+        raise TableError(faults)
+    return names[len(first) :], tuple(spans)
+
+
+def _span(cells: list[str], width: int, before: float) -> Span:
+    """Read a line; ValueError says what is wrong with it. `before` is the time (s) at which the line before ends."""
+    if len(cells) != width:
+        raise ValueError(f"{width} cells are expected, got {len(cells)}")
+    wrench, tension = cells[2:8], cells[8:]
+    if any(wrench) == any(tension):
+        raise ValueError("a wrench is expected, or the tension of each cable, and the other cells empty")
+    kind: Kind = "wrench" if any(wrench) else "tension"
+    start, end, *values = [_number(cell) for cell in (*cells[:2], *(wrench if any(wrench) else tension))]
+    if not before <= start < end:
+        raise ValueError(f"t must be at least {before!r} (s), where the row before ends, and less than `until`")
+    return Span(kind, start, end, np.array(values))
+
+
+def _number(cell: str) -> float:
+    try:
+        value = float(cell.replace("_", "?"))  # Python alone takes 1_000 for a number
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"a finite number is expected, got {shown(cell)}")
+    return value

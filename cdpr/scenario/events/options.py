@@ -1,0 +1,45 @@
+"""Options of plugins that change during a run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+from pydantic import Field
+
+from cdpr.errors import CdprError
+from cdpr.log.event import Event
+from cdpr.scenario.changes import Options, RefusedError
+from cdpr.scenario.events.event import Action, Drives, ScenarioEvent, first_sample
+from cdpr.scenario.problems import Path
+
+
+class SetOption(ScenarioEvent):
+    """An option of controller or solver gets another value, where its plugin declares that it may."""
+
+    type: Literal["set"] = Field(description="an option of controller or solver gets another value")
+    key: str = Field(description="which option, such as controller.kp; the plugin must let it change during a run")
+    value: Any = Field(description="its value from then on")
+
+    def check_options(self, options: Options) -> Iterator[tuple[Path, str]]:
+        """Yield why the option cannot have this value, or cannot change."""
+        try:
+            options.change(self.key, self.value)
+        except RefusedError as error:
+            yield from error.faults
+        except CdprError as error:
+            yield ("value",), str(error)
+
+    def actions(self, step: float) -> Iterator[tuple[float, Action]]:
+        """The option changes at its time."""
+
+        def change(drives: Drives) -> None:
+            drives.set(self.key, self.value)
+
+        yield self.time, change
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Say which option changes."""
+        text = f"{self.key} becomes {json.dumps(self.value)}"
+        yield Event(first_sample(self.time, step) * step, self.type, text)

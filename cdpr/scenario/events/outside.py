@@ -1,0 +1,66 @@
+"""Commands that were given from outside, played back."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, Self
+
+from pydantic import Field, PrivateAttr
+
+from cdpr.fields import NonNegative, unit
+from cdpr.log.event import Event
+from cdpr.scenario.events.commands import MAX_BYTES, Span, parsed
+from cdpr.scenario.events.event import History, ScenarioEvent
+from cdpr.scenario.motions.motion import Report
+from cdpr.scenario.motions.table import TableError
+
+
+class Outside(ScenarioEvent):
+    """Wrenches or tensions from a file take the place of the answers of controller or solver."""
+
+    type: Literal["outside"] = Field(
+        description="wrenches or tensions from a file, in place of what controller or solver would answer"
+    )
+    time: NonNegative = Field(0.0, description="time to which the file's times are added", json_schema_extra=unit("s"))
+    file: str = Field(
+        min_length=1,
+        description="name of the file, relative to this one, as cdpr.Simulation.save writes it: t, until (s), "
+        "fx to mz (N, N m) and the tension of each cable (N)",
+    )
+    sha256: str | None = Field(
+        None, pattern="^[0-9a-f]{64}$", description="checksum; if given, the file must still have it"
+    )
+    _content: tuple[tuple[str, ...], tuple[Span, ...]] = PrivateAttr(((), ()))
+
+    def load(self, report: Report) -> Self | None:
+        """Return a copy that holds what its file does."""
+        content = report.read(("file",), self.file, MAX_BYTES, (".csv",))
+        if content is None:
+            return None
+        try:
+            spans = parsed(content)
+        except TableError as error:
+            for line, column, text in error.faults:
+                report.say_of_file(("file",), self.file, line, column or 1, text)
+            return None
+        sha256 = hashlib.sha256(content).hexdigest()
+        if self.sha256 not in (None, sha256):
+            report.say(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {sha256}")
+        copy = self.model_copy(update={"sha256": sha256})
+        copy._content = spans
+        return copy
+
+    def follow(self, history: History) -> Iterator[str]:
+        """Yield where the file is of another robot."""
+        cables = self._content[0]
+        if history.cables and cables != tuple(history.cables):
+            yield f"'{self.file}' is of a robot with the cables {', '.join(cables)}, not {', '.join(history.cables)}"
+
+    def commands(self) -> Sequence[Span]:
+        """Return what the file holds."""
+        return [Span(each.kind, self.time + each.start, self.time + each.end, each.values) for each in self._content[1]]
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Say nothing: what was given is told of the whole run, whether it came from a file or not."""
+        return iter(())

@@ -1,0 +1,39 @@
+"""What events give in place of the answers of controller or solver, sample by sample."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+
+from cdpr.model.robot import Array
+from cdpr.plugins.controller import Output
+from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.scenario.events.commands import overlay
+
+Give = Callable[[Output, Array], Callable[[], None]]
+
+
+class Playback:
+    """Finds what is given at a sample; `give` makes what decides of it."""
+
+    def __init__(self, events: Sequence[ScenarioEvent], step: float, give: Give) -> None:
+        spans = overlay([], [])
+        for event in events:
+            spans = overlay(spans, event.commands())
+        self._spans = [(first_sample(span.start, step), first_sample(span.end, step), span) for span in spans]
+        self._give = give
+        self._known: tuple[object, Callable[[], None]] | None = None
+
+    def __bool__(self) -> bool:
+        return bool(self._spans)
+
+    def at(self, k: int) -> Callable[[], None] | None:
+        """Return what decides sample k; None where that is left to the controller."""
+        i = bisect_right(self._spans, k, key=lambda row: row[0]) - 1
+        if i < 0 or k >= self._spans[i][1]:
+            return None
+        span = self._spans[i][2]
+        if self._known is None or self._known[0] is not span:
+            output: Output = "wrench" if span.kind == "wrench" else "command"
+            self._known = span, self._give(output, span.values)
+        return self._known[1]

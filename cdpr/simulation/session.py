@@ -1,0 +1,187 @@
+"""What is done to a simulation from outside, as events with their times, so that it can be repeated."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from cdpr.errors import CdprError, OutputError
+from cdpr.log.event import Event
+from cdpr.log.files import replace
+from cdpr.model.robot import Array
+from cdpr.plugins.controller import Output
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
+from cdpr.scenario.events.commands import Kind, Span, overlay, written
+from cdpr.scenario.events.outside import Outside
+from cdpr.scenario.messages import explain
+from cdpr.scenario.overrides import plain_value
+from cdpr.scenario.problems import dotted
+
+E = TypeVar("E", bound=ScenarioEvent)
+
+DIGITS = 12  # of the times that are written: first_sample takes what differs by less than 1e-9 of itself for equal
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """A command from outside, from sample `first` to `stop`, excluded, and those before: shared with snapshots."""
+
+    kind: Kind
+    first: int
+    stop: int
+    values: Array
+    before: Given | None
+
+
+Done = tuple[tuple[ScenarioEvent, ...], Given | None]
+
+
+class Session:
+    """A scenario, and what was done to its simulation so far.
+
+    Attributes:
+        scenario: as it was at the start.
+        live: the events that were done since.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.live: tuple[ScenarioEvent, ...] = ()
+        self._given: Given | None = None
+
+    def __bool__(self) -> bool:
+        """Whether anything was done."""
+        return bool(self.live) or self._given is not None
+
+    @property
+    def events(self) -> tuple[ScenarioEvent, ...]:
+        """The scenario's events, and those that were done."""
+        return (*self.scenario.events, *self.live)
+
+    def snapshot(self) -> Done:
+        """Return what was done so far."""
+        return self.live, self._given
+
+    def restore(self, done: Done) -> None:
+        """Forget what was done since a snapshot."""
+        self.live, self._given = done
+
+    def make(self, title: str, kind: type[E], k: int, keys: Mapping[str, Any]) -> E:
+        """Return an event at sample k, checked as those of the scenario are; nothing is done yet.
+
+        Keys that are None are left out. Raises CdprError, which begins with the `title` of what the user asked for.
+        """
+        if len(self.events) >= MAX_EVENTS:
+            raise CdprError(f"{title}: a scenario holds {MAX_EVENTS} events at most, and so many there are")
+        try:
+            data: dict[str, Any] = {key: plain_value(value) for key, value in keys.items() if value is not None}
+            data = {"type": kind.kind(), **data, "time": self._time(k)}
+            event = kind.model_validate_json(json.dumps(data))
+        except ValidationError as error:
+            told = [f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, kind, data)]
+            raise CdprError(f"{title}: {'; '.join(told)}") from None
+        except ValueError as error:
+            raise CdprError(f"{title}: {error}") from None
+        names = [cable.name for cable in self.scenario.robot.cables]
+        if text := event.check_cable(names):
+            raise CdprError(f"{title}: cable: {text}")
+        event = event.named(names)
+        self.check(title, (*self.live, event), event)
+        return event
+
+    def check(self, title: str, live: Sequence[ScenarioEvent], event: ScenarioEvent) -> None:
+        """Raise CdprError where a new `event`, one of those `live`, cannot be, or another one after it no more."""
+        events = (*self.scenario.events, *live)
+        told = []
+        for problem in self.scenario.problems_with(events):
+            other, key = events[int(problem.path[1])], dotted(problem.path[2:])
+            text = f"{key}: {problem.text}" if key else problem.text
+            if other is not event:
+                text = f"event '{other.type}' at {other.time:g} s could not happen then: {text}"
+            told.append(text)
+        if told:
+            raise CdprError(f"{title}: {'; '.join(told)}")
+
+    def released(self, event: ScenarioEvent, k: int) -> ScenarioEvent | None:
+        """Return a wrench that ends at sample k; None for one that has not acted. CdprError where it cannot."""
+        step = self.scenario.simulation.control_step
+        known = isinstance(event, ScenarioEvent) and any(event is one for one in self.live)
+        swing = event.swing(step) if known else None
+        if swing is None:
+            raise CdprError("release: what `push` returned is expected, and not yet released in this branch")
+        if swing.end <= k:
+            raise CdprError(f"release: that wrench has ended at {swing.end * step:g} s")
+        if swing.first == k:
+            return None
+        return event.model_copy(update={"duration": _tidy(k * step - event.time)})
+
+    def give(self, output: Output, values: Array, first: int, stop: int) -> None:
+        """Keep that from sample `first` to `stop`, excluded, a wrench or tensions were given from outside."""
+        self._given = Given("wrench" if output == "wrench" else "tension", first, stop, values, self._given)
+
+    def told(self, samples: int) -> Iterator[Event]:
+        """Yield what was given within so many samples, an event for each uninterrupted span of one kind."""
+        step = self.scenario.simulation.control_step
+        rows: list[tuple[str, int, int]] = []
+        for span in self._spans(samples):
+            first, stop = first_sample(span.start, step), min(first_sample(span.end, step), samples)
+            if rows and rows[-1][0] == span.kind and rows[-1][2] == first:
+                first = rows.pop()[1]
+            if first < stop:
+                rows.append((span.kind, first, stop))
+        for kind, first, stop in rows:
+            text = f"the {kind} was given from outside ({stop - first} samples)"
+            yield Event(first * step, "outside", text, until=stop * step)
+
+    def save(self, path: Path, samples: int) -> None:
+        """Write a scenario that repeats so many samples, and a table of what was given beside it.
+
+        Raises CdprError where that would not load, and OutputError where it cannot be written.
+        """
+        if path.suffix not in (".yaml", ".yml"):
+            raise OutputError(f"{path}: a name that ends in .yaml is expected")
+        if path.exists() and os.path.exists(self.scenario.source) and path.samefile(self.scenario.source):
+            raise OutputError(f"{path}: is the scenario that is simulated; choose another name")
+        step = self.scenario.simulation.control_step
+        events = [event for event in self.events if not event.commands()]
+        spans = self._spans(samples)
+        if spans:
+            table = path.with_name(f"{path.stem}_outside.csv")
+            replace(table, written(spans, [cable.name for cable in self.scenario.robot.cables]))
+            events.append(Outside.model_validate({"type": Outside.kind(), "file": table.name}))
+        duration = _tidy(max(samples - 1, 1) * step)
+        text = self.scenario.session_yaml(os.path.abspath(path.parent), events, duration)
+        load_scenario(path, text=text, plugins=self.scenario.plugins)
+        replace(path, text)
+
+    def _time(self, k: int) -> float:
+        """Time (s) of what is done at sample k: not before what the events let happen there."""
+        step = self.scenario.simulation.control_step
+        there = [time for event in self.events for time, _ in event.actions(step)] + [one.time for one in self.events]
+        return max([_tidy(k * step), *(time for time in there if first_sample(time, step) == k)])
+
+    def _spans(self, samples: int) -> list[Span]:
+        """Return what was given, by the scenario and since, within so many samples."""
+        step = self.scenario.simulation.control_step
+        since, given = [], self._given
+        while given is not None:
+            if given.first < samples:
+                stop = min(given.stop, samples)
+                since.append(Span(given.kind, _tidy(given.first * step), _tidy(stop * step), given.values))
+            given = given.before
+        spans: list[Span] = []
+        for event in self.scenario.events:
+            spans = overlay(spans, event.commands())
+        return overlay(spans, since)
+
+
+def _tidy(time: float) -> float:
+    """A time (s) without the round-off of a multiplication."""
+    return float(f"{time:.{DIGITS}g}")

@@ -1,0 +1,44 @@
+"""From what the user gave to an attempt: the scenario with the plugins that were chosen, and the folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from cdpr.log.run_folder import RunFolder, folder_name
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.registry import Role, registry
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.simulation.attempt import Attempt
+from cdpr.simulation.build import make_header
+from cdpr.simulation.room import check_room
+
+
+def attempt(
+    scenario: str | os.PathLike[str] | Scenario,
+    backend: str | type[Backend] | None,
+    solver: str | type[TensionSolver] | None,
+    controller: str | type[Controller] | None,
+    overrides: Mapping[str, Any] | None,
+    out: str | os.PathLike[str] | RunFolder | None,
+) -> Attempt:
+    """Load a scenario, with the plugins that are chosen, and make the folder; nothing is built."""
+    changes = overrides or {}
+    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
+    chosen: dict[str, str | None] = {}
+    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
+    for role, choice in given.items():
+        if choice is not None and not isinstance(choice, str):
+            plugins, choice = plugins.with_class(role, choice)
+        chosen[role] = choice
+    if isinstance(scenario, Scenario):
+        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
+    else:
+        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
+    header = make_header(scenario)
+    if isinstance(out, RunFolder):
+        return Attempt(scenario, header, out)
+    path = None if out is None else folder_name(out)
+    check_room(scenario, header, path)
+    return Attempt(scenario, header, None if path is None else RunFolder(path, header))

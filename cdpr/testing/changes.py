@@ -1,0 +1,71 @@
+"""Options that a plugin declares changeable, changed as a simulation would."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar, get_args
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from cdpr.model.robot import Array
+from cdpr.plugins import Controller, TensionSolver
+from cdpr.testing.check import expect, expect_same_bits, needs
+
+P = TypeVar("P", Controller, TensionSolver)
+
+SAMPLES = 20
+
+
+def expect_changes(names: Sequence[str], options: Any, make: Callable[[Any], P], ask: Callable[[P, int], Array]) -> str:
+    """Fail unless options change as they are declared to.
+
+    A plugin whose options were changed answers to the bit as one that had them from the start; each option makes a
+    difference; and what is remembered of earlier calls stays.
+
+    Args:
+        names: of the options.
+        options: those at the start.
+        make: makes the plugin, given options.
+        ask: the answer of a plugin to sample k.
+    """
+    needs(names, "it declares no changeable options")
+    plain = [ask(part, k) for part in [make(options)] for k in range(SAMPLES)]
+    for name in names:
+        differs = False
+        for other in others(options, name):
+            fresh, changed, back = make(other), make(options), make(options)
+            changed.change(other)
+            for k in range(SAMPLES):
+                wanted = ask(fresh, k)
+                expect_same_bits(ask(changed, k), wanted, f"answer after a change of {name}, as made with it: answer")
+                differs |= not np.array_equal(wanted, plain[k])
+                if k == SAMPLES // 2:
+                    back.change(other)
+                    back.change(options)
+                expect_same_bits(ask(back, k), plain[k], f"answer after a change of {name} and back")
+        expect(differs, f"option {name} makes no difference, or no other value of it was found")
+    return ", ".join(names)
+
+
+def others(options: BaseModel, name: str) -> Iterator[BaseModel]:
+    """Yield options in which one has another value, near ones and far ones, as far as the model takes them."""
+    model = type(options)
+    key = next(key for key, field in model.model_fields.items() if name in (key, field.alias))
+    present = getattr(options, key)
+    values: list[Any] = [value for value in get_args(model.model_fields[key].annotation) if isinstance(value, str)]
+    if isinstance(present, bool):
+        values.append(not present)
+    elif isinstance(present, int | float):
+        values += [0.0, 0.5 * present, 2.0 * present + 1.0]
+    elif isinstance(present, tuple):
+        values += [tuple(factor * value for value in present) for factor in (0.0, 0.5, 2.0)]
+    elif present is None:
+        values += [0.5, 5.0, 50.0]
+    for value in values:
+        try:
+            other = model.model_validate({**options.model_dump(by_alias=True), name: value})
+        except ValidationError:
+            continue
+        if other != options:
+            yield other

@@ -1,0 +1,556 @@
+"""What is done to a simulation while it runs: as the events of a scenario, repeated by the scenario that is saved."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+import threading
+
+import numpy as np
+import pytest
+from command_line import cdpr_here
+from conftest import ROOT
+
+import cdpr
+from cdpr.plugins import Controller
+
+CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
+WINCH = str(ROOT / "scenarios" / "winch.yaml")
+# Here caroca can do without a cable; at the start it holds still.
+PLACE = {"initial.position": [1.0, 0.3, 1.5], "trajectory": {"type": "hold"}}
+SHORT = {"simulation.duration": 0.05}
+QUIET = {**SHORT, **PLACE}
+
+
+def simulation(**changes):
+    return cdpr.Simulation(CAROCA, overrides={**SHORT, **changes})
+
+
+def quiet(**changes):
+    return cdpr.Simulation(CAROCA, overrides={**QUIET, **changes})
+
+
+def simulated(*events, **changes):
+    return cdpr.simulate(CAROCA, overrides={**QUIET, "events": list(events), **changes})
+
+
+DONE = {
+    "push": (
+        lambda sim: sim.push([100, 0, 0], duration=0.01),
+        {"type": "wrench", "force": [100, 0, 0], "duration": 0.01},
+    ),
+    "step": (lambda sim: sim.push(moment=[0, 5, 0]), {"type": "wrench", "moment": [0, 5, 0]}),
+    "target": (
+        lambda sim: sim.target([1.0, 0.4, 1.5], [1, 0, 0, 0], duration=0.02),
+        {"type": "target", "position": [1.0, 0.4, 1.5], "orientation": {"quaternion": [1, 0, 0, 0]}, "duration": 0.02},
+    ),
+    "cut": (lambda sim: sim.cut(2), {"type": "cable_break", "cable": 2}),
+    "jam": (lambda sim: sim.jam(2, detected_after=0.004), {"type": "cable_jam", "cable": 2, "detected_after": 0.004}),
+    "limits": (lambda sim: sim.limits(max=300), {"type": "limits", "max": 300}),
+    "stop": (
+        lambda sim: sim.stop(1, stopping_time=0.01),
+        {"type": "emergency_stop", "category": 1, "stopping_time": 0.01},
+    ),
+    "set": (lambda sim: sim.set("controller.kp", 40), {"type": "set", "key": "controller.kp", "value": 40}),
+}
+
+
+@pytest.mark.parametrize("what", DONE)
+def test_what_is_done_is_an_event(what):
+    """The same rows, to the bit, and the same is told of it."""
+    do, event = DONE[what]
+    planned = simulated({**event, "time": 0.02})
+    with quiet() as sim:
+        sim.step(20)
+        assert do(sim).time == 0.02
+        sim.step(100)
+        run = sim.run()
+    assert run.rows.tobytes() == planned.rows.tobytes() != simulated().rows.tobytes()
+    assert run.events == planned.events
+    assert run.header.broken == planned.header.broken
+    assert run.summary()["tension_N"] == planned.summary()["tension_N"]
+
+
+def busy(sim):
+    """Everything, also at one sample, with what the scenario plans between."""
+    sim.step(3)
+    push = sim.push([30, 0, 0])
+    sim.step(2, wrench=[10.0, 0, 1500, 0, 0, 0.1])
+    sim.target([1.02, 0.3, 1.5], limits={"velocity": 1, "acceleration": 10, "jerk": 1000})
+    sim.set("controller.kd", [11, 12, 13, 14, 15, 16])
+    sim.set("controller.kp", 30)
+    sim.step(5)
+    sim.release(push)
+    sim.step(1, tension=np.linspace(100, 300, 8) / 3.0)
+    sim.step(1, tension=np.linspace(100, 300, 8) / 7.0)
+    sim.jam(1, detected_after=0.003)
+    sim.limits(max=2000)
+    sim.step(4)
+    sim.cut(1)
+    sim.push(moment=[0, 0, 1 / 3], duration=0.004)
+    sim.step(7)
+    sim.stop()
+    sim.step(5)
+
+
+PLANNED = {
+    "events": [
+        {"type": "sine", "time": 0.0, "force": [5, 0, 0], "frequency": 30.0},
+        {"type": "limits", "time": 0.012, "min": 20},
+        {"type": "target", "time": 0.016, "position": [1.0, 0.31, 1.5], "duration": 0.02},
+    ]
+}
+
+
+@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+def test_a_session_repeats_itself(backend, tmp_path):
+    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
+    with cdpr.Simulation(CAROCA, backend=backend, overrides={**QUIET, **PLANNED}) as sim:
+        busy(sim)
+        sim.save(tmp_path / "session.yaml")
+        run = sim.run()
+    again = cdpr.simulate(tmp_path / "session.yaml")
+    assert again.rows.tobytes() == run.rows.tobytes()
+    told = [event for event in run.events if event.kind != "ended"]
+    assert list(again.events) == told
+    assert {event.kind for event in told} >= {"wrench", "target", "set", "outside", "cable_jam", "emergency_stop"}
+    with cdpr.Simulation(tmp_path / "session.yaml") as sim:  # a session of a session
+        sim.step(4, tension=np.full(8, 123.4))
+        sim.save(tmp_path / "second.yaml")
+        sim.step(7)
+        sim.save(tmp_path / "second.yaml")
+        second = sim.run()
+    assert cdpr.simulate(tmp_path / "second.yaml").rows.tobytes() == second.rows.tobytes()
+
+
+def test_the_command_line_repeats_it(tmp_path):
+    with quiet(**PLANNED) as sim:
+        busy(sim)
+        sim.save(tmp_path / "session.yaml")
+        run = sim.run()
+    cdpr_here("run", tmp_path / "session.yaml", "--out", tmp_path / "run", "--no-report")
+    assert cdpr.load_run(tmp_path / "run").rows.tobytes() == run.rows.tobytes()
+
+
+def test_other_commands_take_such_scenarios(tmp_path):
+    """What has neither controller nor plant leaves out what concerns them."""
+    with quiet(**PLANNED) as sim:
+        busy(sim)
+        sim.save(tmp_path / "session.yaml")
+    assert "set at 0.005 s" in cdpr_here("info", tmp_path / "session.yaml").stdout
+    assert "ok" in cdpr_here("validate", tmp_path / "session.yaml").stdout
+
+
+def test_a_branch_forgets_what_was_done_after_it():
+    with quiet(**PLANNED) as sim:
+        sim.step(2)
+        push = sim.push([10, 0, 0])
+        sim.step(3)
+        here = sim.snapshot()
+        busy(sim)
+        sim.restore(here)
+        sim.release(push)
+        sim.step(100)
+        run = sim.run()
+    with quiet(**PLANNED) as sim:
+        sim.step(2)
+        push = sim.push([10, 0, 0])
+        sim.step(3)
+        sim.release(push)
+        sim.step(100)
+        assert sim.run().rows.tobytes() == run.rows.tobytes()
+        assert sim.run().events == run.events
+
+
+@pytest.mark.parametrize("controller", ["computed_torque", "static", "pid", "cable_length"])
+def test_options_go_back_with_a_snapshot(controller):
+    with cdpr.Simulation(CAROCA, controller=controller, overrides=SHORT) as sim:
+        sim.step(5)
+        here = sim.snapshot()
+        sim.set("controller.kp", 7.0)
+        sim.set("controller.kd", 1.0)
+        there = sim.snapshot()
+        sim.step(20)
+        changed = sim.row
+        sim.restore(here)
+        sim.step(20)
+        kept = sim.row
+        sim.restore(there)
+        sim.step(20)
+        np.testing.assert_array_equal(sim.row, changed)
+    assert (kept != changed).any()
+    whole = cdpr.simulate(CAROCA, controller=controller, overrides=SHORT)
+    np.testing.assert_array_equal(kept, whole.rows[24])
+
+
+def test_a_push_that_is_released_at_once_was_none():
+    with quiet() as sim:
+        sim.step(4)
+        sim.release(sim.push([1e3, 0, 0]))
+        sim.step(100)
+        assert sim.run().rows.tobytes() == simulated().rows.tobytes()
+
+
+def test_a_target_takes_the_motion_along():
+    """No jump in position, velocity or acceleration, at rest in the target when the time is over."""
+    with cdpr.Simulation(CAROCA, overrides={"simulation.duration": 2.0}) as sim:
+        sim.until(1.0)
+        sim.target([0.2, 0.1, 1.3], {"rpy": [0, 0, 0.1]}, duration=0.5)
+        before = sim.desired
+        sim.until(2.0)
+        run = sim.run()
+    k, h = 1000, 1e-3
+    np.testing.assert_allclose(before, cdpr.load_scenario(CAROCA).trajectory.make().sample(1.0), rtol=0, atol=1e-12)
+    for name, rate in (("desired_position", "desired_velocity"), ("desired_velocity", "desired_acceleration")):
+        slope = np.diff(run[name][k - 5 : k + 6], axis=0) / h
+        np.testing.assert_allclose(slope, 0.5 * (run[rate][k - 5 : k + 5] + run[rate][k - 4 : k + 6]), atol=2e-4)
+    np.testing.assert_allclose(run.desired_position[-1], [0.2, 0.1, 1.3], atol=1e-12)
+    np.testing.assert_allclose(run.desired_orientation[-1], [np.cos(0.05), 0, 0, np.sin(0.05)], atol=1e-12)
+    assert not run.desired_velocity[1502:].any()
+
+
+@pytest.mark.parametrize("time", [0.0, 0.1, 1.0])
+def test_targets_repeat_wherever_the_motion_is(time, tmp_path):
+    """Before it begins, at its start, on its way; at a slant, stopped in the midst of it."""
+    overrides = {"simulation.duration": 1.5, "trajectory.start": 0.5, "initial.orientation": {"rpy": [0.1, -0.2, 3.0]}}
+    with cdpr.Simulation(CAROCA, overrides=overrides) as sim:
+        sim.until(time)
+        sim.target(np.add(sim.desired[:3], [0.01, 0.0, 0.02]), duration=0.3)
+        sim.until(time + 0.2)
+        sim.stop(1, stopping_time=0.1)
+        sim.step(1500)
+        sim.save(tmp_path / "session.yaml")
+        assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+
+
+@pytest.mark.parametrize("step", [1 / 3000, 0.0007, 0.01])
+def test_any_control_step_repeats(step, tmp_path):
+    """What is done at a sample stays there, after what the scenario plans a rounding later."""
+    planned = [{"type": "limits", "time": 7 * step * (1 + 1e-10), "cable": 4, "max": 300}]
+    steps = {"simulation.control_step": step, "simulation.physics_step": step, "simulation.duration": 40 * step}
+    with quiet(**steps, events=planned) as sim:
+        sim.step(7)
+        sim.cut(2)
+        sim.jam(3)
+        sim.limits(min=60)
+        sim.step(6)
+        push = sim.push([3, 0, 0])
+        sim.step(9)
+        sim.release(push)
+        sim.step(3, wrench=[0, 0, 1400, 0, 0, 0])
+        sim.stop(1, stopping_time=5 * step)
+        sim.step(100)
+        sim.save(tmp_path / "session.yaml")
+        assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+
+
+def test_limits_of_a_target_are_kept_and_used():
+    limits, angular = (
+        {"velocity": 1.0, "acceleration": 4.0, "jerk": 40.0},
+        {"velocity": 9, "acceleration": 9, "jerk": 99},
+    )
+    overrides = {"simulation.duration": 2.0}
+    for start in (0.0, 1.0):  # from rest, and on the way
+        with cdpr.Simulation(CAROCA, overrides=overrides) as sim:
+            if start:
+                sim.until(start)
+            sim.target([0.6, 0.0, 1.2], limits=limits, angular_limits=angular)
+            sim.until(2.0)
+            run = sim.run()
+        part = run.time >= start
+        jerk = np.diff(run.desired_acceleration[part], axis=0) / 1e-3
+        values = run.desired_velocity[part], run.desired_acceleration[part], jerk[:-1]
+        shares = [np.linalg.norm(v, axis=1).max() / limit for v, limit in zip(values, limits.values(), strict=True)]
+        assert 0.99 < max(shares) <= 1.0
+
+
+MISUSE = {
+    "unknown cable": (lambda sim: sim.cut("lift"), r"^cut: cable: no cable is named 'lift': .*there are "),
+    "ninth cable": (lambda sim: sim.jam(9), r"^jam: cable: cables are numbered from 1 to 8, got 9"),
+    "cable of another kind": (lambda sim: sim.cut(2.5), r"^cut: cable: "),
+    "no cable": (lambda sim: sim.cut(None), r"^cut: cable: required"),
+    "cut twice": (lambda sim: sim.cut(3), r"^cut: cable '\w+' is broken already, since 0\.002 s"),
+    "jam what is cut": (lambda sim: sim.jam(3), "is broken already"),
+    "limits of what is cut": (lambda sim: sim.limits(1, cable=3), "is broken already"),
+    "no limits": (lambda sim: sim.limits(), r"^limits: min or max is missing"),
+    "upside down": (lambda sim: sim.limits(500, 400), r"^limits: cable '\w+' would have the limits 500 to 400"),
+    "negative": (lambda sim: sim.limits(-5), "a cable cannot push"),
+    "no force": (lambda sim: sim.push([1, 2]), r"^push: force: the shape must be \(3,\)"),
+    "nan": (lambda sim: sim.push([np.nan, 0, 0]), r"^push: force: all numbers must be finite"),
+    "words": (lambda sim: sim.push("hard"), r"^push: force: "),
+    "huge": (lambda sim: sim.push([1e300, 0, 0]), r"^push: force\[0\]: must lie between"),
+    "short push": (lambda sim: sim.push([1, 0, 0], duration=1e-5), r"^push: duration: must be at least control_step"),
+    "endless push": (lambda sim: sim.push([1, 0, 0], duration=np.inf), r"^push: duration: "),
+    "release of nothing": (lambda sim: sim.release(None), r"^release: what `push` returned"),
+    "no target": (lambda sim: sim.target(duration=1), r"^target: position \(m\) or orientation is missing"),
+    "no pace": (lambda sim: sim.target([0, 0, 1]), r"^target: duration \(s\) or limits is expected"),
+    "both paces": (
+        lambda sim: sim.target([0, 0, 1], duration=1, limits={"velocity": 1, "acceleration": 1, "jerk": 1}),
+        "not both",
+    ),
+    "jump": (lambda sim: sim.target([0, 0, 1], duration=1e-6), "or it is a jump"),
+    "limits that lack": (lambda sim: sim.target([0, 0, 1], limits={"velocity": 1}), r"^target: limits\.acceleration: "),
+    "turning": (
+        lambda sim: sim.target(orientation={"rpy": [0, 0, 1]}, limits={"velocity": 1, "acceleration": 1, "jerk": 1}),
+        r"^target: event 'target' at 0\.003 s: angular_limits are required",
+    ),
+    "attitude": (lambda sim: sim.target(orientation=[0, 0, 0, 0], duration=1), "the quaternion is zero"),
+    "category": (lambda sim: sim.stop(3), r"^stop: category: must be at most 2, got 3"),
+    "no option": (lambda sim: sim.set("controller.kq", 1), r"^set: key: 'controller.kq' cannot change.*did you mean"),
+    "solver": (lambda sim: sim.set("solver.p", 1), r"what may: controller\.kp, controller\.kd"),
+    "gain": (lambda sim: sim.set("controller.kp", -1), r"^set: value: "),
+    "gains": (lambda sim: sim.set("controller.kp", [1, 2]), r"^set: value: "),
+    "key": (lambda sim: sim.set(3, 1), r"^set: key: a text"),
+    "value": (lambda sim: sim.set("controller.kp", print), r"^set: .*got builtin_function_or_method"),
+    "no name": (lambda sim: sim.save(5), r"^save: the name of a file"),
+    "wrong name": (lambda sim: sim.save("session.txt"), "ends in .yaml"),
+    "itself": (lambda sim: sim.save(CAROCA), "is the scenario that is simulated"),
+    "nowhere": (lambda sim: sim.save("/nowhere/session.yaml"), "/nowhere"),
+    "later": (lambda sim: sim.stop(), r"^stop: event 'target' at 0\.03 s could not happen then: the robot is stopped"),
+}
+LATER = {"events": [{"type": "target", "time": 0.03, "position": [1, 0.3, 1.51], "duration": 0.01}]}
+
+
+def played(misuse=None, text=""):
+    with quiet(**LATER) as sim:
+        sim.step(2)
+        sim.cut(3)
+        sim.step(1)
+        if misuse:
+            with pytest.raises(cdpr.CdprError, match=text):
+                misuse(sim)
+        sim.step(100)
+        return sim.run()
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return played()
+
+
+@pytest.mark.parametrize("case", MISUSE)
+def test_misuse_is_one_clear_error_and_nothing_has_happened(case, undisturbed):
+    run = played(*MISUSE[case])
+    assert run.rows.tobytes() == undisturbed.rows.tobytes()
+    assert run.events == undisturbed.events
+
+
+def test_a_plant_that_cannot_refuses():
+    with cdpr.Simulation(WINCH, overrides=SHORT) as sim:
+        sim.step(3)
+        for call in (lambda: sim.cut(1), lambda: sim.jam(1)):
+            with pytest.raises(
+                cdpr.CdprError, match=r"^\w+: type: happens to ideal cables only, and robot.cable.model"
+            ):
+                call()
+        sim.push([10, 0, 0], duration=0.01)
+        sim.step(1)
+        assert sim.run().external[-1, 0] == 10.0
+
+
+def test_what_a_guide_does_not_allow_is_refused():
+    with cdpr.Simulation(str(ROOT / "scenarios" / "planar.yaml"), overrides={"simulation.duration": 0.05}) as sim:
+        sim.step(1)
+        with pytest.raises(cdpr.CdprError, match=r"^target: .*the robot moves along"):
+            sim.target([0.0, 0.1, 1.2], duration=1.0)
+
+
+def test_at_the_start_and_at_the_end():
+    event = {"type": "wrench", "time": 0, "force": [50, 0, 0]}
+    with quiet() as sim:
+        sim.push([50, 0, 0])
+        with pytest.raises(cdpr.CdprError, match=r"^jam: time: must be greater than 0"):
+            sim.jam(1)
+        sim.step(100)
+        for call in (lambda: sim.push([1, 0, 0]), sim.stop, lambda: sim.set("controller.kp", 1)):
+            with pytest.raises(cdpr.CdprError, match="the simulation is done"):
+                call()
+        assert sim.run().rows.tobytes() == simulated(event).rows.tobytes()
+        with pytest.raises(cdpr.CdprError, match="the simulation is over"):
+            sim.cut(1)
+
+
+def test_a_branch_of_a_log_goes_on_in_another_folder(tmp_path):
+    with cdpr.Simulation(CAROCA, overrides={**QUIET, **PLANNED}, out=tmp_path / "run") as sim:
+        sim.step(5)
+        here = sim.snapshot()
+        sim.step(3, wrench=[0, 0, 1400, 0, 0, 0])
+        sim.push([40, 0, 0])
+        sim.step(3)
+        sim.restore(here)
+        first = cdpr.load_run(tmp_path / "run")
+        assert (first.status, len(first.rows)) == ("ended", 11)
+        sim.cut(2)
+        sim.step(4)
+        sim.restore(here, out=tmp_path / "other")
+        sim.step(100)
+        run = sim.run()
+    whole = simulated(**PLANNED)
+    assert run.rows.tobytes() == whole.rows.tobytes() == cdpr.load_run(tmp_path / "other").rows.tobytes()
+    assert (tmp_path / "run" / "session.yaml").exists()
+    assert not (tmp_path / "other" / "session.yaml").exists()
+    second = cdpr.load_run(tmp_path / "run-2")
+    assert (second.status, len(second.rows), second.folder) == ("ended", 9, str(tmp_path / "run-2"))
+    repeated = cdpr.simulate(tmp_path / "run-2" / "session.yaml")
+    assert repeated.rows.tobytes() == second.rows.tobytes()
+    assert second.header.broken == repeated.header.broken != ()
+    branches = [
+        json.loads((tmp_path / name / "run.json").read_text()).get("branch") for name in ("run", "run-2", "other")
+    ]
+    assert branches == [
+        None,
+        {"folder": str(tmp_path / "run"), "time": 0.005},
+        {"folder": str(tmp_path / "run-2"), "time": 0.005},
+    ]
+
+
+def test_a_thinned_log_counts_what_was_done(tmp_path):
+    with cdpr.Simulation(CAROCA, overrides={**QUIET, "log.step": 0.01}, out=tmp_path / "run") as sim:
+        sim.step(5)
+        sim.cut(2)
+        sim.step(10)
+        sim.jam(3)
+        sim.step(100)
+        run = sim.run()
+    logged, again = cdpr.load_run(tmp_path / "run"), cdpr.simulate(tmp_path / "run" / "session.yaml")
+    assert run.rows.tobytes() == logged.rows.tobytes() == again.rows.tobytes()
+    assert run.events == again.events
+    figures = [each.summary()["tension_N"] for each in (run, logged, again)]
+    assert figures[0] == figures[1] == figures[2]
+
+
+def test_a_finished_log_stays_finished_when_a_branch_leaves_it(tmp_path):
+    with cdpr.Simulation(CAROCA, overrides=QUIET, out=tmp_path / "run") as sim:
+        sim.step(10)
+        here = sim.snapshot()
+        sim.step(100)
+        sim.restore(here)
+        sim.step(3)
+    assert [cdpr.load_run(tmp_path / name).status for name in ("run", "run-2")] == ["finished", "ended"]
+
+
+def test_a_simulation_cannot_be_copied():
+    with quiet() as sim:
+        for copied in (copy.copy, copy.deepcopy, pickle.dumps):
+            with pytest.raises(cdpr.CdprError, match="cannot be copied or pickled"):
+                copied(sim)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: cdpr.simulate(CAROCA, out=5),
+        lambda: cdpr.load_run(None),
+        lambda: cdpr.load_study(None),
+        lambda: cdpr.compare_scenario(CAROCA, out=5),
+        lambda: cdpr.run_study(None, 5),
+    ],
+)
+def test_what_is_no_name_is_told(call):
+    with pytest.raises(cdpr.CdprError, match=r"is expected, (got|not) (5|None)"):
+        call()
+
+
+def test_a_branch_that_has_no_folder_changes_nothing(tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").write_text("")
+    with cdpr.Simulation(CAROCA, overrides=QUIET, out=tmp_path / "run") as sim:
+        here = sim.snapshot()
+        sim.step(5)
+        for out in (tmp_path / "full", 5):
+            with pytest.raises(cdpr.OutputError):
+                sim.restore(here, out=out)
+        sim.step(100)
+    assert cdpr.load_run(tmp_path / "run").rows.tobytes() == simulated().rows.tobytes()
+
+
+def test_observers_only_look_on(tmp_path):
+    with quiet() as sim:
+        sim.observe(lambda row: sim.push([1, 0, 0]))
+        with pytest.raises(cdpr.CdprError, match=r"an observer raised CdprError: push: the simulation is in the midst"):
+            sim.step(3)
+        assert (sim.run().status, len(sim.run().rows)) == ("failed", 1)
+
+
+def test_threads_wait_for_each_other():
+    entered, go_on = threading.Event(), threading.Event()
+    with quiet() as sim:
+
+        def look(row):
+            entered.set()
+            go_on.wait(10.0)
+
+        sim.observe(look)
+        thread = threading.Thread(target=sim.step, args=(2,))
+        thread.start()
+        assert entered.wait(10.0)
+        for call in (sim.step, lambda: sim.push([1, 0, 0]), sim.snapshot, sim.run, sim.reset, lambda: sim.until(1)):
+            with pytest.raises(cdpr.CdprError, match="in the midst of a step"):
+                call()
+        go_on.set()
+        thread.join()
+        assert sim.time == 0.002
+
+
+class Stubborn(Controller):
+    """declares what it does not take"""
+
+    from cdpr_controllers import StaticOptions as Options
+
+    changeable = ("kp",)
+
+    def control(self, time, state, desired, out):
+        out[:] = [0, 0, 1500, 0, 0, 0]
+
+
+def test_a_plugin_that_does_not_take_what_it_declares():
+    with cdpr.Simulation(CAROCA, controller=Stubborn, overrides=QUIET) as sim:
+        sim.step(3)
+        with pytest.raises(
+            cdpr.PluginError, match=r"^set: controller\.kp: Stubborn declares changeable options and has no method"
+        ):
+            sim.set("controller.kp", 3)
+        sim.step(3)
+        assert sim.run().status == "ended"
+
+
+def test_a_saved_scenario_finds_its_files_from_elsewhere(tmp_path):
+    (tmp_path / "one").mkdir()
+    (tmp_path / "two").mkdir()
+    (tmp_path / "one" / "way.csv").write_text("t,x,y,z\n0,1.0,0.3,1.5\n1,1.0,0.4,1.5\n")
+    text = (
+        cdpr.load_scenario(CAROCA, overrides=QUIET).resolved_yaml().replace("type: hold", "type: csv\n  file: way.csv")
+    )
+    text = "\n".join(line for line in text.split("\n") if not line.startswith("  position: [1.0, 0.3, 1.5]"))
+    (tmp_path / "one" / "motion.yaml").write_text(text.replace("initial:\n", "initial:\n  position: [1.0, 0.3, 1.5]\n"))
+    with cdpr.Simulation(tmp_path / "one" / "motion.yaml") as sim:
+        sim.step(3, wrench=[0, 0, 1500, 0, 0, 0])
+        sim.step(3)
+        sim.save(tmp_path / "two" / "session.yaml")
+        assert cdpr.simulate(tmp_path / "two" / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+    assert "file: ../one/way.csv" in (tmp_path / "two" / "session.yaml").read_text().replace('"', "")
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            lambda lines: [lines[0].replace("fx", "gx"), *lines[1:]],
+            r"_outside\.csv:1:1: .*the columns must be t,until,fx",
+        ),
+        (lambda lines: [lines[0], lines[1].replace("1500.0", "nan")], r"csv:2:1: .*a finite number is expected"),
+        (lambda lines: [lines[0], lines[1] + ",7"], r"csv:2:1: .*16 cells are expected, got 17"),
+        (lambda lines: [*lines, lines[1]], r"csv:3:1: .*t must be at least 0\.003"),
+        (lambda lines: [lines[0].replace("cable_1", "cable_x"), lines[1]], "is of a robot with the cables cable_x"),
+        (lambda lines: [lines[0], lines[1].rstrip(",") + ",1" * 8], r"csv:2:1: .*a wrench is expected, or"),
+    ],
+)
+def test_a_table_that_is_wrong_is_told(tmp_path, change, text):
+    with quiet() as sim:
+        sim.step(3, wrench=[0, 0, 1500, 0, 0, 0])
+        sim.save(tmp_path / "session.yaml")
+    table = tmp_path / "session_outside.csv"
+    table.write_text("\n".join(change(table.read_text().splitlines())))
+    with pytest.raises(cdpr.ScenarioError, match=text):
+        cdpr.load_scenario(tmp_path / "session.yaml")
