@@ -14,7 +14,7 @@ from cdpr.compare.finished import compare_finished
 from cdpr.errors import Diverged
 from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.plugins import Controller
-from cdpr.report.html import render
+from cdpr.report.pages.run import render
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 from cdpr.tension import Status

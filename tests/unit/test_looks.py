@@ -16,8 +16,8 @@ from test_scenario_base import BASE, load, problem
 import cdpr
 from cdpr.log.run import Header
 from cdpr.model import Box, Cylinder, Mesh, Sphere, rotations
-from cdpr.report.scene import Scene
-from cdpr.report.sketch import draw
+from cdpr.report.figures.scene import Scene
+from cdpr.report.figures.sketch import draw
 from cdpr.scenario import load_robot, load_scenario, mesh
 from cdpr.scenario.files import UnreadableError
 
