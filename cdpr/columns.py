@@ -170,6 +170,16 @@ FIRST: tuple[Column, ...] = (
 WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(_STATES + "/effort",)),
 )
+# Besides, where controller and solver believe the robot to be another: W, residual and margin are then in belief.
+BELIEVED: tuple[Column, ...] = (
+    Column(
+        "true_wrench",
+        6,
+        "N, N m",
+        "Wrench that the cables exert in truth, about the origin: W tension of the sample",
+        WORLD,
+    ),
+)
 # Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
 LATER: tuple[Column, ...] = ()
 
@@ -178,7 +188,7 @@ def check_declared(columns: object) -> None:
     """Refuse what a plugin must not declare as its columns; TypeError or ValueError."""
     if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
         raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
-    ours = {column.name for column in (*FIRST, *WINCHED, *LATER)}.union(_TAKEN)
+    ours = {column.name for column in (*FIRST, *WINCHED, *BELIEVED, *LATER)}.union(_TAKEN)
     for i, column in enumerate(columns):
         if column.places or column.owner:
             raise ValueError(f"column '{column.name}': where it stands and whose it is, is not the plugin's to say")

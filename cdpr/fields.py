@@ -62,6 +62,30 @@ Position = tuple[Coordinate, Coordinate, Coordinate]  # m
 Name = Annotated[str, AfterValidator(_named), Field(json_schema_extra={"pattern": NAME_PATTERN})]
 EulerOrder = Annotated[str, AfterValidator(_turns), Field(json_schema_extra={"pattern": "^([xyz]{3}|[XYZ]{3})$"})]
 
+# The basic colours of CSS that are not one of these: "#rrggbb".
+COLOURS = {
+    "black": "#000000",
+    "silver": "#c0c0c0",
+    "grey": "#808080",
+    "white": "#ffffff",
+    "red": "#ff0000",
+    "orange": "#ffa500",
+    "yellow": "#ffff00",
+    "green": "#008000",
+    "blue": "#0000ff",
+    "purple": "#800080",
+}
+
+
+def _coloured(value: str) -> str:
+    known = COLOURS.get(value, value.lower())
+    if not re.fullmatch(r"#[0-9a-f]{6}", known):
+        raise ValueError(f"a colour is expected, '#rrggbb' or one of {', '.join(COLOURS)}, got {value[:20]!r}")
+    return known
+
+
+Colour = Annotated[str, AfterValidator(_coloured), Field(json_schema_extra={"examples": ["#4878a8", *COLOURS]})]
+
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 # Stands where a pose was left out until the loader fills in the initial one: after loading it is never None.

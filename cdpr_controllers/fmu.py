@@ -45,9 +45,14 @@ class FmuController(Controller):
         self._put_rate = writer(inputs, {"cable_rate": 0}, values)
         self._asks_cables = bool({"cable_length", "cable_rate"} & set(inputs.ports))
         self._cables = np.zeros((6, robot.m)), np.zeros(robot.m), np.zeros(robot.m)
+        self._sensed: Array | None = None
         self._out = np.zeros(6 if self.output == "wrench" else robot.m)
         self._read = reader(outputs, {self.output: 0}, self._instance.outputs, self._out)
         self.reset()
+
+    def sense(self, cables: Array) -> None:
+        """Put in what is measured at the cables, whatever the robot is believed to be."""
+        self._sensed = cables
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the wrench (6,) or the commands (m,)."""
@@ -55,7 +60,10 @@ class FmuController(Controller):
         self._put_desired(desired)
         if self._asks_cables:
             W, length, rate = self._cables
-            cable_geometry(lines(self.robot), state, W, length, rate)
+            if self._sensed is None:
+                cable_geometry(lines(self.robot), state, W, length, rate)
+            else:
+                length[:], rate[:] = self._sensed
             self._put_length(length)
             self._put_rate(rate)
         self._instance.step(1)

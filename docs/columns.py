@@ -6,7 +6,7 @@ from pathlib import Path
 
 from marked import rewritten, table
 
-from cdpr.columns import FIRST, LATER, WINCHED, Column
+from cdpr.columns import BELIEVED, FIRST, LATER, WINCHED, Column
 
 PAGE = Path(__file__).parent / "columns.md"
 
@@ -14,7 +14,7 @@ PAGE = Path(__file__).parent / "columns.md"
 def columns_table() -> str:
     """Every column, as the one table of columns has it."""
     titles = ("column", "shape", "unit", "frame", "topic and field", "what it is")
-    return table(titles, map(_cells, (*FIRST, *WINCHED, *LATER)))
+    return table(titles, map(_cells, (*FIRST, *WINCHED, *BELIEVED, *LATER)))
 
 
 def _cells(column: Column) -> tuple[str, ...]:

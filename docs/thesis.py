@@ -1,10 +1,12 @@
 """Write the tables of thesis.md: figures published in the thesis's chapter 6 beside ours.
 
     cdpr study scenarios/studies/thesis_ch6.yaml --jobs 2 --out out/thesis
-    python docs/thesis.py out/thesis
+    cdpr study scenarios/studies/thesis_belief.yaml --jobs 2 --out out/belief
+    python docs/thesis.py out/thesis out/belief
 
-keeps the study's results, and those of runs with properties of the thesis's program that no scenario can express
-(gazebo_legs.py), in thesis.csv, and writes the tables. Without a folder it writes the tables alone. A test holds both.
+keeps the studies' results, and those of runs with properties of the thesis's program that no scenario can express
+(gazebo_legs.py), in thesis.csv, and writes the tables. Of a study whose folder is not given what is there is kept; with
+none the tables alone are written. A test holds both.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from cdpr.simulation.loop import Loop
 from cdpr.study.plan import StudyCase, load_study
 
 HERE = Path(__file__).parent
-STUDY = HERE.parent / "scenarios" / "studies" / "thesis_ch6.yaml"
+STUDY, BELIEF = (HERE.parent / "scenarios" / "studies" / f"thesis_{name}.yaml" for name in ("ch6", "belief"))
 PAGE, RESULTS = HERE / "thesis.md", HERE / "thesis.csv"
 
 GAINS = (100, 800, 1200, 1500)
@@ -59,6 +61,10 @@ ASSUMPTIONS = {
     ("one_step", "0.3 m below"): "one step per message, start 0.3 m below",
     ("or_lowest", ""): "one step, infeasible: all at 1 N",
     ("or_lowest", "0.3 m inwards"): "one step, infeasible: all at 1 N, start 0.3 m inwards",
+    ("moves_17_kg", ""): "believes 1 kg, moves 17 kg",
+    ("moves_17_kg_held", ""): "17 kg, commands held 10 ms, played in 10 s",
+    ("moves_17_kg_held_friction", ""): "17 kg, commands held 10 ms, with friction",
+    ("moves_17_kg_one_step", ""): "17 kg, one step per message",
 }
 
 
@@ -68,14 +74,22 @@ class Plant:
 
     starts: Sequence[str]
     solvers: Sequence[str] = tuple(PUBLISHED)
-    one_step: bool = False  # a command acts for one step of 1 ms in a message's 10 ms; the move is played in 10 s
+    messages: bool = False  # a command every 10 ms; the move is played in 10 s with the feed-forward of 100 s
+    one_step: bool = False  # a command acts for one step of 1 ms
     or_lowest: bool = False  # where a solver has no answer, every cable is at its lower limit
 
 
 PLANTS = {
     "friction": Plant(("", "0.3 m below")),
-    "one_step": Plant(("", "0.3 m below"), one_step=True),
-    "or_lowest": Plant(("", "0.3 m inwards"), ("lp", "qp"), one_step=True, or_lowest=True),
+    "one_step": Plant(("", "0.3 m below"), messages=True, one_step=True),
+    "or_lowest": Plant(("", "0.3 m inwards"), ("lp", "qp"), messages=True, one_step=True, or_lowest=True),
+    "moves_17_kg_held_friction": Plant(("",), messages=True),
+    "moves_17_kg_one_step": Plant(("",), messages=True, one_step=True),
+}
+# The studies, and which plants are run for all that the common axes of each vary.
+PARTS = {
+    STUDY: ("friction", "one_step", "or_lowest"),
+    BELIEF: ("moves_17_kg_held_friction", "moves_17_kg_one_step"),
 }
 STARTS = {
     "": {},
@@ -86,11 +100,16 @@ STARTS = {
 Row = dict[str, str]
 
 
-def plant_rows() -> Iterator[Row]:
-    """Run the cases of PLANTS, for all that the study's common axes vary."""
-    study = yaml.safe_load(STUDY.read_text())
-    geometry, controlled, solver = (axis["points"] for axis in study["axes"][:3])
-    for block, plant in PLANTS.items():
+def points(study: Path) -> list[dict[str, Any]]:
+    """What the points of a study's common axes change: geometry, controlled directions, solver."""
+    return [axis["points"] for axis in yaml.safe_load(study.read_text())["axes"][:3]]
+
+
+def plant_rows(study: Path) -> Iterator[Row]:
+    """Run the plants of a study, for all that its common axes vary."""
+    geometry, controlled, solver = points(study)
+    for block in PARTS[study]:
+        plant = PLANTS[block]
         for start, robot, dof, name, gain in itertools.product(
             plant.starts, geometry, controlled, plant.solvers, GAINS
         ):
@@ -102,13 +121,13 @@ def plant_rows() -> Iterator[Row]:
 
 def plant_run(plant: Plant, changes: dict[str, Any]) -> Run:
     """Run the first 12 s of the study's scenario on a plant."""
-    times = {"simulation.duration": 12.0, "simulation.control_step": 0.01 if plant.one_step else 0.001}
+    times = {"simulation.duration": 12.0, "simulation.control_step": 0.01 if plant.messages else 0.001}
     scenario = load_scenario(STUDY.parent.parent / "thesis_ch6.yaml", overrides={**times, **changes})
     parts = build(scenario)
     parts = replace(
         parts,
         backend=GazeboLegs(parts.backend, plant.one_step),  # type: ignore[arg-type]
-        trajectory=Playback(parts.trajectory, 10.0 if plant.one_step else 1.0),  # type: ignore[arg-type]
+        trajectory=Playback(parts.trajectory, 10.0 if plant.messages else 1.0),  # type: ignore[arg-type]
     )
     if plant.or_lowest:
         parts = replace(parts, solver=OrLowest(parts.solver), respects_bounds=False)  # type: ignore[arg-type]
@@ -142,26 +161,26 @@ def results() -> list[Row]:
         return list(csv.DictReader(file))
 
 
-@lru_cache(maxsize=1)
-def study_cases() -> tuple[StudyCase, ...]:
-    """The cases of the study."""
-    return load_study(STUDY).cases
+@lru_cache(maxsize=2)
+def study_cases(study: Path = STUDY) -> tuple[StudyCase, ...]:
+    """The cases of a study."""
+    return load_study(study).cases
 
 
-def stored(folder: Path) -> list[Row]:
-    """The study's rows for thesis.csv; one line ends the script where a folder holds another study or lacks results."""
-    path, remedy = folder / "table.csv", f"run: cdpr study scenarios/studies/{STUDY.name} --out {folder}"
+def stored(folder: Path, study: Path = STUDY) -> list[Row]:
+    """A study's rows for thesis.csv; one line ends the script where a folder holds another study or lacks results."""
+    path, remedy = folder / "table.csv", f"run: cdpr study scenarios/studies/{study.name} --out {folder}"
     try:
         with path.open(newline="") as file:
             rows = list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise SystemExit(f"{path}: {error}; {remedy}") from None
-    ids = [case.id for case in study_cases()]
+    ids = [case.id for case in study_cases(study)]
     found = [row.get("case") for row in rows]
     if found != ids:
         known = len({*ids} & {*found})
         raise SystemExit(
-            f"{path}: not the table of {STUDY.name} as it is: of its {len(ids)} cases {known} are among the table's "
+            f"{path}: not the table of {study.name} as it is: of its {len(ids)} cases {known} are among the table's "
             f"{len(rows)}; give another folder, or {remedy}"
         )
     for row in rows:
@@ -237,10 +256,32 @@ def updated(text: str) -> str:
     return rewritten(text, TABLES)
 
 
-def main(folder: Path | None = None) -> None:
-    """Keep what a folder of the study holds, if one is given, and write the tables."""
-    if folder is not None:
-        rows = [*stored(folder), *plant_rows()]  # all of it before the old is overwritten
+def study_of(folder: Path) -> Path:
+    """Which study a folder holds: the first one unless its cases are those of another."""
+    try:
+        with (folder / "table.csv").open(newline="") as file:
+            found = {row.get("case") for row in csv.DictReader(file)}
+    except (OSError, UnicodeDecodeError, csv.Error):
+        return STUDY
+    return next((study for study in PARTS if found & {case.id for case in study_cases(study)}), STUDY)
+
+
+def blocks(study: Path) -> set[str]:
+    """The blocks of a study and its plants."""
+    return {block["name"] for block in yaml.safe_load(study.read_text())["blocks"]}.union(PARTS[study])
+
+
+def main(*folders: Path) -> None:
+    """Keep what folders of the studies hold, if any are given, and write the tables."""
+    if folders:
+        fresh = {study_of(folder): folder for folder in folders}
+        tables = {study: stored(folder, study) for study, folder in fresh.items()}  # what is wrong is told at once
+        rows: list[Row] = []  # all of them before the old are overwritten
+        for study in PARTS:
+            if study in tables:
+                rows += [*tables[study], *plant_rows(study)]
+            else:
+                rows += [row for row in results() if row["block"] in blocks(study)]
         with RESULTS.open("w", newline="") as file:
             writer = csv.DictWriter(file, [*AXES, "status", *FIGURES], lineterminator="\n")
             writer.writeheader()
@@ -249,4 +290,4 @@ def main(folder: Path | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:2]))
+    main(*map(Path, sys.argv[1:]))

@@ -35,7 +35,7 @@ CODES = {"cdpr check controller Hover": 7}
 NOT_RUN = {
     "pip install 'cdpr[mujoco]'": "needs an index of packages",
     "pip install --editable .": "needs an index of packages; test_packages.py installs the package offline",
-    "python docs/thesis.py out/thesis": "takes some minutes and rewrites docs/; test_docs.py holds its parts",
+    "python docs/thesis.py out/thesis out/belief": "takes minutes and rewrites docs/; test_docs.py holds its parts",
     "openssl": "another program",
     "dask": "another program, which listens; tests of studies start schedulers of their own",
     "export DASK": "a setting of the shell",

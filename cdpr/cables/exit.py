@@ -13,7 +13,10 @@ import inspect
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, get_args
+from typing import ClassVar, Self, get_args
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.fields import Section
 
@@ -45,6 +48,10 @@ class Exit(Section):
     @abstractmethod
     def numbers(self) -> Sequence[float]:
         """Return what the kernels find in the row, from the column NUMBERS on."""
+
+    def turned(self, R: NDArray[np.float64]) -> Self:
+        """Return it as the rotation matrix R (3, 3) turns it about its anchor."""
+        return self
 
     def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
         """Return why no cable leads from the anchor at `frame` to the one at `tip`, m, world; "" where one does."""

@@ -73,6 +73,8 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         solve = solver(asked, options).solve
         motion = survey(asked, time, desired, gravity, solve, happens=happens, samples=steps)
         told = [f"{event.type} at {event.time:g} s" for event in sorted(events, key=lambda event: event.time)]
+        if scenario.belief:
+            figures["robot"]["believed"] = scenario.belief
         figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(asked, motion), "events": told}
         scene = Scene.of_robot(robot, time, motion.desired[:, :7])
     figures = plain(figures)

@@ -179,6 +179,8 @@ def _lines(run: Run) -> Iterator[str]:
     from cdpr.report.text.reservations import fallback, reservations
 
     figures = run.summary()
+    if run.header.believed:
+        yield f"{'believed':<20}{run.header.believed}"
     said = list(reservations(run)) if figures["status"] == "finished" else []
     but = f", but {'; '.join(said)}" if said else ""
     ended = figures["status"].replace("_", " ")

@@ -64,6 +64,7 @@ def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
         "name": loaded.name,
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
+        **({"believed": loaded.belief} if loaded.belief else {}),
         "unused": list(loaded.unused),
         "notes": notes,
     }

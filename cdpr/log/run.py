@@ -41,7 +41,7 @@ class Header:
     tension_min: tuple[float, ...]  # (m,), N
     tension_max: tuple[float, ...]  # (m,), N
     characteristic_length: float  # m
-    shape: dict[str, Any] | None  # {"box": [x, y, z]} or {"sphere": radius}, m
+    shape: dict[str, Any] | None  # {kind: size} of the platform, m, as `cdpr.model.shapes` says
     versions: dict[str, str]  # of cdpr, Python and the libraries that computed
     scenario_yaml: str  # the resolved scenario
     controlled: tuple[str, ...] = ()  # directions in which the wrench is to be balanced, where not all of the robot's
@@ -51,6 +51,9 @@ class Header:
     broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
     exits: tuple[dict[str, Any] | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
     columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
+    frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
+    colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
+    believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
 
     @property
     def log_step(self) -> float:
@@ -76,7 +79,7 @@ class Header:
     def from_dict(cls, data: dict[str, Any]) -> Header:
         """Undo `to_dict` after a passage through JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
-        tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken") if key in data}
+        tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken", "frame") if key in data}
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
         exits = tuple(data.get("exits", ()))
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
@@ -84,7 +87,16 @@ class Header:
 
 
 # Keys that logs of earlier versions have not, and what that meant.
-NEWER: dict[str, object] = {"log_every": 1, "bounds": (), "broken": (), "exits": (), "columns": ()}
+NEWER: dict[str, object] = {
+    "log_every": 1,
+    "bounds": (),
+    "broken": (),
+    "exits": (),
+    "columns": (),
+    "frame": (),
+    "colours": {},
+    "believed": "",
+}
 
 
 # Ends that the scenario foresees: what such a run holds is a whole result.

@@ -42,6 +42,8 @@ def summarise(run: Run) -> dict[str, Any]:
         if not isinstance(run.rows, np.ndarray):  # not to go through a long log again
             object.__setattr__(run, "counted", counted)
     figures: dict[str, Any] = {"status": run.status, **counted}
+    if run.header.believed:
+        figures["believed"] = run.header.believed
     if run.header.log_every > 1:
         figures |= {"log_step_s": run.header.log_step, "logged_samples": len(run.rows)}
     loop = run.timings.get("loop_s")

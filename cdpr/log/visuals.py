@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,8 @@ from cdpr.model.robot import Array
 
 TRANSFORM_RATE = 60.0  # Hz of simulation time, at most
 MARKER_RATE = 30.0
-_CUBE, _SPHERE, _LINE_LIST = 1, 2, 5  # visualization_msgs/Marker
+_CUBE, _SPHERE, _CYLINDER, _LINE_LIST = 1, 2, 3, 5  # visualization_msgs/Marker
+_AT_ORIGIN = {"orientation": {"w": 1.0}}
 _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
@@ -40,7 +42,7 @@ def _markers(header: Header, channel: int) -> Group:
         **STAMPED,
         "ns": "cables",
         "type": _LINE_LIST,
-        "pose": {"orientation": {"w": 1.0}},
+        "pose": _AT_ORIGIN,
         "scale": {"x": 0.01 * header.characteristic_length},
         "color": _GREY,
         "points": [{}] * (2 * m),
@@ -51,18 +53,18 @@ def _markers(header: Header, channel: int) -> Group:
     points, colours, pose = slice(0, 6 * m), slice(6 * m, 10 * m), slice(10 * m, 10 * m + 7)
     columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (points,), "markers.0.colors": (colours,)}
     if header.shape is not None:
-        box = header.shape.get("box")
-        size = box if box is not None else [2.0 * header.shape["sphere"]] * 3
-        markers.append(
-            {
-                **STAMPED,
-                "ns": "platform",
-                "type": _CUBE if box is not None else _SPHERE,
-                "scale": dict(zip("xyz", size, strict=True)),
-                "color": _GREY,
-            }
-        )
-        columns["markers.1.pose"] = (pose,)
+        kind, size, middle = _platform(header.shape)
+        platform = {"ns": "platform", "type": kind, "scale": _xyz(size), "color": _colour(header, "platform")}
+        if any(middle):  # it stands off the origin in the platform's own frame, which moves
+            there = {"pose": {**_AT_ORIGIN, "position": _xyz(middle)}, "frame_locked": True}
+            markers.append({"header": {"frame_id": "platform"}, **platform, **there})
+        else:
+            markers.append({**STAMPED, **platform})
+            columns["markers.1.pose"] = (pose,)
+    if header.frame:
+        frame = {"ns": "frame", "type": _LINE_LIST, "pose": _AT_ORIGIN, "color": _colour(header, "frame")}
+        corners = [_xyz(edge[end : end + 3]) for edge in header.frame for end in (0, 3)]
+        markers.append({**STAMPED, **frame, "scale": cables["scale"], "points": corners})
     topic = Topic(
         "/cdpr/markers",
         "visualization_msgs/MarkerArray",
@@ -72,6 +74,31 @@ def _markers(header: Header, channel: int) -> Group:
     )
     every = _every(MARKER_RATE, header)
     return Group((topic,), channel, pose.stop, every, lambda rows: _marker_rows(header, rows))
+
+
+def _platform(shape: dict[str, Any]) -> tuple[int, list[float], list[float]]:
+    """Marker, extent along the platform's axes and middle of its shape, m."""
+    (kind, size), middle = next(iter(shape.items())), [0.0] * 3
+    if kind == "mesh":  # the box around it
+        lower, upper = size
+        middle = [0.5 * (low + high) for low, high in zip(lower, upper, strict=True)]
+        return _CUBE, [high - low for low, high in zip(lower, upper, strict=True)], middle
+    if kind == "cylinder":
+        radius, height = size
+        return _CYLINDER, [2.0 * radius, 2.0 * radius, height], middle
+    return (_CUBE, size, middle) if kind == "box" else (_SPHERE, [2.0 * size] * 3, middle)
+
+
+def _xyz(values: Sequence[float]) -> dict[str, float]:
+    return dict(zip("xyz", values, strict=True))
+
+
+def _colour(header: Header, part: str) -> dict[str, float]:
+    """The colour of a part, grey unless it is given."""
+    if part not in header.colours:
+        return _GREY
+    parts = bytes.fromhex(header.colours[part].removeprefix("#"))
+    return {**{key: value / 255.0 for key, value in zip("rgb", parts, strict=True)}, "a": 1.0}
 
 
 def _every(rate: float, header: Header) -> int:

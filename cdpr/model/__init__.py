@@ -24,7 +24,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cdpr.model.robot import DOF_NAMES, Box, Cable, Platform, Robot, Sphere, Winch
+from cdpr.model.robot import DOF_NAMES, Cable, Platform, Robot, Winch
+from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Sphere
 
 if TYPE_CHECKING:
     from cdpr.model import rotations as rotations
@@ -33,4 +34,4 @@ else:  # most of the modules compile
 
     __getattr__ = lazily(__name__)
 
-__all__ = ["DOF_NAMES", "Box", "Cable", "Platform", "Robot", "Sphere", "Winch"]
+__all__ = ["DOF_NAMES", "Box", "Cable", "Cylinder", "Frame", "Mesh", "Platform", "Robot", "Sphere", "Winch"]

@@ -10,6 +10,8 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.model.shapes import Frame, Shape
+
 Array = NDArray[np.float64]
 
 COMMANDED = "ideal"  # the cable model whose tensions are the commands: of a robot that names none
@@ -85,20 +87,6 @@ class Cable:
     model: str | None = None  # the robot's cable_model unless said
 
 
-@dataclass(frozen=True)
-class Box:
-    """A box centred on the platform's origin, for drawing."""
-
-    size: tuple[float, float, float]  # m, along the platform's axes
-
-
-@dataclass(frozen=True)
-class Sphere:
-    """A sphere centred on the platform's origin, for drawing."""
-
-    radius: float  # m
-
-
 @dataclass(frozen=True, eq=False)
 class Platform:
     """The moving rigid body."""
@@ -106,14 +94,13 @@ class Platform:
     mass: float  # kg
     inertia: Array  # (3, 3), kg m^2, about the centre of mass, platform axes
     center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
-    shape: Box | Sphere | None = None
+    shape: Shape | None = None
+    colour: str | None = None  # "#rrggbb"
 
     @property
     def outline(self) -> dict[str, Any] | None:
-        """The shape as plain data, m: {"box": [x, y, z]}, {"sphere": radius} or None."""
-        if isinstance(self.shape, Box):
-            return {"box": list(self.shape.size)}
-        return None if self.shape is None else {"sphere": self.shape.radius}
+        """The shape as plain data, m: {its kind: its size}, as `cdpr.model.shapes` says; None where there is none."""
+        return None if self.shape is None else self.shape.outline
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +114,7 @@ class Robot:
     unilateral: bool = True  # False: rigid legs that may also push
     home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
     cable_model: str = COMMANDED  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
+    frame: Frame | None = None
 
     @property
     def m(self) -> int:
@@ -148,6 +136,12 @@ class Robot:
         """Motion pattern: 1T, 2T, 3T, 1R2T, 3R3T, ..."""
         turns = sum(name.startswith("r") for name in self.dof)
         return (f"{turns}R" if turns else "") + (f"{self.n - turns}T" if self.n > turns else "")
+
+    @property
+    def colours(self) -> dict[str, str]:
+        """Colours "#rrggbb" of "platform" and "frame", where they are given."""
+        given = {"platform": self.platform.colour, "frame": self.frame.colour if self.frame else None}
+        return {part: colour for part, colour in given.items() if colour is not None}
 
     @cached_property
     def anchors(self) -> Array:

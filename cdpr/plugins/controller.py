@@ -49,6 +49,13 @@ class Controller(ABC):
         cables did not do what was asked: an integral must not wind up then.
         """
 
+    def sense(self, cables: Array) -> None:  # noqa: B027 - an optional hook
+        """Take a live view of what is measured at the cables; called once, before the first `control`.
+
+        `cables` is (2, m): lengths, m, and rates, m/s, of the robot as it is. `self.robot`, which is the robot as it is
+        believed to be, may have others at the same state.
+        """
+
     def log(self, columns: Mapping[str, Array]) -> None:
         """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name, to write into.
 

@@ -24,11 +24,13 @@ class Document:
     dropped: list[str] = field(default_factory=list)  # keys taken out as another plugin was chosen
     notes: list[str] = field(default_factory=list)  # what became of the options of plugins that were replaced
     warnings: list[str] = field(default_factory=list)  # what is allowed and seldom meant; found anew in each copy
+    waiting: list[tuple[Path, Any, Mark]] = field(default_factory=list)  # changes of what is not in the data itself
 
     def copy(self) -> Document:
         """Return a copy that can be changed freely."""
         marks = dict(self.keys), dict(self.values)
-        return Document(copied(self.data), self.source, self.folder, *marks, list(self.dropped), list(self.notes))
+        told = list(self.dropped), list(self.notes)
+        return Document(copied(self.data), self.source, self.folder, *marks, *told, waiting=list(self.waiting))
 
     def get(self, path: Path) -> Any:
         """Return the value at `path`; None where there is none."""
@@ -75,6 +77,13 @@ class Document:
         self.keys.update({path + part: mark for part, mark in other.keys.items()})
         self.values.update({path + part: mark for part, mark in other.values.items()})
         self.keys[path] = other.mark(())  # a key that is missing in the other file is missing there, not here
+
+    def transplant(self, path: Path, other: Document, source: Path) -> None:
+        """Put what stands at `source` in another document at `path`, each value with its place."""
+        self.put(path, copied(other.get(source)), other.key_mark(source))
+        count = len(source)
+        self.keys.update({path + at[count:]: mark for at, mark in other.keys.items() if at[:count] == source})
+        self.values.update({path + at[count:]: mark for at, mark in other.values.items() if at[:count] == source})
 
     def _forget(self, path: Path, node: Any) -> None:
         """Drop the marks of `node`, which stands at `path`, and of all in it."""

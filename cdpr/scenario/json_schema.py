@@ -11,6 +11,7 @@ import copy
 from typing import Any
 
 from cdpr.plugins.registry import Registry, Role, registry
+from cdpr.scenario.belief import WHOLE
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection
@@ -36,6 +37,7 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
         "description": robot.pop("description"),
         "anyOf": [{"type": "string", "description": "name of a robot file, relative to this file"}, robot],
     }
+    sections["believed"] = _in_part(sections["believed"], definitions)
     definitions["Simulation"]["properties"]["backend"]["examples"] = plugins.names("backend")
     sections_of_plugins: tuple[tuple[Role, str], ...] = (
         ("controller", "ControllerSection"),
@@ -50,6 +52,25 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
         "additionalProperties": {"type": "object"},
     }
     return {"$schema": DIALECT, "title": "cdpr scenario", **schema}
+
+
+def _in_part(node: Any, definitions: Schema) -> Any:
+    """Return a schema of which no key is needed; what it refers to is put under `definitions` as such a one, too.
+
+    Sections that hold one of several forms are whole as ever.
+    """
+    if isinstance(node, list):
+        return [_in_part(item, definitions) for item in node]
+    if not isinstance(node, dict):
+        return node
+    if isinstance(node.get("$ref"), str):
+        name = node["$ref"].rpartition("/")[2]
+        own = f"believed.{name}"
+        if own not in definitions:
+            definitions[own] = _in_part(definitions[name], definitions)
+        node = {**node, "$ref": f"#/$defs/{own}"}
+    whole = {key: node[key] for key in WHOLE if key in node}
+    return {key: _in_part(item, definitions) for key, item in node.items() if key != "required"} | whole
 
 
 def _plugin_section(role: Role, core: Schema, plugins: Registry, definitions: Schema) -> Schema:

@@ -89,4 +89,4 @@ def _robot(document: Document, overrides: Overrides, problems: Problems) -> Robo
     AngleChecks(document, problems).run()
     problems.raise_any()
     assert section is not None
-    return section.to_robot()
+    return section.to_robot(document.folder)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 import numpy as np
 
 from cdpr.cables import MODELS
 from cdpr.cables.chain import NAMED
-from cdpr.model.rotations import held_upright
+from cdpr.model.rotations import held_upright, multiply
 from cdpr.scenario.checks import MIN_LENGTH, Checks
-from cdpr.scenario.problems import Path, dotted, exact
+from cdpr.scenario.files import UnreadableError
+from cdpr.scenario.looks import FrameSection, ShapeSection
+from cdpr.scenario.mesh import box_around
+from cdpr.scenario.problems import Path, dotted, exact, shown
 from cdpr.scenario.robot_schema import (
     CableSection,
     CablesSection,
@@ -33,6 +37,7 @@ class RobotChecks(Checks):
         self.root = root
         cables = list(self.cables(root))
         self._guide()
+        self._mesh()
         self._model()
         self._names(cables)
         self._coincident(cables)
@@ -56,9 +61,24 @@ class RobotChecks(Checks):
             except ValueError as error:
                 self.say(inertia, f"{error} where it turns about {', '.join(turns)}")
         home = self.section(Home, (*self.root, "home"))
-        if home and not held_upright(dof, home.orientation.quaternion()):
+        base = self.section(FrameSection, (*self.root, "frame")) or FrameSection()
+        if home and not held_upright(dof, multiply(base.attitude, home.orientation.quaternion())):
             text = f"may differ from upright only about the free directions, {', '.join(dof)}"
             self.say((*self.root, "home", "orientation"), text)
+
+    def _mesh(self) -> None:
+        """A mesh is in a file that can be read."""
+        path = (*self.root, "platform", "shape", "mesh")
+        name = self.document.get(path)
+        if self.section(ShapeSection, path[:-1]) is None or not isinstance(name, str):
+            return
+        if os.path.isabs(name):
+            self.say(path, f"a file name relative to this file is expected, got the absolute {shown(name)}")
+            return
+        try:
+            box_around(os.path.join(self.document.folder, name))
+        except UnreadableError as error:
+            self.say(path, str(error))
 
     def _model(self) -> None:
         """The cable model has its values, of each cable or for all; whether they are right, their sections say."""

@@ -9,9 +9,10 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cdpr.cables import COMMANDED, MODELS, AnyExit
 from cdpr.cables.chain import PROPERTIES
-from cdpr.fields import ZERO, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
-from cdpr.model import Box, Cable, Platform, Robot, Sphere, Winch
+from cdpr.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
+from cdpr.model import Cable, Platform, Robot, Winch, rotations
 from cdpr.model.robot import Array, frozen_array
+from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -82,32 +83,6 @@ def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
     return dof
 
 
-class Shape(Section):
-    """What the platform looks like; it has no effect on the motion."""
-
-    box: tuple[Positive, Positive, Positive] | None = Field(
-        None,
-        description="size of a box along the platform's axes, centred on its origin",
-        json_schema_extra=unit("m"),
-    )
-    sphere: Positive | None = Field(
-        None, description="radius of a sphere centred on the platform's origin", json_schema_extra=unit("m")
-    )
-
-    @model_validator(mode="after")
-    def _one_form(self) -> Shape:
-        if (self.box is None) == (self.sphere is None):
-            raise ValueError("exactly one of box, sphere is expected")
-        return self
-
-    def build(self) -> Box | Sphere:
-        """Return the shape of the model."""
-        if self.box is not None:
-            return Box(self.box)
-        assert self.sphere is not None
-        return Sphere(self.sphere)
-
-
 class PlatformSection(Section):
     """The moving rigid body."""
 
@@ -123,7 +98,8 @@ class PlatformSection(Section):
         description="centre of mass from the platform's origin, platform axes",
         json_schema_extra=unit("m"),
     )
-    shape: Shape | None = Field(None, description="for drawing only: a box or a sphere")
+    shape: ShapeSection | None = Field(None, description="for drawing only: a box, a sphere, a cylinder or a mesh")
+    colour: Colour | None = Field(None, description="colour in drawings")
 
 
 class TensionSection(Section):
@@ -206,7 +182,10 @@ class CableSection(Section):
         None, description="how this cable's command becomes its tension; as of all unless said"
     )
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
-    frame: Position = Field(description="anchor A_i on the fixed frame, world axes", json_schema_extra=unit("m"))
+    frame: Position = Field(
+        description="anchor A_i on the fixed frame, world, or from the robot's base if `frame` moves it",
+        json_schema_extra=unit("m"),
+    )
     platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
     tension: CableTension | None = Field(None, description="limits of this cable alone; the robot's unless said")
     diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
@@ -222,7 +201,7 @@ class CableSection(Section):
 
 
 class Home(Section):
-    """The pose at which the robot is described; it has no effect on a run."""
+    """The pose at which the robot is described, from its base; it has no effect on a run."""
 
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
@@ -240,6 +219,9 @@ class RobotSection(Section):
     unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
+    frame: FrameSection | None = Field(
+        None, description="where the robot's base stands in the world, and what the frame looks like"
+    )
     home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot")
     cable: CablesSection = Field(
         CablesSection(), description="what all cables have in common; a cable's own values come first"
@@ -247,8 +229,8 @@ class RobotSection(Section):
     winch: WinchSection | None = Field(None, description="the winch of every cable that names none of its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
-    def to_robot(self) -> Robot:
-        """Return the robot as the frozen arrays that the simulation takes."""
+    def to_robot(self, folder: str = "") -> Robot:
+        """Return the robot as the frozen arrays that the simulation takes; `folder` is where its files lie."""
         platform = self.platform
         return Robot(
             name=self.name,
@@ -256,14 +238,24 @@ class RobotSection(Section):
                 mass=platform.mass,
                 inertia=self._inertia(),
                 center_of_mass=frozen_array(platform.center_of_mass),
-                shape=platform.shape.build() if platform.shape else None,
+                shape=platform.shape.build(folder) if platform.shape else None,
+                colour=platform.colour,
             ),
             cables=tuple(self._cable(i) for i in range(len(self.cables))),
             dof=self.dof,
             unilateral=self.unilateral,
-            home=frozen_array([*self.home.position, *self.home.orientation.quaternion()]) if self.home else None,
+            home=self._home(),
             cable_model=self.cable.model,
+            frame=self.frame.build(np.array([cable.frame for cable in self.cables])) if self.frame else None,
         )
+
+    def _home(self) -> Array | None:
+        """The home pose in the world, (7,)."""
+        if self.home is None:
+            return None
+        base, q = self.frame or FrameSection(), self.home.orientation.quaternion()
+        q = rotations.multiply(base.attitude, q) if base.moved else q
+        return frozen_array([*base.placed(self.home.position), *q])
 
     def _inertia(self) -> Array:
         """The inertia tensor; where only one moment is given or none, that of a ball that turns in the same way."""
@@ -300,11 +292,11 @@ class RobotSection(Section):
     def _cable(self, i: int) -> Cable:
         cable = self.cables[i]
         low, high = limits(self.tension, cable, i)
-        length = cable.length or LengthLimits()
+        length, base = cable.length or LengthLimits(), self.frame or FrameSection()
         winch = self._own(cable, "winch")
         return Cable(
             name=cable_name(cable, i),
-            frame=frozen_array(cable.frame),
+            frame=frozen_array(base.placed(cable.frame)),
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,
@@ -316,7 +308,7 @@ class RobotSection(Section):
             length_max=length.max,
             speed_max=cable.speed_max,
             winch=winch.build() if winch else None,
-            exit=self._own(cable, "exit"),
+            exit=base.leaving(self._own(cable, "exit")),
             model=cable.model,
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 from cdpr.model import rotations
 from cdpr.scenario.checks import MIN_LENGTH, Checks
 from cdpr.scenario.initial import Initial
+from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.problems import Path, exact
@@ -29,8 +30,7 @@ class RunChecks(Checks):
         simulation = self.section(Simulation, ("simulation",))
         motion = MotionChecks(self.document, self.problems)
         motion.load()
-        if initial:
-            self._start(initial)
+        self.start()
         if simulation:
             self._steps(simulation)
             log = self.section(Log, ("log",))
@@ -40,13 +40,18 @@ class RunChecks(Checks):
         motion.guided(initial)
         return motion.motion
 
-    def _start(self, initial: Initial) -> None:
+    def start(self) -> None:
+        """Report cables that have no direction where the run begins."""
+        initial = self.section(Initial, ("initial",))
+        if initial is None:
+            return
         cables = list(self.cables(("robot",)))
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         tips = anchors[:, 1] @ rotations.matrix(initial.orientation.quaternion()).T + initial.position
         common = self.section(CablesSection, ("robot", "cable"))
-        for (i, cable), (frame, _), tip in zip(cables, anchors, tips, strict=True):
-            leaves = cable.exit or (common.exit if common else None)
+        base = self.section(FrameSection, ("robot", "frame")) or FrameSection()
+        for (i, cable), frame, tip in zip(cables, base.placed(anchors[:, 0]), tips, strict=True):
+            leaves = base.leaving(cable.exit or (common.exit if common else None))
             why = leaves.obstacle(frame.tolist(), tip.tolist()) if leaves else ""
             if np.linalg.norm(frame - tip) < MIN_LENGTH:
                 why = "its two anchors coincide, so it has no direction"

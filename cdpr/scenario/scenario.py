@@ -17,6 +17,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role
+from cdpr.scenario import belief
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.angle_checks import AngleChecks
 from cdpr.scenario.changes import Options
@@ -29,6 +30,7 @@ from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS, Change, Overrides, choices
 from cdpr.scenario.problems import Problem, Problems
 from cdpr.scenario.robot_checks import RobotChecks
+from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
 from cdpr.scenario.source import change
@@ -43,6 +45,7 @@ class Scenario:
     Attributes:
         sections: all sections of the file, every default filled in.
         robot: the robot as frozen arrays.
+        believed: the robot as controller and solver believe it to be; None where they know it as it is.
         controller_options: options of the controller, an instance of its plugin's model.
         solver_options: the same for the tension solver.
         source: the file that it came from.
@@ -53,6 +56,7 @@ class Scenario:
 
     sections: ScenarioSection
     robot: Robot
+    believed: Robot | None
     controller_options: BaseModel
     solver_options: BaseModel
     source: str
@@ -101,6 +105,12 @@ class Scenario:
     def controlled(self) -> Robot:
         """The robot as the distribution of tensions sees it: its `dof` are the controlled directions alone."""
         return replace(self.robot, dof=self.sections.controlled or self.robot.dof)
+
+    @cached_property
+    def belief(self) -> str:
+        """What controller and solver believe that is not so, in one line; "" where they know the robot as it is."""
+        robot, believed = self.sections.robot, self.sections.believed
+        return "" if believed is None else belief.in_a_line(belief.differences(robot, believed))
 
     @property
     def controller(self) -> ControllerSection:
@@ -229,8 +239,9 @@ def build_scenario(
     """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`."""
     change(document, overrides, chosen, plugins, problems)
     data, options = _split(document.data)
-    sections = validate(ScenarioSection, data, document, problems)
-    report_nulls(data, (), document, problems)
+    data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
+    sections = validate(ScenarioSection, data_of_robot, document, problems)
+    report_nulls(data_of_robot, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
     motion = RunChecks(document, problems).run()
     AngleChecks(document, problems).run()
@@ -242,11 +253,13 @@ def build_scenario(
     if sections is not None and controller_options is not None and solver_options is not None:
         in_force = _options(plugins, sections, controller_options, solver_options, document)
     events = EventChecks(document, problems, in_force).run()
+    believed = _believed(document, problems)
     problems.raise_any()
     assert sections is not None
     assert controller_options is not None
     assert solver_options is not None
     robot = sections.robot.named()
+    thought = believed and believed.named()
     trajectory = (motion or sections.trajectory).complete(sections.initial)
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in events]
@@ -254,17 +267,20 @@ def build_scenario(
         sections=sections.model_copy(
             update={
                 "robot": robot,
+                "believed": thought,
                 "trajectory": trajectory,
                 "controlled": sections.controlled or robot.dof,
                 "events": events,
             }
         ),
-        robot=robot.to_robot(),
+        robot=robot.to_robot(document.folder),
+        believed=thought.to_robot(document.folder) if thought else None,
         controller_options=controller_options,
         solver_options=solver_options,
         source=document.source,
         unused=(
             *(f"robot.{key}" for key in robot.unused()),
+            *(belief.unused(robot, thought) if thought else ()),
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),
@@ -273,6 +289,24 @@ def build_scenario(
         _document=document,
         _plugins=plugins,
     )
+
+
+def _believed(document: Document, problems: Problems) -> RobotSection | None:
+    """Return the robot that is believed, where there is one: it passes the checks of a robot, in the same scenario."""
+    found = Problems(unreadable=set(problems.unreadable))
+    twin = None if ("robot",) in found.unreadable else belief.believed_document(document, found)
+    sections = None
+    if twin is not None:
+        data, _ = _split(twin.data)
+        sections = validate(ScenarioSection, data, twin, found)
+        report_nulls(data, (), twin, found)
+        RobotChecks(twin, found).run(("robot",))
+        RunChecks(twin, found).start()
+        EventChecks(twin, found).run()
+        AngleChecks(twin, found).run()
+        belief.tell_warnings(twin, document)
+    belief.tell(found, problems)
+    return sections.robot if sections else None
 
 
 def _options(

@@ -87,6 +87,11 @@ class ScenarioSection(Section):
 
     name: Name = Field("scenario", description="name of the scenario; the file's name unless said")
     robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")
+    believed: RobotSection | None = Field(
+        None,
+        description="the robot as controller and tension solver believe it to be, where that is not what it is: keys "
+        "of the robot with other values; of cables those that differ, each with its name",
+    )
     world: World = Field(World(), description="what surrounds the robot")
     simulation: Simulation = Field(description="the engine and its times")
     initial: Initial = Field(description="state of the platform at time 0")

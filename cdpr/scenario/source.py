@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any, Literal
 
 from cdpr.plugins.registry import Registry
-from cdpr.scenario import examples
+from cdpr.scenario import belief, examples
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.overrides import Change, Overrides, apply, read_overrides
@@ -66,6 +66,9 @@ def change(
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
     for each in [*chosen, *read_overrides(overrides, problems)]:
+        if each.path[0] == belief.KEY:
+            belief.change_belief(document, each, problems)
+            continue
         if each.path[0] == "robot" and len(each.path) > 1:
             _include_robot(document, problems)
         apply(document, each, problems)
@@ -88,6 +91,9 @@ def _include_robot(document: Document, problems: Problems) -> None:
         document.put(("robot",), {}, document.mark(("robot",)))
     else:
         robot.data.setdefault("name", stem(robot.source))
+        shape: Any = robot.get(("platform", "shape"))
+        if isinstance(shape, dict) and isinstance(shape.get("mesh"), str):  # from now on relative to the scenario
+            shape["mesh"] = os.path.join(os.path.dirname(name), shape["mesh"])
         document.graft(("robot",), robot)
 
 

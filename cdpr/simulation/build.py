@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from contextlib import ExitStack
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
@@ -36,17 +37,18 @@ def build(scenario: Scenario) -> Parts:
 
     Raises PluginError where a plugin is missing, broken or fails to be made.
     """
-    robot = scenario.robot
+    robot, believed = scenario.robot, scenario.believed
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
     chosen = chosen_plugins(scenario)
     for entry in chosen.values():
         entry.load()  # what is missing is told before anything is made
     check_cables(scenario, chosen["backend"])
-    solver: TensionSolver = chosen["solver"].make(scenario.controlled, scenario.solver_options)
+    controlled = scenario.controlled if believed is None else replace(believed, dof=scenario.controlled.dof)
+    solver: TensionSolver = chosen["solver"].make(controlled, scenario.solver_options)
     with ExitStack() as made:  # what was made is closed where the next fails
         controller: Controller = chosen["controller"].make(
-            robot, gravity, simulation.control_step, scenario.controller_options
+            believed or robot, gravity, simulation.control_step, scenario.controller_options
         )
         made.callback(controller.close)
         plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
@@ -60,7 +62,8 @@ def build(scenario: Scenario) -> Parts:
         backend.reset(scenario.initial.state())
         parts = Parts(
             robot=robot,
-            controlled=scenario.controlled,
+            controlled=controlled,
+            believed=believed,
             trajectory=redirected(scenario.trajectory.make(), scenario.events, simulation.control_step),
             controller=controller,
             solver=solver,
@@ -121,6 +124,9 @@ def make_header(scenario: Scenario) -> Header:
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
         exits=exits_of(robot),
         columns=columns_of(scenario),
+        frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
+        colours=robot.colours,
+        believed=scenario.belief,
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.columns import FIRST, LATER, WINCHED, Column, clash
+from cdpr.columns import BELIEVED, FIRST, LATER, WINCHED, Column, clash
 from cdpr.errors import PluginError
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
@@ -34,7 +34,7 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
     first = FIRST if scenario.ideal_cables else FIRST + WINCHED
-    more = (*LATER, *declared)
+    more = (*LATER, *(BELIEVED if scenario.believed else ()), *declared)
     found = clash((*first, *more), [cable.name for cable in scenario.robot.cables])
     if found is not None:
         titles: dict[str, str] = {

@@ -16,12 +16,13 @@ from cdpr.cables.lines import lines
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Reach, bounds_of
+from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import FAULTS, acceleration_bounds, observe
+from cdpr.simulation.observe import FAULTS, acceleration_bounds, believe, exert, observe
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
@@ -78,10 +79,12 @@ class Loop:
         self.status = layout.columns["status"].start
         self.wrench = view("wrench")
         self.tension = view("tension")
-        self.W = np.zeros((6, robot.m))
+        W = self.W = np.zeros((6, robot.m))
+        self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         self.sample = parts.trajectory.sampler(self.desired)
         self.report = view("status", "at_limit")
         parts.controller.connect(self.report)
+        parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
         self.stage = self._stage(parts.output)
         self.out = self._written(self.stage)
         self.schedule = Schedule(
@@ -99,12 +102,14 @@ class Loop:
         bounds = acceleration_bounds(robot, backend.gravity)
         plant = (bounds, backend.highest, backend.external, backend.state)
         energies = view("kinetic", "external_work")
-        results = (self.state, self.W, view("length"), view("rate"), energies)
+        results = (self.state, self.true_W, view("length"), view("rate"), energies)
         body = (lines(robot), robot.inertial, backend.gravity)
         self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
-        self.observe_start = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
+        self.observe_start: Callable[[], int] = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
         if not parts.ideal_cables:
             self._add_winches(energies[2:3])
+        if parts.believed is not None:
+            self._add_belief(parts.believed)
         self.distribute = self._through(self.stage)
 
     def view(self, first: str, last: str | None = None) -> Array:
@@ -308,7 +313,7 @@ class Loop:
         Raises PluginError where a part of the loop cannot take one.
         """
         parts, backend = self.parts, self.parts.backend
-        live = save((self.row, self.W, backend.command, backend.external))
+        live = save((self.row, self.W, self.true_W, backend.command, backend.external))
         own = [part.snapshot() for part in (backend, parts.controller, parts.solver, self.stage, self.schedule)]
         return Moment(self.count, self.time, self.due, live, own)
 
@@ -318,7 +323,7 @@ class Loop:
         owners = (backend, parts.controller, parts.solver, self.stage, self.schedule)
         for part, taken in zip(owners, snapshot.own, strict=True):
             part.restore(taken)
-        put_back(snapshot.live, (self.row, self.W, backend.command, backend.external))
+        put_back(snapshot.live, (self.row, self.W, self.true_W, backend.command, backend.external))
         self.count, self.time, self.due = snapshot.count, snapshot.time, snapshot.due
 
     def _stage(self, output: Output) -> TensionStage | CommandStage:
@@ -327,7 +332,7 @@ class Loop:
         first: TensionStage | CommandStage | None = getattr(self, "stage", None)
         shared = (None, None) if first is None else (first.limits, first.held)
         if output == "command":
-            return CommandStage(parts.robot, parts.policy, *live, *shared)
+            return CommandStage(parts.controlled, parts.policy, *live, *shared)
         solve, name = parts.solver.solve, parts.solver_name
         return TensionStage(parts.controlled, solve, name, parts.respects_bounds, parts.policy, *live, *shared)
 
@@ -340,6 +345,8 @@ class Loop:
         distribute = self.schedule.through(stage)
         if not self.parts.ideal_cables:
             distribute = self._reading(distribute)
+        if self.parts.believed is not None:
+            distribute = self._exerting(distribute)
         if self.parts.limits == "stop" and bounds_of(self.parts.robot):
             distribute = self._within(distribute)
         return distribute
@@ -354,6 +361,29 @@ class Loop:
             return fault
 
         self.observe = look_and_read
+
+    def _add_belief(self, believed: Robot) -> None:
+        """Make W, which the stage works with, that of the believed robot at the true state."""
+        spare = np.zeros(believed.m), np.zeros(believed.m)
+        think = partial(believe, lines(believed), self.state, self.W, *spare)
+
+        def after(look: Callable[[], int]) -> Callable[[], int]:
+            return lambda: look() or think()
+
+        self.observe, self.observe_start = after(self.observe), after(self.observe_start)
+
+    def _exerting(self, distribute: Callable[[], None]) -> Callable[[], None]:
+        """Write what the cables exert in truth, too."""
+        tension = self.tension if self.parts.ideal_cables else self.view("cable_tension")
+        exerted = partial(exert, self.true_W, tension, self.view("true_wrench"))
+
+        def distribute_and_exert() -> None:
+            try:
+                distribute()
+            finally:  # a sample that tells why there are no tensions tells what they do, too
+                exerted()
+
+        return distribute_and_exert
 
     def _reading(self, distribute: Callable[[], None]) -> Callable[[], None]:
         """Read the tensions (m,), too, that only the plant knows where cables are not ideal."""

@@ -33,6 +33,7 @@ FAULTS = {
     3: "the platform moves absurdly fast",
     4: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
     5: "a cable has no length",
+    6: "a cable has no length where the controller believes its ends to be",
 }
 
 
@@ -125,3 +126,22 @@ def observe(
     for i in range(13):
         state[i] = live[i]
     return fault
+
+
+@kernel
+def believe(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> int:
+    """Write wrench matrix (6, m), lengths and rates (m,) of the believed robot; return 0 or a key of FAULTS."""
+    cable_geometry(lines, state, W, length, rate)
+    for i in range(length.shape[0]):
+        if not length[i] > LENGTH_MIN:
+            return 6
+    return 0
+
+
+@kernel
+def exert(W: Array, tension: Array, wrench: Array) -> None:
+    """Write the wrench (6,) W @ tension."""
+    for j in range(6):
+        wrench[j] = 0.0
+        for i in range(tension.shape[0]):
+            wrench[j] += W[j, i] * tension[i]

@@ -20,7 +20,7 @@ class Parts:
     """What a closed loop is made of."""
 
     robot: Robot
-    controlled: Robot  # the same for the distribution: its dof are the directions in which it has to balance the wrench
+    controlled: Robot  # as the distribution knows it: its dof are the directions in which it has to balance the wrench
     trajectory: Trajectory
     controller: Controller
     solver: TensionSolver
@@ -36,3 +36,4 @@ class Parts:
     ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
     columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
     settings: Settings | None = None  # options that may change
+    believed: Robot | None = None  # as controller and solver know it, where that is not the robot

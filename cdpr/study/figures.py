@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-BESIDES = ("status", "real_time_factor")  # what has a column of its own, and what depends on the machine
+# What has a column of its own, what the axes say, and what depends on the machine.
+BESIDES = ("status", "believed", "real_time_factor")
 
 # All that there may be, so that no axis takes the name of one.
 FIGURES = (

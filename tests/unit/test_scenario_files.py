@@ -64,8 +64,8 @@ def test_a_robot_file_may_lie_beside_the_folder(folder):
         ('""', "a file name or a mapping of name, dof"),
         (
             "5",
-            "a file name or a mapping of name, dof, unilateral, platform, tension, home, cable, winch, cables "
-            "expected, got 5",
+            "a file name or a mapping of name, dof, unilateral, platform, tension, frame, home, cable, winch, "
+            "cables expected, got 5",
         ),
         ("[a.yaml]", "got a list of 1"),
         ("a.yaml", "is a scenario; a robot file is expected"),

@@ -250,8 +250,8 @@ def test_a_degree_of_freedom_that_does_not_exist():
     [
         ("{box: [1, 1, 0]}", "shape.box[2]: must be greater than 0 (m), got 0"),
         ("{sphere: -1}", "shape.sphere: must be greater than 0 (m), got -1"),
-        ("{}", "shape: exactly one of box, sphere is expected"),
-        ("{box: [1, 1, 1], sphere: 1}", "shape: exactly one of box, sphere is expected"),
+        ("{}", "shape: exactly one of box, sphere, cylinder, mesh is expected"),
+        ("{box: [1, 1, 1], sphere: 1}", "shape: exactly one of box, sphere, cylinder, mesh is expected"),
     ],
 )
 def test_shapes(shape, what):

@@ -19,9 +19,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from cdpr.cables.exit import Exit
@@ -43,8 +44,8 @@ class Pulley(Exit):
     )
     axis: Vector3 = Field(
         UP,
-        description="direction in which the cable arrives from its winch, of any length, world axes; the pulley "
-        "swivels about the line along it through the cable's `frame` anchor, where the groove begins",
+        description="direction in which the cable arrives from its winch, of any length, axes of the robot's base; the "
+        "pulley swivels about the line along it through the cable's `frame` anchor, where the groove begins",
     )
 
     @field_validator("axis")
@@ -53,6 +54,11 @@ class Pulley(Exit):
         if not math.hypot(*axis) > 0.0:
             raise ValueError("a direction is expected, got [0, 0, 0]")
         return axis
+
+    def turned(self, R: NDArray[np.float64]) -> Self:
+        """Return it with its axis turned."""
+        x, y, z = (sum(R[i, j] * self.axis[j] for j in range(3)) for i in range(3))
+        return self.model_copy(update={"axis": (float(x), float(y), float(z))})
 
     def numbers(self) -> Sequence[float]:
         """Return radius, unit vector of the axis, and one square to it: the plane where none is determined."""

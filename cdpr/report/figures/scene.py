@@ -23,6 +23,8 @@ class Scene:
     time: Array  # (K,), s
     position: Array  # (K, 3), m
     orientation: Array  # (K, 4), quaternion w, x, y, z
+    frame: Array  # (k, 6), edges: two ends each, m; none where no frame is known
+    colours: dict[str, str]  # "#rrggbb" of "platform" and "frame", where they are given
     desired: Array | None = None  # (K, 3), m, positions, where they are something else
     broken: frozenset[str] = frozenset()  # cables that are no more at the end
     exits: tuple[CableExit | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
@@ -52,6 +54,8 @@ class Scene:
             time=run.time,
             position=run.position,
             orientation=run.orientation,
+            frame=np.array(head.frame).reshape(-1, 6),
+            colours=head.colours,
             desired=run.desired_position,
             exits=tuple(read_exits(head.exits)),
             broken=frozenset(head.cables[i] for i, since in head.broken if len(run.time) and since <= run.time[-1]),
@@ -61,5 +65,7 @@ class Scene:
     def of_robot(cls, robot: Robot, time: Array, pose: Array) -> Scene:
         """Return a robot at poses (K, 7), position (m) and quaternion, at the times (K,), s."""
         names = tuple(cable.name for cable in robot.cables)
+        frame = np.empty((0, 6)) if robot.frame is None else robot.frame.edges
         exits = tuple(cable.exit for cable in robot.cables) if exits_of(robot) else ()
-        return cls(names, robot.anchors, robot.platform.outline, time, pose[:, :3], pose[:, 3:7], exits=exits)
+        shape = robot.platform.outline
+        return cls(names, robot.anchors, shape, time, pose[:, :3], pose[:, 3:7], frame, robot.colours, exits=exits)

@@ -31,6 +31,8 @@ START: dict[str, Any] = {"color": "#a0a0a0", "linewidth": 0.8}
 PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
 DESIRED_PATH: dict[str, Any] = {"color": "#22b573", "linewidth": 1.0, "linestyle": DESIRED}
 
+AROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+CIRCLE = np.stack([np.cos(AROUND), np.sin(AROUND)], axis=1)
 CUBE = np.array(list(product((-0.5, 0.5), repeat=3)))
 EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
@@ -55,7 +57,8 @@ def draw(scene: Scene) -> Chart:
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
     shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
     rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(scene.orientation).all(axis=1))]
-    inside = np.concatenate([A, scene.position[rows]])
+    ends_of_frame = scene.frame.reshape(-1, 3)
+    inside = np.concatenate([A, ends_of_frame, scene.position[rows]])
     low, high = inside.min(axis=0), inside.max(axis=0)
     view = _projection(high - low)
     box = (low + high) / 2 + CUBE * (high - low)
@@ -71,7 +74,11 @@ def draw(scene: Scene) -> Chart:
     axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
     axes.set_axis_off()
     reach = _fit(axes, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
-    _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
+    if len(scene.frame):
+        colour = {"color": scene.colours.get("frame", FRAME["color"])}
+        _segments(axes, view, [(edge[:3], edge[3:]) for edge in scene.frame], **FRAME | {"linewidth": 1.2} | colour)
+    else:
+        _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
     entries = [_world_axes(axes, view, low, size)]
     if rows:
         entries += _motion(axes, scene, view, rows)
@@ -142,7 +149,8 @@ def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int]) -> list[Entr
         _segments(axes, view, list(zip(frame, tips, strict=True)), **START, zorder=1.5)
         _platform(axes, scene, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
-    _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": "#e9eef4", "zorder": 2.5})
+    face = scene.colours.get("platform", "#e9eef4")
+    _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
     frame, tips, outlines = scene.ways(end)
     for line in outlines:
         _segments(axes, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
@@ -171,15 +179,22 @@ def _platform(axes: Axes, scene: Scene, view: Array, p: Array, R: Array, look: d
     """Draw the platform's shape, or spokes to its anchors where none is known."""
     shape = scene.shape or {}
     outline = {**look, "linewidth": 0.8, "joinstyle": "round"}
-    if "box" in shape:
-        corners = p + (CUBE * np.array(shape["box"])) @ R.T
+    if "box" in shape or "mesh" in shape:
+        lower, upper = np.array(shape["mesh"] if "mesh" in shape else np.outer((-0.5, 0.5), shape["box"]))
+        middle = p + R @ (0.5 * (lower + upper))
+        corners = middle + (CUBE * (upper - lower)) @ R.T
         for face in FACES:
             ring = corners[list(face)]
-            if look["facecolor"] == "none" or (ring.mean(axis=0) - p) @ view[2] > 0.0:  # else it is hidden
+            if look["facecolor"] == "none" or (ring.mean(axis=0) - middle) @ view[2] > 0.0:  # else it is hidden
                 axes.add_artist(PathPatch(_closed(ring @ view[:2].T), **outline))
+    elif "cylinder" in shape:
+        radius, height = shape["cylinder"]
+        circle = radius * CIRCLE @ R[:, :2].T
+        top, bottom = ((p + sign * 0.5 * height * R[:, 2] + circle) @ view[:2].T for sign in (1.0, -1.0))
+        axes.add_artist(PathPatch(_closed(_hull(np.concatenate([top, bottom]))), **outline))
+        axes.add_artist(PathPatch(_closed(top if R[:, 2] @ view[2] > 0.0 else bottom), **outline))
     elif "sphere" in shape:
-        around = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
-        circle = float(shape["sphere"]) * np.stack([np.cos(around), np.sin(around)], axis=1)
+        circle = float(shape["sphere"]) * CIRCLE
         axes.add_artist(PathPatch(_closed(view[:2] @ p + circle), **outline))
     else:
         tips = p + scene.anchors[:, 3:] @ R.T
@@ -190,9 +205,34 @@ def _platform(axes: Axes, scene: Scene, view: Array, p: Array, R: Array, look: d
 def _radius(scene: Scene) -> float:
     """Radius of a sphere that holds the platform, m."""
     shape = scene.shape or {}
-    half_box = float(np.linalg.norm(shape.get("box", 0.0))) / 2
-    anchors = np.linalg.norm(scene.anchors[:, 3:], axis=1)
-    return max(half_box, float(shape.get("sphere", 0.0)), float(anchors.max()))
+    radius, height = shape.get("cylinder", (0.0, 0.0))
+    reaches = (
+        np.linalg.norm(shape.get("box", 0.0)) / 2,
+        shape.get("sphere", 0.0),
+        np.hypot(radius, height / 2),
+        np.linalg.norm(np.abs(shape.get("mesh", np.zeros((2, 3)))).max(axis=0)),
+        np.linalg.norm(scene.anchors[:, 3:], axis=1).max(),
+    )
+    return float(max(reaches))
+
+
+def _hull(points: Array) -> Array:
+    """Return the corners of the convex hull of points (k, 2) in the plane, in their order around it."""
+    ordered = sorted(map(tuple, points.tolist()))
+    halves = []
+    for chain in (ordered, ordered[::-1]):
+        half: list[tuple[float, ...]] = []
+        for x, y in chain:
+            while len(half) > 1 and _left(half[-2], half[-1], (x, y)) <= 0.0:
+                half.pop()
+            half.append((x, y))
+        halves += half[:-1]
+    return np.array(halves)
+
+
+def _left(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
+    """Twice the area of a triangle, positive where c lies to the left of the way from a to b."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def _closed(points: Array) -> Path:

@@ -106,6 +106,7 @@ def provenance(run: Run) -> str:
         ("Backend", escape(head.backend)),
         ("Controller", escape(head.controller)),
         ("Tension solver", escape(head.solver)),
+        *([("Believed of the robot", escape(head.believed))] if head.believed else []),
         *([("Controlled directions", escape(", ".join(head.controlled)))] if head.controlled else []),
         ("Control step; physics step", f"{1e3 * head.control_step:g} ms; {1e3 * head.physics_step:g} ms"),
         ("Gravity (m/s²)", escape(", ".join(f"{g:g}" for g in head.gravity))),

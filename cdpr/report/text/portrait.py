@@ -46,6 +46,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         i = platform["inertia_kg_m2"]
         entries = (i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2])
         yield row("inertia", f"{vector(entries)} kg m^2 (xx, yy, zz, xy, xz, yz)")
+    if "believed" in robot:
+        yield row("believed in a run", robot["believed"])
     yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"
     meaning = (CONSTRAINTS if robot["unilateral"] else LEGS)[pose["constraint"]]
     yield row("constraint", f"{pose['constraint']}: {meaning}")
@@ -129,4 +131,11 @@ def _number(value: float) -> str:
 def _shape(shape: dict[str, Any] | None) -> str:
     if shape is None:
         return "no shape given"
-    return f"box of {vector(shape['box'])} m" if "box" in shape else f"sphere of {shape['sphere']:g} m radius"
+    if "box" in shape:
+        return f"box of {vector(shape['box'])} m"
+    if "sphere" in shape:
+        return f"sphere of {shape['sphere']:g} m radius"
+    if "cylinder" in shape:
+        return "cylinder of {:g} m radius, {:g} m high".format(*shape["cylinder"])
+    lower, upper = map(vector, shape["mesh"])
+    return f"mesh from {lower} to {upper} m"

@@ -1,0 +1,71 @@
+"""What robots look like: shapes of platforms and frames, for drawing alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box centred on the platform's origin."""
+
+    size: tuple[float, float, float]  # m, along the platform's axes
+
+    @property
+    def outline(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"box": list(self.size)}
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere centred on the platform's origin."""
+
+    radius: float  # m
+
+    @property
+    def outline(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"sphere": self.radius}
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder centred on the platform's origin, its axis along the platform's z."""
+
+    radius: float  # m
+    height: float  # m
+
+    @property
+    def outline(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"cylinder": [self.radius, self.height]}
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh of triangles, of which the box around it is drawn."""
+
+    file: str
+    lower: tuple[float, float, float]  # m, corners of the box around it, platform axes
+    upper: tuple[float, float, float]  # m
+
+    @property
+    def outline(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"mesh": [list(self.lower), list(self.upper)]}
+
+
+Shape = Box | Sphere | Cylinder | Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The frame that carries the cables' exits."""
+
+    edges: NDArray[np.float64]  # (k, 6): two ends each, m, world
+    colour: str | None = None  # "#rrggbb"

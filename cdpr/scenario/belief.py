@@ -1,0 +1,230 @@
+"""The robot as controller and tension solver believe it to be: the true one with what `believed` says laid over it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from cdpr.model import DOF_NAMES
+from cdpr.nearest import did_you_mean
+from cdpr.scenario.describe import look
+from cdpr.scenario.document import Document
+from cdpr.scenario.looks import FrameSection
+from cdpr.scenario.overrides import Change, apply
+from cdpr.scenario.problems import Path, Problems, dotted, exact, shown
+from cdpr.scenario.robot_schema import RobotSection
+
+KEY = "believed"
+ROBOT: Path = ("robot",)
+CABLES: Path = ("robot", "cables")
+
+# Sections that hold one of several forms: another form takes the place of the first, they cannot be merged.
+WHOLE = ("shape", "orientation")
+
+# What neither controller nor solver looks at.
+UNUSED = (
+    "name",
+    "home",
+    "platform.shape",
+    "platform.colour",
+    "frame.shape",
+    "frame.lower",
+    "frame.upper",
+    "frame.colour",
+)
+
+MOST = 4  # differences that are told in one line
+
+
+def change_belief(document: Document, change: Change, problems: Problems) -> None:
+    """Write a change of `believed...` into the document.
+
+    What passes through an item of a list, such as believed.cables[0].frame[2], changes the whole list, which is that
+    of the robot where the file does not say it: such changes wait until there is one.
+    """
+    if change.path == (KEY,):
+        document.waiting = [each for each in document.waiting if each[0][0] != KEY]
+        apply(document, change, problems)
+        return
+    if document.data.get(KEY) is None:
+        document.put((KEY,), {}, change.mark)
+    if any(str(part).isdecimal() for part in change.path):
+        document.waiting.append((change.path, change.value, change.mark))
+    else:
+        document.waiting = [each for each in document.waiting if each[0][: len(change.path)] != change.path]
+        apply(document, change, problems)
+
+
+def believed_document(document: Document, found: Problems) -> Document | None:
+    """Return the same scenario of the believed robot, every value with the place where it stands.
+
+    None where the scenario says nothing of one, or nothing that could be laid over its robot; `found` takes what is
+    wrong with it, as of a robot.
+    """
+    given = document.data.get(KEY)
+    if given is None:
+        return None  # null is told as any
+    if not isinstance(given, dict):
+        keys = ", ".join(RobotSection.model_fields)
+        found.add(document.mark((KEY,)), ROBOT, f"a mapping of keys of the robot ({keys}) expected, got {shown(given)}")
+        return None
+    twin = document.copy()
+    twin.drop((KEY,))
+    _Overlay(document, twin, found).lay(ROBOT, (KEY,))
+    for path, value, mark in document.waiting:
+        apply(twin, Change((*ROBOT, *path[1:]), value, mark), found)
+    _same_robot(document, twin, found)
+    return twin
+
+
+def tell(found: Problems, problems: Problems) -> None:
+    """Move to `problems` what was found of the believed robot and is not wrong with the robot itself."""
+    known = {(each.mark, each.path, each.text) for each in problems.items}
+    for each in found.items:
+        if (each.mark, each.path, each.text) in known:
+            continue
+        if each.path[:1] == ROBOT:
+            problems.add(each.mark, (KEY, *each.path[1:]), each.text)
+        else:
+            problems.add(each.mark, each.path, f"as the controller believes the robot to be: {each.text}")
+
+
+def tell_warnings(twin: Document, document: Document) -> None:
+    """Move to `document` the warnings of the believed robot alone."""
+    known = set(document.warnings)
+    document.warnings += [text.replace(": robot.", f": {KEY}.", 1) for text in twin.warnings if text not in known]
+
+
+class _Overlay:
+    """Lays what is believed over the robot: mappings key by key, cables by their names, all else as a whole."""
+
+    def __init__(self, document: Document, twin: Document, found: Problems) -> None:
+        self._document, self._twin, self._found = document, twin, found
+
+    def lay(self, at: Path, source: Path) -> None:
+        """Lay the value at `source` in the document over that at `at` in the twin."""
+        given, base = self._document.get(source), self._twin.get(at)
+        if isinstance(given, dict) and isinstance(base, dict) and not _another_form(at, given, base):
+            for key in given:
+                self.lay((*at, key), (*source, key))
+        elif at == CABLES and isinstance(given, list) and isinstance(base, list):
+            for item, index in self._matched(given, base, source):
+                self.lay((*at, index), (*source, item))
+        else:
+            self._twin.transplant(at, self._document, source)
+
+    def _matched(self, given: list[Any], base: list[Any], source: Path) -> Iterator[tuple[int, int]]:
+        """Yield the index of each item that is given, and of the cable that it speaks of."""
+        names = cable_names(base)
+        taken: dict[str, int] = {}
+        for item, entry in enumerate(given):
+            path: Path = (*source, item)
+            if not isinstance(entry, dict):
+                self._say(path, f"a mapping (name: which cable, and what differs) expected, got {shown(entry)}")
+                continue
+            name = entry.get("name")
+            if name is None and len(given) == len(base):
+                name = names[item]  # all cables, in their order
+            if name is None:
+                text = f"required but not given: which cable is meant; the robot has {len(base)}, got {len(given)}"
+                self._say((*path, "name"), text)
+            elif name not in names:
+                hint = did_you_mean(str(name), names)
+                text = f"no cable of the robot is called {shown(name)}: {hint}there are {', '.join(names)}"
+                self._say((*path, "name"), text)
+            elif name in taken:
+                self._say((*path, "name"), f"'{name}' is the cable of {dotted((*source, taken[name]))} too")
+            else:
+                taken[name] = item
+                yield item, names.index(name)
+
+    def _say(self, path: Path, text: str) -> None:
+        self._found.add(self._document.mark(path), (*ROBOT, *path[1:]), text)
+
+
+def _another_form(at: Path, given: dict[str, Any], base: dict[str, Any]) -> bool:
+    """Whether a section is said anew: one that holds one of several forms, or is of another type."""
+    return at[-1] in WHOLE or given.get("type", base.get("type")) != base.get("type")
+
+
+def cable_names(cables: list[Any]) -> list[str]:
+    """Return the names of cables that need not be right."""
+    named = (cable.get("name") if isinstance(cable, dict) else None for cable in cables)
+    return [str(name or f"cable_{i + 1}") for i, name in enumerate(named)]
+
+
+def _same_robot(document: Document, twin: Document, found: Problems) -> None:
+    """Refuse other cables and other degrees of freedom: what is believed is still this robot."""
+    free, believed = (each.get((*ROBOT, "dof")) or list(DOF_NAMES) for each in (document, twin))
+    if free != believed:
+        text = f"must be the robot's, {_value(free)}: what is believed has the same cables and degrees of freedom"
+        found.add(twin.mark((*ROBOT, "dof")), (*ROBOT, "dof"), text)
+    cables = [each.get(CABLES) for each in (document, twin)]
+    if not all(isinstance(each, list) for each in cables):
+        return  # their sections say it
+    for i, (name, other) in enumerate(zip(*map(cable_names, cables), strict=True)):
+        if name != other:
+            path = (*CABLES, i, "name")
+            found.add(
+                twin.mark(path), path, f"must be '{name}', the name of this cable of the robot, got {shown(other)}"
+            )
+
+
+def differences(robot: RobotSection, believed: RobotSection) -> list[str]:
+    """Say in a few words each how the believed robot differs from the true one; sections with all names."""
+    if believed.frame is not None and robot.frame is None:
+        robot = robot.model_copy(update={"frame": FrameSection()})
+    true, thought = (each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in (robot, believed))
+    return list(_differences(true, thought, (), thought))
+
+
+def _differences(true: Any, thought: Any, path: Path, root: dict[str, Any]) -> Iterator[str]:
+    if true == thought:
+        return
+    if isinstance(thought, dict) and isinstance(true, dict | None):
+        for key in thought:
+            yield from _differences((true or {}).get(key), thought[key], (*path, key), root)
+    elif path == ("cables",):
+        for i, pair in enumerate(zip(true, thought, strict=True)):
+            yield from _differences(*pair, (*path, i), root)
+    else:
+        unit = look(RobotSection, path, root).unit
+        place = (
+            dotted(tuple(root["cables"][part]["name"] if part == path[1] else part for part in path))
+            if (path[0] == "cables")
+            else dotted(path)
+        )
+        was = "nothing" if true is None else _value(true)
+        yield f"{place} {_value(thought)}{unit and ' '}{unit} instead of {was}"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, float):
+        return exact(value)
+    return str(value) if isinstance(value, str | int) and not isinstance(value, bool) else shown(value)
+
+
+def in_a_line(told: list[str]) -> str:
+    """The first differences, and how many more there are."""
+    if not told:
+        return "the robot as it is"
+    more = f"; and {len(told) - MOST} more" if len(told) > MOST else ""
+    return "; ".join(told[:MOST]) + more
+
+
+def unused(robot: RobotSection, believed: RobotSection) -> list[str]:
+    """Return the keys that are believed to be different without any effect."""
+    keys = []
+    for key in UNUSED:
+        one, other = (_inner(each, key) for each in (robot, believed))
+        if one != other:
+            keys.append(f"{KEY}.{key}")
+    return keys
+
+
+def _inner(section: Any, key: str) -> Any:
+    for part in key.split("."):
+        section = getattr(section, part, None)
+    return section

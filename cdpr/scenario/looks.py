@@ -1,0 +1,134 @@
+"""The sections of a robot file that say what it looks like, and where its base stands."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from cdpr.cables.exit import Exit
+from cdpr.fields import ZERO, Colour, Position, Positive, Section, unit
+from cdpr.model import rotations
+from cdpr.model.robot import Array, frozen_array
+from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Shape, Sphere
+from cdpr.scenario.mesh import ENDINGS, box_around
+from cdpr.scenario.orientation import UPRIGHT, Orientation
+
+CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+# Pairs of corners that differ in one coordinate; those that differ in z are the posts.
+EDGES = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 1.0]
+POSTS = [(i, j) for i, j in EDGES if CORNERS[i, 2] != CORNERS[j, 2]]
+
+
+class CylinderSection(Section):
+    """A cylinder along the platform's z."""
+
+    radius: Positive = Field(description="radius", json_schema_extra=unit("m"))
+    height: Positive = Field(description="height, half of it above the platform's origin", json_schema_extra=unit("m"))
+
+
+class ShapeSection(Section):
+    """What the platform looks like; it has no effect on the motion."""
+
+    box: tuple[Positive, Positive, Positive] | None = Field(
+        None,
+        description="size of a box along the platform's axes, centred on its origin",
+        json_schema_extra=unit("m"),
+    )
+    sphere: Positive | None = Field(
+        None, description="radius of a sphere centred on the platform's origin", json_schema_extra=unit("m")
+    )
+    cylinder: CylinderSection | None = Field(None, description="a cylinder centred on the platform's origin")
+    mesh: str | None = Field(
+        None,
+        min_length=1,
+        description=f"name of a file ({', '.join(ENDINGS)}) relative to this one: triangles in metres, platform axes; "
+        "of it the box around it is drawn",
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> ShapeSection:
+        if len(self.model_fields_set) != 1 or self.given is None:
+            raise ValueError(f"exactly one of {', '.join(type(self).model_fields)} is expected")
+        return self
+
+    @property
+    def given(self) -> Any:
+        """The form that is given."""
+        return next((value for value in dict(self).values() if value is not None), None)
+
+    def build(self, folder: str) -> Shape:
+        """Return the shape of the model. Raises UnreadableError where a mesh in `folder` cannot be read."""
+        if self.box is not None:
+            return Box(self.box)
+        if self.sphere is not None:
+            return Sphere(self.sphere)
+        if self.cylinder is not None:
+            return Cylinder(self.cylinder.radius, self.cylinder.height)
+        assert self.mesh is not None
+        return Mesh(self.mesh, *box_around(os.path.join(folder, self.mesh)))
+
+
+class FrameSection(Section):
+    """The frame, from whose base the anchors A_i and the home pose are given; its outline is for drawing only."""
+
+    position: Position = Field(
+        ZERO,
+        description="position of the robot's base: the frame anchors of the cables and the home pose are given from it",
+        json_schema_extra=unit("m"),
+    )
+    orientation: Orientation = Field(UPRIGHT, description="attitude of that base; upright unless said")
+    shape: Literal["box", "posts"] = Field("box", description="what is drawn: the edges of a box, or the upright ones")
+    lower: Position | None = Field(
+        None,
+        description="lowest corner of that box, axes of the base; that of the box around its plane z = 0 and "
+        "all frame anchors unless said",
+        json_schema_extra=unit("m"),
+    )
+    upper: Position | None = Field(
+        None, description="highest corner of that box, likewise", json_schema_extra=unit("m")
+    )
+    colour: Colour | None = Field(None, description="colour in drawings")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> FrameSection:
+        if self.lower is not None and self.upper is not None:
+            for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
+                if low > high:
+                    raise ValueError(f"{axis} of lower ({low:g} m) must not exceed that of upper ({high:g} m)")
+        return self
+
+    @property
+    def attitude(self) -> Array:
+        """The base's attitude as quaternion w, x, y, z, (4,)."""
+        return self.orientation.quaternion()
+
+    @property
+    def moved(self) -> bool:
+        """Whether the base is elsewhere than the world's origin."""
+        return self.position != ZERO or self.attitude.tolist() != [1.0, 0.0, 0.0, 0.0]
+
+    def placed(self, points: Any) -> Array:
+        """Return points (..., 3) that are given from the base, m, in the world."""
+        here = np.array(points, dtype=np.float64)
+        if not self.moved:
+            return here
+        R = rotations.matrix(self.attitude)
+        turned = [here[..., j, None] * R[:, j] for j in range(3)]  # no matmul: its last bit depends on the machine
+        return turned[0] + turned[1] + turned[2] + self.position
+
+    def leaving(self, exit_: Exit | None) -> Exit | None:
+        """Return an exit that is given in the axes of the base, in those of the world."""
+        return exit_.turned(rotations.matrix(self.attitude)) if exit_ and self.moved else exit_
+
+    def build(self, anchors: Array) -> Frame:
+        """Return the frame of the model, around anchors (m, 3) given from its base."""
+        low, high = anchors.min(axis=0), anchors.max(axis=0)
+        low[2], high[2] = min(low[2], 0.0), max(high[2], 0.0)
+        low = low if self.lower is None else np.array(self.lower)
+        high = high if self.upper is None else np.array(self.upper)
+        corners = self.placed(low + CORNERS * (high - low))
+        pairs = EDGES if self.shape == "box" else POSTS
+        return Frame(frozen_array([[*corners[i], *corners[j]] for i, j in pairs]), self.colour)

@@ -1,0 +1,84 @@
+"""Meshes of triangles in files, STL or Wavefront OBJ: the box around them."""
+
+from __future__ import annotations
+
+import os
+from functools import lru_cache
+
+import numpy as np
+
+from cdpr.fields import MAX_DISTANCE
+from cdpr.model.robot import Array
+from cdpr.scenario.files import UnreadableError, read
+
+ENDINGS = (".stl", ".obj")
+MAX_BYTES = 32 * 2**20  # half a million triangles in STL
+
+Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+# Binary STL: 80 bytes of comment, the number of triangles, and of each normal, three corners and two bytes more.
+HEAD = 84
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+
+
+def box_around(path: str) -> Corners:
+    """Return the lower and the upper corner, m, of the box around a mesh, whose numbers are metres.
+
+    Raises UnreadableError, which says what is wrong with the file.
+    """
+    if not path.lower().endswith(ENDINGS):
+        raise UnreadableError(f"'{path}': a mesh is expected in a file that ends with {' or '.join(ENDINGS)}")
+    try:
+        status = os.stat(path)
+        stamp = status.st_mtime_ns, status.st_size
+    except (OSError, ValueError):
+        stamp = 0, 0  # reading says why
+    return _box(path, stamp)
+
+
+@lru_cache(maxsize=64)  # each case of a study asks for it
+def _box(path: str, stamp: tuple[int, int]) -> Corners:
+    content = read(path, MAX_BYTES, ENDINGS)
+    if len(content) > MAX_BYTES:
+        raise UnreadableError(f"'{path}' is larger than {MAX_BYTES // 2**20} MiB: draw a coarser mesh")
+    try:
+        corners = _obj(content) if path.lower().endswith(".obj") else _stl(content)
+    except ValueError as error:
+        raise UnreadableError(f"'{path}' is no mesh: {error}") from None
+    if not len(corners):
+        raise UnreadableError(f"'{path}' is no mesh: it has no corner")
+    if not (np.abs(corners) <= MAX_DISTANCE).all():  # false also where not finite
+        raise UnreadableError(f"'{path}' is no mesh: a corner is not finite or beyond {MAX_DISTANCE:g} m")
+    x, y, z = corners.min(axis=0).tolist()
+    X, Y, Z = corners.max(axis=0).tolist()
+    return (x, y, z), (X, Y, Z)
+
+
+def _stl(content: bytes) -> Array:
+    """Corners (k, 3) of an STL file, binary or text."""
+    count = int.from_bytes(content[80:HEAD], "little")
+    if len(content) >= HEAD and len(content) == HEAD + count * TRIANGLE.itemsize:
+        triangles = np.frombuffer(content, TRIANGLE, count, HEAD)
+        return triangles["corners"].reshape(-1, 3).astype(np.float64)
+    if content[:5] != b"solid":
+        raise ValueError("neither binary STL of the length that it says, nor text that begins with 'solid'")
+    return _vectors(content, b"vertex")
+
+
+def _obj(content: bytes) -> Array:
+    """Corners (k, 3) of a Wavefront OBJ file."""
+    return _vectors(content, b"v")
+
+
+def _vectors(content: bytes, word: bytes) -> Array:
+    """The three numbers behind `word` in each line that begins with it, (k, 3)."""
+    found = []
+    for number, line in enumerate(content.splitlines(), 1):
+        words = line.split()
+        if words and words[0] == word:
+            try:
+                x, y, z = map(float, words[1:4])
+            except ValueError:
+                raise ValueError(f"three numbers are expected after '{word.decode()}' in line {number}") from None
+            found.append((x, y, z))
+    return np.array(found, dtype=np.float64).reshape(-1, 3)
