@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Any
 
@@ -13,10 +12,11 @@ from cdpr.mechanics.body_frame import BodyFrame, body_wrench, from_platform, to_
 from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import conjugate, quaternion, rotate, vector
+from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
+from cdpr_backends.scheme import STAGES, along, along4, normalised, reach, turning, weight
 
 
 def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Backend:
@@ -118,42 +118,30 @@ def runge_kutta(
         p0, q0, v0, L0 = vector(body, 0), quaternion(body, 3), vector(body, 7), vector(momentum, 0)
         p, q, v, L = p0, q0, v0, L0
         dp, dq, dv, dL = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        for stage in range(4):
+        for stage in range(STAGES):
             f, kL = body_wrench(lines, offset, command, external, p, q)
             w = rotate(conjugate(q), L)
             w = rotate(q, (w[0] / inertial[1], w[1] / inertial[2], w[2] / inertial[3]))
             kv = (f[0] / mass + gravity[0], f[1] / mass + gravity[1], f[2] / mass + gravity[2])
-            kq = (
-                -0.5 * (w[0] * q[1] + w[1] * q[2] + w[2] * q[3]),
-                0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]),
-                0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]),
-                0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1]),
-            )
-            weight = 1.0 if stage == 0 or stage == 3 else 2.0
-            dp = (dp[0] + weight * v[0], dp[1] + weight * v[1], dp[2] + weight * v[2])
-            dv = (dv[0] + weight * kv[0], dv[1] + weight * kv[1], dv[2] + weight * kv[2])
-            dL = (dL[0] + weight * kL[0], dL[1] + weight * kL[1], dL[2] + weight * kL[2])
-            dq = (
-                dq[0] + weight * kq[0],
-                dq[1] + weight * kq[1],
-                dq[2] + weight * kq[2],
-                dq[3] + weight * kq[3],
-            )
+            kq = turning(q, w)
+            share = weight(stage)
+            dp = along(dp, share, v)
+            dv = along(dv, share, kv)
+            dL = along(dL, share, kL)
+            dq = along4(dq, share, kq)
             if stage < 3:
-                c = h if stage == 2 else 0.5 * h
-                p = (p0[0] + c * v[0], p0[1] + c * v[1], p0[2] + c * v[2])
-                q = (q0[0] + c * kq[0], q0[1] + c * kq[1], q0[2] + c * kq[2], q0[3] + c * kq[3])
-                v = (v0[0] + c * kv[0], v0[1] + c * kv[1], v0[2] + c * kv[2])
-                L = (L0[0] + c * kL[0], L0[1] + c * kL[1], L0[2] + c * kL[2])
+                c = reach(stage, h)
+                p = along(p0, c, v)
+                q = along4(q0, c, kq)
+                v = along(v0, c, kv)
+                L = along(L0, c, kL)
         c = h / 6.0
-        q = (q0[0] + c * dq[0], q0[1] + c * dq[1], q0[2] + c * dq[2], q0[3] + c * dq[3])
-        norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        for i in range(3):
-            body[i] = p0[i] + c * dp[i]
-            body[7 + i] = v0[i] + c * dv[i]
-            momentum[i] = L0[i] + c * dL[i]
+        q = normalised(along4(q0, c, dq))
+        store(along(p0, c, dp), body, 0)
+        store(along(v0, c, dv), body, 7)
+        store(along(L0, c, dL), momentum, 0)
         for i in range(4):
-            body[3 + i] = q[i] / norm
+            body[3 + i] = q[i]
     q = quaternion(body, 3)
     w = rotate(conjugate(q), vector(momentum, 0))
     w = rotate(q, (w[0] / inertial[1], w[1] / inertial[2], w[2] / inertial[3]))

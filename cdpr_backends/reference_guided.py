@@ -12,10 +12,11 @@ from cdpr.mechanics.geometry import cable_wrench
 from cdpr.mechanics.guide import Guide, guided_acceleration, write_pose
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import vector
+from cdpr.model.kernels import store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
+from cdpr_backends.scheme import STAGES, along, reach, weight
 
 
 class GuidedReference(SnapshotOfArrays, Backend):
@@ -75,26 +76,25 @@ def runge_kutta(
         p, v = p0, v0
         angle, spin = motion[3], motion[7]
         dp, dv, turn, gain = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
-        for stage in range(4):
+        for stage in range(STAGES):
             write_pose(guide, p, angle, v, spin, state)
             f, m = cable_wrench(lines, p, (state[3], state[4], state[5], state[6]), command)
             f = (f[0] + push[0], f[1] + push[1], f[2] + push[2])
             m = (m[0] + twist[0], m[1] + twist[1], m[2] + twist[2])
             a, alpha = guided_acceleration(guide, inertial, gravity, angle, spin, f, m)
-            weight = 1.0 if stage == 0 or stage == 3 else 2.0
-            dp = (dp[0] + weight * v[0], dp[1] + weight * v[1], dp[2] + weight * v[2])
-            dv = (dv[0] + weight * a[0], dv[1] + weight * a[1], dv[2] + weight * a[2])
-            turn += weight * spin
-            gain += weight * alpha
+            share = weight(stage)
+            dp = along(dp, share, v)
+            dv = along(dv, share, a)
+            turn += share * spin
+            gain += share * alpha
             if stage < 3:
-                c = h if stage == 2 else 0.5 * h
-                p = (p0[0] + c * v[0], p0[1] + c * v[1], p0[2] + c * v[2])
-                v = (v0[0] + c * a[0], v0[1] + c * a[1], v0[2] + c * a[2])
+                c = reach(stage, h)
+                p = along(p0, c, v)
+                v = along(v0, c, a)
                 angle, spin = motion[3] + c * spin, motion[7] + c * alpha
         c = h / 6.0
-        for i in range(3):
-            motion[i] = p0[i] + c * dp[i]
-            motion[4 + i] = v0[i] + c * dv[i]
+        store(along(p0, c, dp), motion, 0)
+        store(along(v0, c, dv), motion, 4)
         motion[3] += c * turn
         motion[7] += c * gain
     write_pose(guide, vector(motion, 0), motion[3], vector(motion, 4), motion[7], state)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Any
 
@@ -17,6 +16,7 @@ from cdpr.model.kernels import quaternion, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
+from cdpr_backends.scheme import STAGES, along, along4, normalised, reach, turning, weight
 
 
 class SphericalReference(SnapshotOfArrays, Backend):
@@ -79,34 +79,22 @@ def runge_kutta(
         q0, L0 = quaternion(state, 3), vector(momentum, 0)
         q, L = q0, L0
         dq, dL = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        for stage in range(4):
+        for stage in range(STAGES):
             _, m = cable_wrench(lines, p, q, command)
             m = (m[0] + external[3], m[1] + external[4], m[2] + external[5])
             kL = moment_about_ball(packed, gravity, q, m)
             w = turned_product(packed, INVERSE, q, L)
-            kq = (
-                -0.5 * (w[0] * q[1] + w[1] * q[2] + w[2] * q[3]),
-                0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]),
-                0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]),
-                0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1]),
-            )
-            weight = 1.0 if stage == 0 or stage == 3 else 2.0
-            dL = (dL[0] + weight * kL[0], dL[1] + weight * kL[1], dL[2] + weight * kL[2])
-            dq = (
-                dq[0] + weight * kq[0],
-                dq[1] + weight * kq[1],
-                dq[2] + weight * kq[2],
-                dq[3] + weight * kq[3],
-            )
+            kq = turning(q, w)
+            share = weight(stage)
+            dL = along(dL, share, kL)
+            dq = along4(dq, share, kq)
             if stage < 3:
-                c = h if stage == 2 else 0.5 * h
-                q = (q0[0] + c * kq[0], q0[1] + c * kq[1], q0[2] + c * kq[2], q0[3] + c * kq[3])
-                L = (L0[0] + c * kL[0], L0[1] + c * kL[1], L0[2] + c * kL[2])
+                c = reach(stage, h)
+                q = along4(q0, c, kq)
+                L = along(L0, c, kL)
         c = h / 6.0
-        q = (q0[0] + c * dq[0], q0[1] + c * dq[1], q0[2] + c * dq[2], q0[3] + c * dq[3])
-        norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        for i in range(3):
-            momentum[i] = L0[i] + c * dL[i]
+        q = normalised(along4(q0, c, dq))
+        store(along(L0, c, dL), momentum, 0)
         for i in range(4):
-            state[3 + i] = q[i] / norm
+            state[3 + i] = q[i]
     store(turned_product(packed, INVERSE, quaternion(state, 3), vector(momentum, 0)), state, 10)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Any
 
@@ -15,9 +14,11 @@ from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, set
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
+from cdpr.model.kernels import quaternion, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
+from cdpr_backends.scheme import STAGES, normalised, reach, turning, weight
 
 
 class WinchReference(SnapshotOfArrays, Backend):
@@ -77,19 +78,18 @@ def runge_kutta(fixed: Fixed, live: Live, state: Array, space: Array, h: float, 
         for i in range(size):
             total[i] = 0.0
             point[i] = start[i]
-        for stage in range(4):
+        for stage in range(STAGES):
             scatter(point, live)
             slopes(fixed, live, slope)
-            weight = 1.0 if stage == 0 or stage == 3 else 2.0
-            c = h if stage == 2 else 0.5 * h
+            share, c = weight(stage), reach(stage, h)
             for i in range(size):
-                total[i] += weight * slope[i]
+                total[i] += share * slope[i]
                 point[i] = start[i] + c * slope[i]
         for i in range(size):
             point[i] = start[i] + h / 6.0 * total[i]
-        norm = math.sqrt(point[3] * point[3] + point[4] * point[4] + point[5] * point[5] + point[6] * point[6])
-        for i in range(3, 7):
-            point[i] /= norm
+        q = normalised(quaternion(point, 3))
+        for i in range(4):
+            point[3 + i] = q[i]
         scatter(point, live)
         for i in range(live.tension.shape[0]):
             live.tension[i] = 0.0  # the work is integrated here, `settle` has nothing to add
@@ -124,15 +124,14 @@ def slopes(fixed: Fixed, live: Live, slope: Array) -> None:
     pull(fixed, live)
     mass_matrix(fixed, live)
     accelerate(fixed, live)
-    q, w, acceleration = live.body[3:7], live.body[10:13], live.vectors[0]
+    dq = turning(quaternion(live.body, 3), vector(live.body, 10))
+    for i in range(4):
+        slope[3 + i] = dq[i]
+    acceleration = live.vectors[0]
     for i in range(3):
         slope[i] = live.body[7 + i]
         slope[7 + i] = acceleration[i]
         slope[10 + i] = acceleration[3 + i]
-    slope[3] = -0.5 * (w[0] * q[1] + w[1] * q[2] + w[2] * q[3])
-    slope[4] = 0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2])
-    slope[5] = 0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3])
-    slope[6] = 0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1])
     slope[13] = 0.0
     m = fixed.cables.shape[0]
     for i in range(m):
