@@ -36,6 +36,12 @@ def printable(text: str) -> str:
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
+def one_line(error: BaseException) -> str:
+    """Return what there is to say of an exception that foreign code raised."""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
 class CdprError(Exception):
     """Base of every error that cdpr raises on purpose; its text is meant for the user, and printable line by line."""
 

@@ -10,10 +10,9 @@ import qpsolvers
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_matrix
 
-from cdpr.errors import PluginError
+from cdpr.errors import PluginError, one_line
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins.registry import describe
 from cdpr_solvers.library import LibrarySolver
 from cdpr_solvers.options import DaqpOptions
 
@@ -40,7 +39,7 @@ class Qpsolvers(LibrarySolver):
         try:
             self._answer(np.ones((robot.m, 1)), np.zeros(robot.m), np.ones(robot.m))
         except Exception as error:
-            raise PluginError(f"solver 'qpsolvers' cannot use {options.name}: {describe(error)}") from error
+            raise PluginError(f"solver 'qpsolvers' cannot use {options.name}: {one_line(error)}") from error
 
     def _answer(self, N: Array, low: Array, high: Array) -> qpsolvers.Solution:
         m, r = N.shape

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from cdpr.bench.problems import Problems
 from cdpr.distribution.poison import POISON
+from cdpr.errors import one_line
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver, TensionSolver
-from cdpr.plugins.registry import describe
 from cdpr.tension import Status
 
 FIRST_CALLS = 10  # not timed: they compile, import and fill caches
@@ -44,7 +44,7 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
         solver: TensionSolver = factory(robot, options)
         return solver
     except (Exception, SystemExit) as error:
-        raise SolverFailed(f"raised {describe(error)} when it was made") from error
+        raise SolverFailed(f"raised {one_line(error)} when it was made") from error
 
 
 def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) -> Answers:
@@ -66,7 +66,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
         try:
             solver.reset()
         except (Exception, SystemExit) as error:
-            raise SolverFailed(f"raised {describe(error)} when it was reset") from error
+            raise SolverFailed(f"raised {one_line(error)} when it was reset") from error
         solve = solver.solve
         for k in range(count):
             W, wrench, low, high, t = problems.W[k], problems.wrench[k], t_min[k], t_max[k], tension[k]
@@ -76,7 +76,7 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
                 said = solve(W, wrench, low, high, t)
                 nanoseconds[k] = perf_counter_ns() - before
             except (Exception, SystemExit) as error:
-                raise SolverFailed(f"raised {describe(error)} at problem {k}") from error
+                raise SolverFailed(f"raised {one_line(error)} at problem {k}") from error
             status[k] = _checked(said)
             if k % PINV_EVERY == 0:
                 np.linalg.pinv(matrix)  # after a call of a large library the first one is slow
@@ -92,7 +92,7 @@ def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: 
     try:
         said = solver.solve(W, wrench, t_min, t_max, tension)
     except (Exception, SystemExit) as error:
-        raise SolverFailed(f"raised {describe(error)}") from error
+        raise SolverFailed(f"raised {one_line(error)}") from error
     return _checked(said), tension
 
 

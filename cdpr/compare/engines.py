@@ -65,7 +65,7 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
             absent[name] = f"not installed: {entry.remedy}"
         elif entry.missing:
             entry.load()  # says what is missing and how to get it
-    here = [describe(scenario, name) for name in found.names("backend") if not found.get("backend", name).missing]
+    here = [engine_of(scenario, name) for name in found.names("backend") if not found.get("backend", name).missing]
     # By what it can, not by the scheme that the scenario has it run.
     judge = min(here, key=lambda one: (-_order(found.get("backend", one.name).info.properties), -len(one.schemes)))
     wanted = [engine.name for engine in here] if names is None else list(dict.fromkeys(names))
@@ -77,7 +77,7 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
     return Field(judge, engines, absent)
 
 
-def describe(scenario: Scenario, name: str) -> Engine:
+def engine_of(scenario: Scenario, name: str) -> Engine:
     """Return what a backend declares with the scenario's options; PluginError where it is unknown."""
     declared = scenario.plugins.get("backend", name).properties(scenario.backend_options(name))  # type: ignore[arg-type]
     schemes = declared.get("schemes", ())
@@ -99,7 +99,7 @@ def _order(properties: Mapping[str, object]) -> int:
 def finest_scheme(scenario: Scenario, judge: Engine) -> str:
     """Return the scheme of the judge that is of highest order, "" where that is the scenario's."""
     key = f"backend_options.{judge.name}.scheme"
-    orders = {name: describe(scenario.with_changes({key: name}), judge.name).order for name in judge.schemes}
+    orders = {name: engine_of(scenario.with_changes({key: name}), judge.name).order for name in judge.schemes}
     best = max(orders, key=orders.__getitem__, default="")
     return best if best and orders[best] > judge.order else ""
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cdpr.compare.comparison import Group, Row, pairs, step_cost
-from cdpr.compare.engines import OWN_CABLES, Engine, describe, is_continuous
+from cdpr.compare.engines import OWN_CABLES, Engine, engine_of, is_continuous
 from cdpr.compare.job import Comparison, summarise
 from cdpr.compare.scenarios import ENGINE_KEYS, changes
 from cdpr.compare.verdict import Verdict, against_scheme, unjudged
@@ -86,7 +86,7 @@ def _read(label: str, run: Run) -> tuple[Engine, Scenario | None]:
     """What the run's backend declares; nothing where its plugins are not installed here."""
     try:
         scenario = load_scenario(label, text=run.header.scenario_yaml)
-        return describe(scenario, run.header.backend), scenario
+        return engine_of(scenario, run.header.backend), scenario
     except CdprError:
         return UNKNOWN, None
 

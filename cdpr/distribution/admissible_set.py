@@ -87,10 +87,10 @@ def admissible(
     down = checked(gravity, (3,), "gravity", finite=True)
     load = required_wrench(robot, make_state(at[:3], at[3:]), down) if wrench is None else wrench
     problem = Problem(robot, at, checked(load, (6,), "wrench", finite=True))
-    return describe(problem)
+    return admissible_of(problem)
 
 
-def describe(problem: Problem) -> Admissible:
+def admissible_of(problem: Problem) -> Admissible:
     """Describe the admissible tensions of a problem; errors as of `admissible`."""
     check_lengths(problem.robot, problem.pose)
     m, n = problem.robot.m, problem.robot.n

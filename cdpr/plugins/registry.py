@@ -16,7 +16,7 @@ import pluggy
 from pydantic import ValidationError
 
 from cdpr.columns import Column
-from cdpr.errors import CdprError, PluginError
+from cdpr.errors import CdprError, PluginError, one_line
 from cdpr.hush import hushed
 from cdpr.nearest import did_you_mean
 from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermost, read_file, role_of, source_version
@@ -70,7 +70,7 @@ class Registered:
         except BaseException as error:
             raise PluginError(
                 f"{title} of {self.distribution} {self.version} is installed but cannot be loaded from "
-                f"{self.info.factory}: {describe(error)}"
+                f"{self.info.factory}: {one_line(error)}"
             ) from error
 
     def make(self, *arguments: object) -> Any:
@@ -83,7 +83,7 @@ class Registered:
             raise
         except Exception as error:
             where = self.place(error)
-            raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {describe(error)}{where}") from error
+            raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {one_line(error)}{where}") from error
 
     @property
     def file(self) -> str | None:
@@ -221,12 +221,6 @@ def unknown(role: Role, name: str, names: list[str]) -> str:
     return f"no {role} is named '{name}': {did_you_mean(name, names)}{known}"
 
 
-def describe(error: BaseException) -> str:
-    """One line for an exception raised by foreign code."""
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
-
-
 _files: tuple[PluginFile, ...] = ()
 
 
@@ -282,7 +276,7 @@ def _entry_points(problems: list[str]) -> Iterator[importlib.metadata.EntryPoint
                 raise ValueError("no name and version")
         except Exception as error:
             place = getattr(distribution, "_path", None) or "a distribution"
-            problems.append(f"{place}: its entry points cannot be read: {describe(error)}")
+            problems.append(f"{place}: its entry points cannot be read: {one_line(error)}")
             continue
         seen.add(name)
         yield from points
@@ -311,7 +305,7 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            problem = f"{distribution} {version}, entry point '{point.name}': {describe(error)}"
+            problem = f"{distribution} {version}, entry point '{point.name}': {one_line(error)}"
             result.problems.append(problem)
             result.broken[distribution, point.name] = problem
             continue

@@ -8,9 +8,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr.errors import CdprError, PluginError
+from cdpr.errors import CdprError, PluginError, one_line
 from cdpr.nearest import did_you_mean
-from cdpr.plugins.registry import Registered, Role, describe
+from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario.messages import explain
 from cdpr.scenario.problems import Path, dotted
 
@@ -68,4 +68,4 @@ class Options:
             raise
         except Exception as error:  # the model is foreign code
             title = f"the options of {role} '{entry.info.name}'"
-            raise PluginError(f"{title} cannot be checked: {describe(error)}") from error
+            raise PluginError(f"{title} cannot be checked: {one_line(error)}") from error

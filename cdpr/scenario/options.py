@@ -8,8 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr.errors import PluginError
-from cdpr.plugins.registry import Registry, Role, describe
+from cdpr.errors import PluginError, one_line
+from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.document import Document
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
@@ -74,7 +74,7 @@ class OptionsReader:
                 messages = explain(error, model, data, core_keys)
         except Exception as error:  # the model is foreign code
             text = f"the options of {role} '{name}' of {entry.distribution} {entry.version} cannot be checked"
-            self.problems.add(self.document.mark(path), path, f"{text}: {describe(error)}", plugin=True)
+            self.problems.add(self.document.mark(path), path, f"{text}: {one_line(error)}", plugin=True)
             return None
         for message in messages:
             place = (*path, *message.path)

@@ -20,6 +20,7 @@ from cdpr.errors import (
     PlantEnded,
     PluginError,
     Unanswered,
+    one_line,
 )
 from cdpr.log.event import Event
 from cdpr.log.recorder import Recorder
@@ -30,7 +31,6 @@ from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
-from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.build import build
@@ -136,7 +136,7 @@ class Attempt:
                 "or shorten simulation.duration"
             )
         when = "" if self.recorder is None else f"t = {self._time:.6g} s: "
-        said = PluginError(f"{when}a plugin raised {describe(error)} in {_origin(error, self.scenario)}")
+        said = PluginError(f"{when}a plugin raised {one_line(error)} in {_origin(error, self.scenario)}")
         said.__cause__ = error
         return said
 
@@ -211,7 +211,7 @@ class Attempt:
                         plugins[role] = about
                     part.close()
                 except (Exception, SystemExit) as foreign:
-                    text = f"the {role} raised {describe(foreign)} while closing"
+                    text = f"the {role} raised {one_line(foreign)} while closing"
                     events.append(Event(self._time, "warning", text))
         if coupled := plugins.get("backend", {}).get("actuators"):
             events.insert(0, Event(0.0, "actuators", f"{coupled['coupling']}: {coupled['stability']}"))

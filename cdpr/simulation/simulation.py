@@ -14,14 +14,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.errors import CdprError, PlantEnded, PluginError
+from cdpr.errors import CdprError, PlantEnded, PluginError, one_line
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import describe
 from cdpr.scenario import Scenario
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
@@ -380,7 +379,7 @@ class Simulation(Live):
             for observer in self._observers:
                 observer(self._row)
         except Exception as error:
-            raise CdprError(f"t = {self.time:.6g} s: an observer raised {describe(error)}") from error
+            raise CdprError(f"t = {self.time:.6g} s: an observer raised {one_line(error)}") from error
 
     @contextmanager
     def _kept(self) -> Iterator[None]:

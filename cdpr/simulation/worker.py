@@ -11,9 +11,9 @@ import sys
 from multiprocessing.connection import Connection
 from time import perf_counter
 
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import CdprError, ExitCode, one_line
 from cdpr.log.run import Run
-from cdpr.plugins.registry import describe, use_files
+from cdpr.plugins.registry import use_files
 from cdpr.processes import end_with
 from cdpr.scenario import load_scenario
 from cdpr.simulation.cases import BEGUN, Case, Outcome
@@ -53,7 +53,7 @@ def _run(case: Case, connection: Connection) -> Outcome:
     except CdprError as error:
         run, message, code = error.run, str(error), error.exit_code
     except Exception as error:
-        message, code = f"internal error: {describe(error)}", ExitCode.INTERNAL
+        message, code = f"internal error: {one_line(error)}", ExitCode.INTERNAL
     seconds = {"case_s": perf_counter() - started}
     if run is None:
         return Outcome(case.key, "failed", message, case.out or "", timings=seconds, code=code)

@@ -9,8 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cdpr.errors import CdprError, ExitCode, PluginError
-from cdpr.plugins.registry import describe
+from cdpr.errors import CdprError, ExitCode, PluginError, one_line
 from cdpr.simulation.pool import TICK, Case, Outcome, ready, wait
 from cdpr.study.folder import clear
 from cdpr.study.run import Executor
@@ -40,7 +39,7 @@ def executor(address: str) -> Executor:
         try:
             client = distributed.Client(address, timeout=CONNECTING)
         except (OSError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
-            raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {describe(error)}") from error
+            raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {one_line(error)}") from error
         with client:  # once it is closed, however this ends, nobody waits for the cases any more: see `run_here`
             run = partial(run_here, timeout=timeout)
             try:
@@ -84,4 +83,4 @@ def _outcome(future: Any, key: str) -> Outcome:
     error = future.exception()
     if error is None:
         return future.result()  # type: ignore[no-any-return]
-    return Outcome(key, "died", f"lost by the cluster: {describe(error)}", "", code=ExitCode.BACKEND_DIED)
+    return Outcome(key, "died", f"lost by the cluster: {one_line(error)}", "", code=ExitCode.BACKEND_DIED)

@@ -12,7 +12,7 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.plugins.registry import describe
+from cdpr.errors import one_line
 
 S = TypeVar("S")
 
@@ -85,7 +85,7 @@ class Check(Generic[S]):
         except Failed as failure:
             return "failed", str(failure)
         except (Exception, SystemExit) as error:
-            return "failed", f"raised {describe(error)}"
+            return "failed", f"raised {one_line(error)}"
 
 
 def expect(condition: object, otherwise: str) -> None:

@@ -10,7 +10,7 @@ import mujoco
 
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import PLATFORM, World, describe
+from cdpr_backends.mujoco.world import PLATFORM, World, specify
 
 
 class MujocoBackend(RigidBodyBackend):
@@ -18,7 +18,7 @@ class MujocoBackend(RigidBodyBackend):
 
     def build(self) -> None:
         """Make the world."""
-        self._world = world = World(self.frame, describe(self.frame, self.gravity, self.physics_step, "euler"))
+        self._world = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
         self._read = world.reader(self.body)
         if self.frame.guide is None:
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import PLATFORM, World, describe
+from cdpr_backends.mujoco.world import PLATFORM, World, specify
 from cdpr_backends.ups import Leg, UpsBackend
 
 # The loops hold as stiffly as MuJoCo allows, 2 steps; with its own 20 ms the platform is gone after 1.4 s.
@@ -24,7 +24,7 @@ class MujocoUps(UpsBackend):
 
     def write(self) -> None:
         """Make the world with the body in `body`."""
-        spec = describe(self.frame, self.gravity, self.physics_step, "euler")
+        spec = specify(self.frame, self.gravity, self.physics_step, "euler")
         platform = spec.body("platform")
         platform.pos, platform.quat = self.body[:3], self.body[3:7]
         legs = self.legs()

@@ -12,7 +12,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import World, describe
+from cdpr_backends.mujoco.world import World, specify
 
 
 class MujocoTendons(Backend):
@@ -21,7 +21,7 @@ class MujocoTendons(Backend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.frame = frame = BodyFrame(robot)
-        spec = describe(frame, self.gravity, physics_step, options.integrator)
+        spec = specify(frame, self.gravity, physics_step, options.integrator)
         add_tendons(spec, frame.anchors)
         self._world = World(frame, spec)
         self._body = np.zeros(13)

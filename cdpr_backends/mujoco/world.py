@@ -88,7 +88,7 @@ class World:
         return partial(onto_coordinates, guide.rows, applied, data.qfrc_applied)
 
 
-def describe(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
+def specify(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:
     """Describe a world with one body, free or on the slides and the hinge or the ball of its guide."""
     spec = mujoco.MjSpec()
     spec.option.timestep = step

@@ -11,7 +11,7 @@ from compare_cases import ENGINES, INSTALLED, Here, comparison, load, shrunk
 import cdpr
 from cdpr.compare.comparison import compare
 from cdpr.compare.differences import QUANTITIES, apart, difference, pose_apart
-from cdpr.compare.engines import describe, field, is_continuous
+from cdpr.compare.engines import engine_of, field, is_continuous
 from cdpr.compare.excitation import unexcited
 from cdpr.compare.finished import compare_finished
 from cdpr.compare.runs import Made, Runs, Wanted
@@ -269,7 +269,7 @@ def test_wanted_runs_keep_the_control_period():
     longer = scenario.with_changes(Wanted("reference", "qp", divide=2, stretch=30).changes(scenario)).simulation
     assert (longer.control_step, longer.substeps, longer.steps) == (pytest.approx(0.06), 2, 16)
     scheme = scenario.with_changes(Wanted("reference", "qp", "semi_implicit_euler").changes(scenario))
-    assert describe(scheme, "reference").order == 1
+    assert engine_of(scheme, "reference").order == 1
 
 
 def test_every_sample_is_compared_whatever_the_log_keeps():
