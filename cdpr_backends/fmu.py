@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.errors import FmuError, PluginError
 from cdpr.fmu.export import Plant, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
@@ -27,8 +28,6 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
-
-RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +139,7 @@ class FmuBackend(Backend):
         """Return how many communication steps make a physics step."""
         wanted = self.options.step or physics_step
         ratio = round(physics_step / wanted)
-        if ratio < 1 or abs(ratio * wanted - physics_step) > RATIO_TOLERANCE * physics_step:
+        if ratio < 1 or abs(ratio * wanted - physics_step) > tolerances.TIME * physics_step:
             raise FmuError(
                 f"backend_options.fmu.step: must be physics_step, {physics_step:g} s, divided by an integer, "
                 f"got {wanted:g}"

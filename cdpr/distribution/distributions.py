@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr import tolerances
 from cdpr.cables.lines import lines
 from cdpr.defaults import SOLVER
 from cdpr.distribution.status_array import StatusArray
@@ -33,8 +34,6 @@ CHUNK = 4096
 
 # Solvers that are Python and were given as objects answer one caller at a time: two threads may have given the same.
 _USED = RLock()  # a solver may itself distribute
-
-UNIT_TOLERANCE = 1e-3  # of a quaternion's length: rounded input is nearer to 1, mistakes are farther
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +179,7 @@ def _count(given: Mapping[str, Array | None]) -> int:
 def check_unit(pose: Array, name: str) -> None:
     """Raise CdprError where a quaternion of poses (K, 7) has not length 1."""
     length = np.sqrt(np.einsum("ki,ki->k", pose[:, 3:], pose[:, 3:]))
-    if (off := np.flatnonzero(np.abs(length - 1.0) > UNIT_TOLERANCE)).size:
+    if (off := np.flatnonzero(np.abs(length - 1.0) > tolerances.UNIT)).size:
         which = f"{name}[{off[0]}]" if name.endswith("s") else name
         raise CdprError(f"{which}: the quaternion has length {length[off[0]]:.6g}, it must be 1")
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr import tolerances
 from cdpr.cables.lines import lines
 from cdpr.errors import CdprError
 from cdpr.mechanics.geometry import cable_geometry
@@ -29,7 +30,6 @@ LAST_STEP = 1e-9
 # Close to the optimum the sum of squares changes by less than its round-off: a step may raise it by this share.
 ROUND_OFF = 1e-10
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-7, 1e8
-UNIT_TOLERANCE = 1e-3  # of |q|
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
     if not target.min() > 0.0:
         raise CdprError("forward kinematics: lengths must be positive")
     norm = math.sqrt(float(pose[3:] @ pose[3:]))
-    if abs(norm - 1.0) > UNIT_TOLERANCE:
+    if abs(norm - 1.0) > tolerances.UNIT:
         raise CdprError(f"forward kinematics: start: the quaternion has the length {norm:.6g}, it must be 1")
     if sigma is not None and not 0.0 <= sigma < math.inf:
         raise CdprError(f"forward kinematics: sigma must be a finite number of metres >= 0, not {sigma}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.errors import CdprError
 from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
 from cdpr.model import rotations
@@ -15,9 +16,6 @@ RANK_TOLERANCE = 1e-9
 # A component of a direction below this share of its largest is round-off where the rank is lost to RANK_TOLERANCE.
 ROUNDED = 1e-6
 
-# m; a cable shorter than this has no direction.
-MIN_LENGTH = 1e-6
-
 # Anchors whose heights differ by less than this share of their extent count as lying in one level.
 LEVEL = 0.1
 
@@ -26,7 +24,7 @@ def check_lengths(robot: Robot, pose: Array) -> None:
     """Raise CdprError where a cable has no length, hence no direction, at a pose (7,)."""
     tips = pose[:3] + robot.anchors[:, 3:] @ rotations.matrix(pose[3:]).T
     for cable, tip, length in zip(robot.cables, tips, lengths(robot, make_state(pose[:3], pose[3:])), strict=True):
-        if not length >= MIN_LENGTH:
+        if not length >= tolerances.LENGTH:
             where = f"position {pose[:3].tolist()} m"
             why = cable.exit.obstacle(cable.frame.tolist(), tip.tolist()) if cable.exit else ""
             why = f", for {why}" if why else ""

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.model.robot import DOF_NAMES, Array
 
-# Entries of a quaternion below this are zero as typed: rounding of decimals, no rotation.
-HELD = 1e-9
 # Closer than this (rad) to aligned axes, two Euler angles are lost in round-off.
 ALIGNED = 1e-7
 
@@ -107,7 +106,7 @@ def from_matrix(R: Array) -> Array:
 def held_upright(dof: Sequence[str], quaternion: Array) -> bool:
     """Tell whether an attitude (4,) differs from upright only about the axes that `dof` leaves free."""
     held = np.array([name not in dof for name in DOF_NAMES[3:]])
-    return not held.any() or not bool((held & (np.abs(quaternion[1:]) > HELD)).any())
+    return not held.any() or not bool((held & (np.abs(quaternion[1:]) > tolerances.HELD)).any())
 
 
 def to_euler(q: Array, order: str) -> Array:

@@ -15,9 +15,6 @@ from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Path, Problem, Problems
 from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 
-# m; a cable shorter than this has no direction, and anchors nearer than this are one point.
-MIN_LENGTH = 1e-6
-
 DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...])
 
 S = TypeVar("S", bound=Section)

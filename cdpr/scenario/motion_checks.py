@@ -6,6 +6,7 @@ import json
 
 from pydantic import TypeAdapter, ValidationError
 
+from cdpr import tolerances
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Motion
@@ -13,7 +14,6 @@ from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.problems import exact
 from cdpr.scenario.report import Below
 
-SHORTER = 1e-9  # relative; a motion ends before the run if by more than rounding
 ROOT = "trajectory"
 
 MOTION: TypeAdapter[Motion] = TypeAdapter(AnyMotion)
@@ -75,7 +75,7 @@ class MotionChecks(Checks):
         if start is not None and start > 0:
             text = f"the pose is held until {exact(start)} s, so the motion must start at rest"
             motion.check_rest(0, text, report)
-        if end is not None and end < duration * (1.0 - SHORTER):
+        if end is not None and end < duration * (1.0 - tolerances.TIME):
             text = (
                 f"the motion ends at {exact(end)} s and the run at {exact(duration)} s, so the motion must end at rest"
             )

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field, model_validator
 
+from cdpr import tolerances
 from cdpr.fields import EulerOrder, Number, Section, Vector3, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-
-UNIT_TOLERANCE = 1e-3  # how far a quaternion's norm may be from 1: typed with three decimals
 
 
 class Euler(Section):
@@ -63,7 +62,7 @@ UPRIGHT = Orientation(rpy=(0.0, 0.0, 0.0))
 
 def _check_unit(quaternion: tuple[float, ...]) -> None:
     norm = float(np.linalg.norm(quaternion))
-    if abs(norm - 1.0) <= UNIT_TOLERANCE:
+    if abs(norm - 1.0) <= tolerances.UNIT:
         return
     if norm == 0.0:
         raise ValueError("the quaternion is zero; upright is [1, 0, 0, 0] (w, x, y, z)")

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.cables import MODELS
 from cdpr.cables.chain import NAMED
 from cdpr.model.rotations import held_upright, multiply
-from cdpr.scenario.checks import MIN_LENGTH, Checks
+from cdpr.scenario.checks import Checks
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.mesh import box_around
@@ -117,7 +118,7 @@ class RobotChecks(Checks):
     def _coincident(self, cables: list[tuple[int, CableSection]]) -> None:
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)
         distances = np.linalg.norm(anchors[:, None] - anchors[None], axis=3)  # (m, m, 2), m
-        same = np.all(distances < MIN_LENGTH, axis=2)
+        same = np.all(distances < tolerances.LENGTH, axis=2)
         for b in range(1, len(cables)):
             if same[b, :b].any():
                 other = f"cables[{cables[int(np.argmax(same[b, :b]))][0]}]"

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.model import rotations
-from cdpr.scenario.checks import MIN_LENGTH, Checks
+from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.motion_checks import MotionChecks
@@ -17,7 +18,6 @@ from cdpr.scenario.problems import Path, exact
 from cdpr.scenario.robot_schema import CablesSection, cable_name
 from cdpr.scenario.schema import Log, Simulation
 
-RATIO_TOLERANCE = 1e-9  # relative; steps are decimal fractions, which floats miss by rounding
 MAX_STEPS = 1e8
 
 
@@ -53,7 +53,7 @@ class RunChecks(Checks):
         for (i, cable), frame, tip in zip(cables, base.placed(anchors[:, 0]), tips, strict=True):
             leaves = base.leaving(cable.exit or (common.exit if common else None))
             why = leaves.obstacle(frame.tolist(), tip.tolist()) if leaves else ""
-            if np.linalg.norm(frame - tip) < MIN_LENGTH:
+            if np.linalg.norm(frame - tip) < tolerances.LENGTH:
                 why = "its two anchors coincide, so it has no direction"
             if why:
                 self.say(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")
@@ -79,7 +79,7 @@ class RunChecks(Checks):
 
 def _is_multiple(value: float, step: float) -> bool:
     ratio = value / step
-    return abs(ratio - round(ratio)) <= RATIO_TOLERANCE * ratio
+    return abs(ratio - round(ratio)) <= tolerances.TIME * ratio
 
 
 def _near(ratio: float, value: Callable[[int], float]) -> str:

@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr import tolerances
 from cdpr.errors import CdprError, PlantEnded, PluginError, one_line
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
@@ -22,6 +23,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.scenario import Scenario
+from cdpr.scenario.events import first_sample
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
 from cdpr.simulation.live import Alone, Live
@@ -54,9 +56,6 @@ class Snapshot:
 
 
 Observer = Callable[[Array], None]
-
-# A time that is a sum of steps misses its sample by round-off.
-ROUNDING = 1e-9
 
 
 class Simulation(Live):
@@ -176,10 +175,10 @@ class Simulation(Live):
     def _until(self, time: float) -> None:
         self._ready()
         known = isinstance(time, Real) and not isinstance(time, bool) and np.isfinite(float(time))
-        if not known or time < self.time * (1.0 - ROUNDING):
+        if not known or time < self.time * (1.0 - tolerances.TIME):
             raise CdprError(f"until: a time from the present one on, {self.time:g} s, is expected, got {time!r}")
         period = self.scenario.simulation.control_step
-        last = min(int(np.ceil(time / period - ROUNDING * max(1.0, time / period))), self._last)
+        last = min(first_sample(time, period), self._last)
         self._go(last, None)
 
     def observe(self, observer: Observer) -> None:

@@ -12,13 +12,13 @@ from itertools import product
 from statistics import NormalDist
 from typing import Any
 
+from cdpr import tolerances
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import Change, marked_changes
 from cdpr.scenario.problems import Path, Problems
 from cdpr.study.schema import MAX_COUNT, Axis, Random, Range, Spaced
 
 DIGITS = 12  # of the values of ranges: 0.1 + 2 * 0.1 is meant to be 0.3
-MEETS = 1e-9  # steps by which a range may miss its stop through rounding
 
 Label = bool | int | float | str | None
 
@@ -116,7 +116,7 @@ def _stepped(given: Range) -> list[float]:
         raise ValueError(f"steps of {step:g} do not lead from {start:g} to {stop:g}")
     if steps > MAX_COUNT:  # perhaps infinitely many: of the smallest steps there are
         raise ValueError(f"{steps:g} steps; at most {MAX_COUNT} values are allowed")
-    count = math.floor(steps + MEETS) + 1
+    count = math.floor(steps + tolerances.TIME) + 1
     if all(isinstance(value, int) for value in (start, stop, step)):
         return [start + i * step for i in range(count)]
     return [_rounded(start + i * step) for i in range(count)]

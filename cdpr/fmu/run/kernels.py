@@ -7,11 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr import tolerances
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 
 EXACT = 1e-12  # of the square: what is nearer to 1 was normalised by the FMU
-NEARLY = 2e-3  # of the square: quaternions within 1e-3 of unit length are accepted, as everywhere
+NEARLY = 2.0 * tolerances.UNIT  # of the square
 
 Index = NDArray[np.int64]
 

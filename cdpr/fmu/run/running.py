@@ -8,6 +8,7 @@ from collections.abc import Mapping as MappingType
 from pathlib import Path
 from typing import Any, Literal
 
+from cdpr import tolerances
 from cdpr.errors import FmuError
 from cdpr.fmu.read.archive import Archive, extract
 from cdpr.fmu.read.mapping import map_signals
@@ -20,9 +21,6 @@ from cdpr.fmu.run.parameters import Known, Parameters
 from cdpr.model import Robot
 
 Isolation = Literal["process", "inproc"]
-
-# Steps are decimal fractions, which floats miss by rounding.
-RATIO_TOLERANCE = 1e-9
 
 
 class RunningFmu:
@@ -125,7 +123,7 @@ def check_step(archive: Archive, step: float) -> None:
             f"{archive.path}: its own step is {internal:g} s, and {step:g} s is no multiple of that: choose another "
             "simulation.physics_step, or `step` among the options of the FMU"
         )
-    if about.fmi == "2.0" and about.default_step is not None and step < about.default_step * (1.0 - RATIO_TOLERANCE):
+    if about.fmi == "2.0" and about.default_step is not None and step < about.default_step * (1.0 - tolerances.TIME):
         warnings.warn(
             f"{archive.path.name}: the communication step of {step:g} s is shorter than the {about.default_step:g} s "
             "that it was made for; an FMU of FMI 2 does not tell if its own step is longer, and then nothing moves",
@@ -135,7 +133,7 @@ def check_step(archive: Archive, step: float) -> None:
 
 def _multiple(step: float, of: float) -> bool:
     ratio = step / of
-    return math.isfinite(ratio) and round(ratio) >= 1 and abs(ratio - round(ratio)) <= RATIO_TOLERANCE * ratio
+    return math.isfinite(ratio) and round(ratio) >= 1 and abs(ratio - round(ratio)) <= tolerances.TIME * ratio
 
 
 def _exchanged(side: Side) -> tuple[tuple[int, int], ...]:

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Protocol, Self, get_args
 
 from pydantic import Field
 
+from cdpr import tolerances
 from cdpr.fields import NonNegative, Section, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
@@ -24,12 +25,10 @@ from cdpr.scenario.motions.motion import Report
 from cdpr.scenario.problems import Path, exact
 from cdpr.trajectory import Trajectory
 
-ROUNDING = 1e-9  # of a step: times are decimal fractions, which floats miss by rounding
-
 
 def first_sample(time: float, step: float) -> int:
     """Return the number of the first sample at or after `time` (s); `step` is the time between two (s)."""
-    return math.ceil(time / step - ROUNDING * max(1.0, time / step))
+    return math.ceil(time / step - tolerances.TIME * max(1.0, time / step))
 
 
 class Drives(Protocol):

@@ -7,11 +7,10 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from cdpr import trajectory
+from cdpr import tolerances, trajectory
 from cdpr.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
-from cdpr.scenario.checks import MIN_LENGTH
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.motions.guide import HELD, Guide, Posed
+from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path, exact
@@ -60,12 +59,12 @@ class Circle(Motion):
         if length == 0.0:
             return
         normal /= length
-        if (guide.held[:3] & (np.sqrt(np.maximum(1.0 - normal**2, 0.0)) > HELD)).any():
+        if (guide.held[:3] & (np.sqrt(np.maximum(1.0 - normal**2, 0.0)) > tolerances.HELD)).any():
             axes = ", ".join("xyz"[i] for i in np.flatnonzero(guide.held[:3]))
             report.say(("normal",), f"{guide.free}, so the circle must not leave its plane: normal to {axes}")
-        if (guide.held[:3] & (np.abs(self.climb() * normal) > HELD)).any():
+        if (guide.held[:3] & (np.abs(self.climb() * normal) > tolerances.HELD)).any():
             report.say(("pitch",), f"{guide.free}, so the path must not climb along the normal")
-        if self.turning and (guide.held[3:] & (np.abs(normal) > HELD)).any():
+        if self.turning and (guide.held[3:] & (np.abs(normal) > tolerances.HELD)).any():
             report.say(("turning",), f"{guide.free}, so the platform cannot turn about the normal")
 
     def complete(self, initial: Initial) -> Self:
@@ -77,16 +76,16 @@ class Circle(Motion):
         if self.turns == 0.0:
             report.say(("turns",), "must not be 0; to stay, use type: hold")
         length = float(np.linalg.norm(self.normal))
-        if length < MIN_LENGTH:
+        if length < tolerances.LENGTH:
             text = f"must not be zero; that of a level circle is [0, 0, 1], got {exact(length)}"
             report.say(("normal",), text)
             return
         normal = np.array(self.normal) / length
         arm = np.array(self.position) - self.center
         climb = float(arm @ normal)
-        if np.linalg.norm(arm - climb * normal) < MIN_LENGTH:
+        if np.linalg.norm(arm - climb * normal) < tolerances.LENGTH:
             report.say(("center",), "the circle has no radius: its beginning lies on its axis")
-        elif abs(climb) > MIN_LENGTH:
+        elif abs(climb) > tolerances.LENGTH:
             near = ", ".join(f"{value:.9g}" for value in self.center + climb * normal)
             text = f"lies {abs(climb):.6g} m out of the plane of the circle's beginning; nearest in it: [{near}]"
             report.say(("center",), text)

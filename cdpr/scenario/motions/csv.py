@@ -7,11 +7,11 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr
 
-from cdpr import trajectory
+from cdpr import tolerances, trajectory
 from cdpr.fields import INITIAL, NonNegative
 from cdpr.model.robot import Array
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.motions.guide import HELD, RATES, Guide, Posed
+from cdpr.scenario.motions.guide import RATES, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, begins, posed
 from cdpr.scenario.motions.table import MAX_BYTES, Table, TableError, parse_table
 from cdpr.scenario.orientation import Orientation
@@ -84,7 +84,7 @@ class Csv(Motion):
             if rates is not None:
                 away.append((name, rates, part))
         for name, values, part in away:
-            wrong = np.flatnonzero((guide.held[part] & (np.abs(values) > HELD)).any(axis=1))
+            wrong = np.flatnonzero((guide.held[part] & (np.abs(values) > tolerances.HELD)).any(axis=1))
             if len(wrong):
                 text = f"{name.replace('_', ' ')}: {guide.free}; see also {len(wrong) - 1} points more"
                 report.say_of_file(FILE, self.file, table.lines[wrong[0]], 1, text)

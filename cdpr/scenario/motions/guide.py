@@ -7,14 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.fields import ZERO, Vector3
 from cdpr.model import DOF_NAMES
 from cdpr.model.robot import Array
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path, exact
-
-# Entries of a quaternion or position below this are zero as typed: rounding of decimals, no motion.
-HELD = 1e-9
 
 RATES = (
     ("velocity", slice(0, 3)),
@@ -82,7 +80,7 @@ class Guide:
     def attitude(self, path: Path, orientation: Orientation) -> None:
         """Report an attitude that it does not allow."""
         quaternion = orientation.quaternion()
-        if (self.held[3:] & (np.abs(quaternion[1:]) > HELD)).any():
+        if (self.held[3:] & (np.abs(quaternion[1:]) > tolerances.HELD)).any():
             hint = "describe a platform that is held at a slant by its anchors"
             self.say(path, f"{self.free}, so its attitude may differ from upright only about these; {hint}")
 
@@ -94,7 +92,7 @@ class Guide:
                 self.say((*where, name), f"{self.free}; zero is expected in the held directions")
 
     def _position(self, path: Path, position: Array) -> None:
-        away = self.held[:3] & (np.abs(position - self.home) > HELD)
+        away = self.held[:3] & (np.abs(position - self.home) > tolerances.HELD)
         if away.any():
             axes = ", ".join(f"{'xyz'[i]} = {exact(self.home[i])}" for i in np.flatnonzero(self.held[:3]))
             self.say(path, f"{self.free}; the initial position holds it at {axes} (m)")

@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.fields import MAX_DISTANCE, MAX_MAGNITUDE
 from cdpr.model.robot import Array
 from cdpr.nearest import did_you_mean
-from cdpr.scenario.orientation import UNIT_TOLERANCE
 from cdpr.scenario.problems import exact, shown
 
 MAX_ROWS = 100_000
@@ -179,7 +179,7 @@ def _check(columns: dict[str, Array], lines: list[int]) -> None:
         faults.append((lines[k + 1], 0, text))
     if "orientation" in columns:
         norms = np.linalg.norm(columns["orientation"], axis=1)
-        for k in np.flatnonzero(np.abs(norms - 1.0) > UNIT_TOLERANCE)[:MAX_FAULTS]:
+        for k in np.flatnonzero(np.abs(norms - 1.0) > tolerances.UNIT)[:MAX_FAULTS]:
             faults.append((lines[k], 0, f"qw, qx, qy, qz: the quaternion's norm is {norms[k]:.6g}, 1 is expected"))
         if not faults:
             columns["orientation"] = columns["orientation"] / norms[:, None]
