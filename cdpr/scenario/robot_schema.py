@@ -178,9 +178,6 @@ class CablesSection(Section):
 class CableSection(Section):
     """One cable between the frame and the platform."""
 
-    model: CableModel | None = Field(
-        None, description="how this cable's command becomes its tension; as of all unless said"
-    )
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
     frame: Position = Field(
         description="anchor A_i on the fixed frame, world, or from the robot's base if `frame` moves it",
@@ -197,6 +194,9 @@ class CableSection(Section):
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
     winch: WinchSection | None = Field(None, description="winch of this cable alone; the robot's unless said")
+    model: CableModel | None = Field(
+        None, description="how this cable's command becomes its tension; as of all unless said"
+    )
     exit: AnyExit | None = Field(None, description=f"{EXIT}; that of all cables unless said")
 
 

@@ -144,7 +144,7 @@ Motion body_to_platform(const Body *body, Motion at) {
 
 /* What cable i leaves the frame by, NULL where that is its anchor; `row` as exits.h says. */
 static const Exit *exit_of(const Plant *plant, size_t i, double row[NUMBERS + EXIT_NUMBERS]) {
-    const double *own = plant->field[EXIT] ? plant->field[EXIT] + i * plant->exit : NULL;
+    const double *own = plant->field[CABLE_EXIT] ? plant->field[CABLE_EXIT] + i * plant->exit : NULL;
     if (!own || own[0] == 0.0) return NULL;
     memset(row, 0, (NUMBERS + EXIT_NUMBERS) * sizeof *row);
     memcpy(row, plant->field[FRAME_ANCHORS] + 3 * i, 3 * sizeof *row);

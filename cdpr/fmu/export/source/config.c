@@ -49,7 +49,7 @@ static const struct {
     [ANGULAR_VELOCITY] = {"angular_velocity", 3, false, PLATFORM},
     [UNILATERAL] = {"unilateral", 1, false, 0},
     [GUIDE] = {"guide", 6, false, OPTIONAL},
-    [EXIT] = {"exit", ANY, true, OPTIONAL},
+    [CABLE_EXIT] = {"exit", ANY, true, OPTIONAL},
     [COMMAND] = {"command", 1, true, WINCH},
     [DRUM_RADIUS] = {"winch.drum_radius", 1, true, WINCH},
     [DRUM_INERTIA] = {"winch.inertia", 1, true, WINCH},
@@ -103,7 +103,7 @@ static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, 
     const size_t owners = KNOWN[found].per_cable ? plant->cables : 1;
     if (KNOWN[found].width == ANY ? owners == 0 || size % owners : size != KNOWN[found].width * owners)
         return fails(message, "wrong number of values of", name);
-    if (found == EXIT) plant->exit = size / owners;
+    if (found == CABLE_EXIT) plant->exit = size / owners;
     if (plant->exit > 1 + EXIT_NUMBERS) return fails(message, "too many values of", name);
     plant->variable[index] = (Variable){(Field)found, (Role)found_role, offset, size};
     plant->field[found] = plant->number + offset;
@@ -155,10 +155,10 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
         if (!read_variable(plant, file, i, &next, message)) return false;
     if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
     if (!complete(plant, message)) return false;
-    for (size_t i = 0; plant->field[EXIT] && i < plant->cables; i++) {
-        const double kind = plant->field[EXIT][i * plant->exit];
+    for (size_t i = 0; plant->field[CABLE_EXIT] && i < plant->cables; i++) {
+        const double kind = plant->field[CABLE_EXIT][i * plant->exit];
         if (!(kind >= 0.0 && kind <= (double)EXIT_KINDS && kind == floor(kind)))
-            return fails(message, "unknown kind of", plant_name(EXIT));
+            return fails(message, "unknown kind of", plant_name(CABLE_EXIT));
     }
     plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[AXIAL_STIFFNESS] ? 2 * plant->cables : 0);
     return true;

@@ -19,7 +19,7 @@ typedef enum {
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
     EXTERNAL_FORCE, EXTERNAL_MOMENT, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
     UNILATERAL, /* of the cables: 1 if they only pull */
-    EXIT,  /* only where cables leave the frame otherwise than at their anchors: kind and numbers, see exits.h */
+    CABLE_EXIT,  /* only where cables leave the frame otherwise than at their anchors: kind and numbers, see exits.h */
     GUIDE, /* only of guided platforms: 1 along each free axis (3) and about each (3): those of a hinge, or of a ball */
     /* of winches, and of those with elastic cables */
     COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, DRUM_SPEED,
@@ -52,7 +52,7 @@ typedef struct {
    from the parameters, then the state. A copy of it is a snapshot. */
 typedef struct {
     size_t cables;
-    size_t exit; /* numbers of EXIT for each cable */
+    size_t exit; /* numbers of CABLE_EXIT for each cable */
     size_t variables; /* how many there are, constants included */
     Variable *variable;
     size_t scalars;   /* numbers in them */
