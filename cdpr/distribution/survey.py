@@ -8,9 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.cables.lines import lines
 from cdpr.mechanics import geometry
 from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.properties import check_lengths
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.stage import Solve, TensionStage
@@ -82,6 +84,8 @@ def survey(
         while happening and 0 <= due <= numbers[k]:
             due = happening.act(due)
         geometry.cable_geometry(ways, row[:13].copy(), W, length[k], rate[k])
+        if not (length[k] >= tolerances.LENGTH).all():
+            check_lengths(robot, row[:7])
         w[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
         distribute()
         wrench[k], tension[k], reports[k] = w, t, report

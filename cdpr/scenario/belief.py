@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from cdpr.cables import COMMANDED, MODELS
 from cdpr.model import DOF_NAMES
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.describe import look
@@ -162,12 +163,25 @@ def _same_robot(document: Document, twin: Document, found: Problems) -> None:
     cables = [each.get(CABLES) for each in (document, twin)]
     if not all(isinstance(each, list) for each in cables):
         return  # their sections say it
+    legs = (*ROBOT, "unilateral")
+    if document.get(legs) is not False and twin.get(legs) is False and _commanded(document, cables[0]):
+        text = "must be the robot's, true: what is commanded of its ideal cables acts as it is, and they cannot push"
+        found.add(twin.mark(legs), legs, text)
     for i, (name, other) in enumerate(zip(*map(cable_names, cables), strict=True)):
         if name != other:
             path = (*CABLES, i, "name")
             found.add(
                 twin.mark(path), path, f"must be '{name}', the name of this cable of the robot, got {shown(other)}"
             )
+
+
+def _commanded(document: Document, cables: list[Any]) -> bool:
+    """Whether the tension of some cable is its command."""
+    if document.get(("actuators",)) is not None:
+        return False
+    common = document.get((*ROBOT, "cable", "model")) or COMMANDED
+    models = [str(cable.get("model") or common) for cable in cables if isinstance(cable, dict)]
+    return any(model in MODELS and MODELS[model].immediate for model in models)
 
 
 def differences(robot: RobotSection, believed: RobotSection) -> list[str]:
@@ -216,6 +230,8 @@ def in_a_line(told: list[str]) -> str:
 
 def unused(robot: RobotSection, believed: RobotSection) -> list[str]:
     """Return the keys that are believed to be different without any effect."""
+    if believed.frame is not None and robot.frame is None:
+        robot = robot.model_copy(update={"frame": FrameSection()})
     keys = []
     for key in UNUSED:
         one, other = (_inner(each, key) for each in (robot, believed))

@@ -16,7 +16,7 @@ from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.problems import Problems
+from cdpr.scenario.problems import Path, Problems, dotted
 from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
@@ -107,17 +107,17 @@ class EventChecks(Checks):
     def _need_ideal_cables(self, events: Places) -> None:
         common = self.document.get(("robot", "cable", "model")) or COMMANDED
         cables = self.document.get(("robot", "cables"))
-        own = (
-            [cable.get("model") or common for cable in cables if isinstance(cable, dict)]
-            if isinstance(cables, list)
-            else [common]
-        )
-        others = [model for model in map(str, own) if model in MODELS and not MODELS[model].immediate]
+        own: dict[Path, str] = {("robot", "cable", "model"): str(common)}
+        if isinstance(cables, list):
+            named = {i: cable.get("model") for i, cable in enumerate(cables) if isinstance(cable, dict)}
+            own = own if None in named.values() else {}
+            own |= {("robot", "cables", i, "model"): str(model) for i, model in named.items() if model is not None}
+        others = [place for place, model in own.items() if model in MODELS and not MODELS[model].immediate]
         if self.document.get(("actuators",)) is not None:
             text = "happens to ideal cables only, and there are actuators: remove it or them"
         elif others:
             ideal = f"remove it or set that to {COMMANDED}"
-            text = f"happens to ideal cables only, and robot.cable.model is {others[0]}: {ideal}"
+            text = f"happens to ideal cables only, and {dotted(others[0])} is {own[others[0]]}: {ideal}"
         else:
             return
         for i, event in events:

@@ -27,6 +27,8 @@ def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml",
             _refuse_special(os.fstat(descriptor), path)  # it may have been replaced since
             return file.read(limit + 1)
     except FileNotFoundError:
+        if os.path.islink(path):
+            raise UnreadableError(f"'{path}' is a link to '{os.readlink(path)}', which is not there") from None
         raise UnreadableError(f"there is no file '{path}'{_suggestion(path, endings)}") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)

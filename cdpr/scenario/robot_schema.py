@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from cdpr.cables import COMMANDED, MODELS, AnyExit
+from cdpr.cables import ACTUATED, COMMANDED, MODELS, AnyExit
 from cdpr.cables.chain import PROPERTIES
 from cdpr.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Cable, Platform, Robot, Winch, rotations
@@ -269,10 +269,17 @@ class RobotSection(Section):
         cables = [cable.model_copy(update={"name": cable_name(cable, i)}) for i, cable in enumerate(self.cables)]
         return self.model_copy(update={"cables": cables})
 
-    def unused(self) -> list[str]:
-        """Return the properties, given for some cable or for all, that no cable's model uses."""
+    def unused(self, actuated: bool = False) -> list[str]:
+        """Return the properties, given for some cable or for all, that no cable's model uses.
+
+        With actuators, `actuated`, all cables are as these are exported, whatever model they name.
+        """
         keys = []
-        chains = [MODELS[cable.model or self.cable.model] for cable in self.cables]
+        chains = [MODELS[ACTUATED if actuated else cable.model or self.cable.model] for cable in self.cables]
+        if actuated and any(cable.model not in (None, ACTUATED) for cable in self.cables):
+            keys.append("cables[*].model")
+        if actuated and self.cable.model not in (COMMANDED, ACTUATED):
+            keys.append("cable.model")
         for name in PROPERTIES:
             if not all(name in chain.unused for chain in chains):
                 continue

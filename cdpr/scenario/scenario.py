@@ -279,7 +279,7 @@ def build_scenario(
         solver_options=solver_options,
         source=document.source,
         unused=(
-            *(f"robot.{key}" for key in robot.unused()),
+            *(f"robot.{key}" for key in robot.unused(sections.actuators is not None)),
             *(belief.unused(robot, thought) if thought else ()),
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),

@@ -22,7 +22,7 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import FAULTS, acceleration_bounds, believe, exert, observe
+from cdpr.simulation.observe import FAULTS, NO_LENGTH, acceleration_bounds, believe, exert, observe, without_length
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
@@ -420,8 +420,9 @@ class Loop:
     def _check(self, fault: int) -> None:
         if fault:
             state = self.parts.backend.state
+            why = without_length(self.parts.robot, state) if fault == NO_LENGTH else ""
             raise Diverged(
-                f"{FAULTS[fault]} (position {_brief(state[:3])} m, velocity {_brief(state[7:10])} m/s, "
+                f"{FAULTS[fault]}{why} (position {_brief(state[:3])} m, velocity {_brief(state[7:10])} m/s, "
                 f"angular velocity {_brief(state[10:])} rad/s)"
             )
 

@@ -12,6 +12,7 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
+from cdpr.model.rotations import matrix
 
 # Faster than any cable robot by two orders: whoever gets there has diverged.
 SPEED_MAX = 1e3  # m/s
@@ -27,12 +28,14 @@ JUMP_SPEED = 1e-6  # m/s and rad/s
 
 LENGTH_MIN = 1e-9  # m; the direction of a shorter cable is rounding
 
+NO_LENGTH = 5
+
 FAULTS = {
     1: "the state is not finite",
     2: "the attitude quaternion is not of unit length",
     3: "the platform moves absurdly fast",
     4: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
-    5: "a cable has no length",
+    NO_LENGTH: "a cable has no length",
     6: "a cable has no length where the controller believes its ends to be",
 }
 
@@ -51,6 +54,14 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
     ratio = (moments[2] - moments[0]) / moments[0]
     weight = float(np.linalg.norm(gravity))
     return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio])
+
+
+def without_length(robot: Robot, state: Array) -> str:
+    """Tell which cables' exits stand in their way at a state (13,), and how; "" where none does."""
+    tips = state[:3] + robot.anchors[:, 3:] @ matrix(state[3:7]).T
+    ways = zip(robot.cables, tips, strict=True)
+    told = [(one.name, one.exit.obstacle(one.frame.tolist(), tip.tolist())) for one, tip in ways if one.exit]
+    return "".join(f": of '{name}' {why}" for name, why in told if why)
 
 
 @kernel
@@ -116,7 +127,7 @@ def observe(
         for i in range(lines.shape[0]):
             work -= highest[i] * length[i]
             if not length[i] > LENGTH_MIN:
-                fault = 5
+                fault = NO_LENGTH
         energies[0], energies[1] = energy(inertial, gravity, live)
         if period > 0.0:
             energies[2] += work

@@ -1,0 +1,74 @@
+"""What is told of robots whose cables differ, of beliefs that no cable can fulfil, and of pulleys in the way."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from command_line import cdpr_here
+from conftest import ROOT
+
+import cdpr
+from cdpr.errors import Diverged, ScenarioError
+
+PLANAR = str(ROOT / "scenarios" / "planar.yaml")
+WINCHES = str(ROOT / "scenarios" / "winch_fmu.yaml")
+LEGS = {"believed.unilateral": False, "believed.tension.min": -100}
+DRUM = {"drum_radius": 0.05, "inertia": 0.002}
+# The first cable's pulley stands in the way of the move that `INTO` asks for.
+IN_THE_WAY = {"robot.cables[0].exit": {"type": "pulley", "radius": 0.4, "axis": [1, 0, 0]}}
+INTO = {"initial.position": [0, 0, 1.5], "trajectory.duration": 1.0, "trajectory.to.position": [-1.6, 0, 2.95]}
+
+
+def test_to_believe_ideal_cables_to_be_legs_would_let_them_push():
+    with pytest.raises(ScenarioError, match=r"believed.unilateral: must be the robot's, true: .* they cannot push"):
+        cdpr.load_scenario(PLANAR, overrides=LEGS)
+
+
+@pytest.mark.parametrize("more", [{"robot.unilateral": False}, {"robot.cable.model": "rigid", "robot.winch": DRUM}])
+def test_legs_and_drums_take_commands_to_push_as_they_can(more):
+    """Legs push, and a drum leaves a cable slack."""
+    run = cdpr.simulate(PLANAR, overrides={**LEGS, **more, "simulation.duration": 0.02})
+    assert run.tension.min() < 0.0
+    if "robot.winch" in more:
+        assert run["cable_tension"].min() >= 0.0
+
+
+def test_a_place_of_the_base_that_is_believed_is_no_shape():
+    scenario = cdpr.load_scenario(PLANAR, overrides={"believed.frame.position": [0, 0, 0.1]})
+    assert scenario.unused == ()
+
+
+@pytest.mark.parametrize("common", ["ideal", "elastic"])
+def test_an_event_names_the_cable_that_is_not_ideal(common):
+    cut = [{"type": "cable_break", "time": 0.01, "cable": 1}]
+    own = {f"robot.cables[{i}].model": "rigid" if i == 2 else "ideal" for i in range(8)}
+    about = {"actuators": None, **own, "robot.cable.model": common, "events": cut}
+    with pytest.raises(ScenarioError, match=r"and robot.cables\[2\].model is rigid: remove it or set that to ideal"):
+        cdpr.load_scenario(ROOT / "scenarios" / "winch.yaml", overrides={k: v for k, v in about.items() if v})
+
+
+def test_actuators_say_which_models_they_replace_and_what_they_use():
+    assert cdpr.load_scenario(WINCHES).unused == ()
+    rigid = cdpr.load_scenario(WINCHES, overrides={"robot.cable.model": "rigid"})
+    assert rigid.unused == ("robot.cable.model",)  # the stiffness is used
+    mixed = cdpr.load_scenario(WINCHES, overrides={"robot.cables[0].model": "ideal"})
+    assert mixed.unused == ("robot.cables[*].model",)
+
+
+def test_a_run_into_a_pulley_says_so():
+    with pytest.raises(Diverged, match=r"a cable has no length: of 'cable_1' its anchor .* lies within its pulley"):
+        cdpr.simulate(PLANAR, backend="mujoco", overrides={**IN_THE_WAY, **INTO})
+
+
+def test_a_motion_into_a_pulley_is_told_before_the_run():
+    done = cdpr_here(
+        "info", PLANAR, *(f"--set={key}={json.dumps(value)}" for key, value in (IN_THE_WAY | INTO).items()), code=2
+    )
+    assert "cable 'cable_1' has no length at" in done.stderr and "lies within its pulley" in done.stderr
+
+
+def test_a_link_to_nothing_is_told_as_one(tmp_path):
+    (tmp_path / "s.yaml").symlink_to("nowhere.yaml")
+    with pytest.raises(ScenarioError, match=r"s.yaml' is a link to 'nowhere.yaml', which is not there"):
+        cdpr.load_scenario(tmp_path / "s.yaml")
