@@ -17,11 +17,15 @@ def needs_options(entry):
     return any(field.is_required() for field in entry.info.options.model_fields.values())
 
 
-# Seconds of rational numbers: that their answers do not jump is asked among the slow tests.
-SLOW = {("exact", "answers_are_continuous")}
+def is_slow(role, name, check):
+    """Seconds of rational numbers, and the search for leaks, of which one solver shows that the others are asked."""
+    if check == "nothing_leaks":
+        return role == "solver" and name != "qp"
+    return (name, check) == ("exact", "answers_are_continuous")
+
 
 CASES = [
-    pytest.param(case, id=f"{role}-{name}-{case}", marks=[pytest.mark.slow] if (name, str(case)) in SLOW else [])
+    pytest.param(case, id=f"{role}-{name}-{case}", marks=[pytest.mark.slow] if is_slow(role, name, str(case)) else [])
     for role in ROLES
     for name, entry in sorted(registry().plugins[role].items())
     if entry.distribution == OWN_DISTRIBUTION and not entry.missing and not needs_options(entry)

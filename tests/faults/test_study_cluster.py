@@ -111,7 +111,8 @@ def test_faults_are_told(scheduler, tmp_path):
     assert "ended by SIGKILL" in done.stdout
 
 
-@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGKILL])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, number):
     study = faulty_study(tmp_path, ["hang", "hang", "none"], 0.1, keep="all")
     out = tmp_path / "out"
@@ -142,6 +143,7 @@ def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     assert cdpr.load_run(folder).status == "finished"
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_killed_is_told_and_the_study_goes_on_elsewhere(cluster, tmp_path):
     """The last of those that share the cluster."""
     study = faulty_study(tmp_path, ["none", "hang", "hang"], 0.1)

@@ -64,6 +64,7 @@ def test_installed_beside(installed, tmp_path):
     use(installed, tmp_path)
 
 
+@pytest.mark.slow
 def test_their_own_test_file(installed, tmp_path):
     """What the tutorial shows runs under pytest, one test a check."""
     shutil.copy(SOLVER / "test_weighted.py", tmp_path)

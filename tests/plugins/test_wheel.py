@@ -44,6 +44,7 @@ def run(python, *arguments, cwd, code=0):
 SHORT = ["--set", "simulation.duration=0.01"]
 
 
+@pytest.mark.slow
 def test_the_first_command_needs_no_file(python, tmp_path):
     done = run(python, "-m", "cdpr", "run", "--backend", "dart", *SHORT, "--out", "out", cwd=tmp_path)
     assert "no scenario is given: this runs the example caroca" in done.stderr

@@ -104,6 +104,7 @@ class Remembering(MinimumNorm):
         return status
 
 
+@pytest.mark.slow
 def test_bench_finds_wrong_answers_and_counts_them():
     found = run(
         [wall()],

@@ -209,6 +209,7 @@ def test_slow_solvers_get_the_first_problems_only():
     assert measured(MinimumNorm, poses=4, slow=True)["problems"] == 4
 
 
+@pytest.mark.slow
 def test_all_but_the_times_is_the_same_each_time(monkeypatch):
     monkeypatch.setattr(measures, "STEPS", 30)  # of a path: what differs by chance does so at any point
 
