@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
@@ -18,6 +18,18 @@ class Section(BaseModel):
     """Base of all sections: frozen, no unknown key, no NaN, no silent conversion."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class Kind(Section):
+    """Base of sections of which there are several kinds, told apart by their `type`."""
+
+    type: str
+
+    @classmethod
+    def kind(cls) -> str:
+        """Return what `type` says of this kind."""
+        name: str = get_args(cls.model_fields["type"].annotation)[0]
+        return name
 
 
 def unit(symbol: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from cdpr.cables import EXITS, MODELS
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
-ALL_EXITS = tuple(kind.name() for kind in EXITS)
+ALL_EXITS = tuple(kind.kind() for kind in EXITS)
 OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # of cdpr's own kernel; tendons and legs know none
 
 # Of MuJoCo, Bullet and DART alike; the reference offers it, too, so that each of them can be held against it.

@@ -13,15 +13,15 @@ import inspect
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, Self, get_args
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.fields import Section
+from cdpr.fields import Kind
 
 
-class Exit(Section):
+class Exit(Kind):
     """An exit, as a robot file describes it.
 
     Attributes:
@@ -32,18 +32,11 @@ class Exit(Section):
     """
 
     kernels: ClassVar[str] = ""
-    type: str
-
-    @classmethod
-    def name(cls) -> str:
-        """Return what `type` says."""
-        kind: str = get_args(cls.model_fields["type"].annotation)[0]
-        return kind
 
     @classmethod
     def source(cls) -> Path:
         """Return where its C would lie, for exported FMUs: beside it, under its name; see fmu/export/source/exits.h."""
-        return Path(inspect.getfile(cls)).with_name(f"{cls.name()}.c")
+        return Path(inspect.getfile(cls)).with_name(f"{cls.kind()}.c")
 
     @abstractmethod
     def numbers(self) -> Sequence[float]:

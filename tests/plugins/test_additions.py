@@ -302,7 +302,7 @@ def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
     add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
-    place = "            self._add_belief(parts.believed)\n        self.distribute = self._through(self.stage)\n"
+    place = "        self.distribute = self._through(self.stage)\n\n"  # as the loop is made
     add(None, "", "cdpr/simulation/loop.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")

@@ -21,11 +21,11 @@ EXAMPLES = {"pulley": {"radius": 0.1, "axis": (0.3, -0.2, 0.9)}}  # options of e
 
 
 def name_of(kind: type[Exit]) -> str:
-    return kind.name()
+    return kind.kind()
 
 
 def example(kind: type[Exit]) -> Exit:
-    return kind(type=kind.name(), **EXAMPLES[kind.name()])
+    return kind(type=kind.kind(), **EXAMPLES[kind.kind()])
 
 
 def rows(kind: type[Exit], count: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -64,7 +64,7 @@ def test_the_c_of_a_part_is_its_kernels_to_the_bit(kind, tmp_path):
     (tmp_path / "part.so").write_bytes(library(files, ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off")))
     part, kernels = ctypes.CDLL(str(tmp_path / "part.so")), import_module(kind.kernels)
     row_type, wound_type = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_double)
-    leave, carry = getattr(part, f"{kind.name()}_leave"), getattr(part, f"{kind.name()}_carry")
+    leave, carry = getattr(part, f"{kind.kind()}_leave"), getattr(part, f"{kind.kind()}_carry")
     leave.argtypes, leave.restype = [row_type, Vector, wound_type], Vector
     carry.argtypes, carry.restype = [row_type, Vector, Vector], Vector
     for row, P, V in rows(kind, 300):

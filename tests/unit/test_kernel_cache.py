@@ -49,7 +49,7 @@ def test_a_change_in_a_called_kernel_is_seen(tmp_path):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     before = run(tmp_path, **cache).stdout
-    kernels = tmp_path / "cdpr" / "model" / "kernels.py"
+    kernels = tmp_path / "cdpr" / "mechanics" / "geometry.py"
     text = kernels.read_text()
     changed = text.replace("scale = tension[i] /", "scale = 0.9 * tension[i] /")
     assert changed != text

@@ -38,7 +38,7 @@ REMEDY = "give --source-only for an FMU with its C source alone, to be compiled 
 def sources() -> dict[str, bytes]:
     """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
     own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".c", ".h")]
-    kinds = {kind.name(): kind.source() for kind in in_c()}
+    kinds = {kind.kind(): kind.source() for kind in in_c()}
     files = {path.name: path.read_bytes() for path in [*own, *kinds.values()]}
     return dict(sorted({**files, "exits.c": exit_table(list(kinds)).encode()}.items()))
 

@@ -18,6 +18,19 @@ COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"
 UNSTRETCHED = "unstretched length between drum and platform"
 
+# Parameters of each cable: whose attribute, its name, unit and text.
+WINCH = [
+    ("winch", "drum_radius", "m", "radius of the drum"),
+    ("winch", "inertia", "kg.m2", "inertia of motor and drum about the drum's axis"),
+    ("winch", "viscous_friction", "N.m.s/rad", "friction torque per drum speed"),
+    ("winch", "coulomb_friction", "N.m", "friction torque of a drum that turns"),
+    ("winch", "coulomb_speed", "rad/s", "drum speed at which that reaches 76 % of its value"),
+]
+ELASTIC = [
+    ("cable", "axial_stiffness", "N", "axial stiffness, E A"),
+    ("cable", "damping", "N.s/m", "damping along the cable"),
+]
+
 
 @dataclass(frozen=True, eq=False)
 class Plant(Model):
@@ -187,39 +200,12 @@ def _winches(robot: Robot) -> list[Variable]:
     for cable in robot.cables:
         chain = chain_of(robot, cable)
         chain.winch.numbers(cable), chain.span.numbers(cable)  # say what is lacking
-    winches = [cable.winch for cable in robot.cables if cable.winch is not None]
-    rows: list[tuple[str, str, list[float], str]] = [
-        ("winch.drum_radius", "m", [winch.drum_radius for winch in winches], "radius of the drum"),
-        (
-            "winch.inertia",
-            "kg.m2",
-            [winch.inertia for winch in winches],
-            "inertia of motor and drum about the drum's axis",
-        ),
-        (
-            "winch.viscous_friction",
-            "N.m.s/rad",
-            [winch.viscous_friction for winch in winches],
-            "friction torque per drum speed",
-        ),
-        (
-            "winch.coulomb_friction",
-            "N.m",
-            [winch.coulomb_friction for winch in winches],
-            "friction torque of a drum that turns",
-        ),
-        (
-            "winch.coulomb_speed",
-            "rad/s",
-            [winch.coulomb_speed for winch in winches],
-            "drum speed at which that reaches 76 % of its value",
-        ),
+    known = [*WINCH, *ELASTIC] if _stretches(robot) else WINCH
+    owners: dict[str, list[object]] = {"winch": [cable.winch for cable in robot.cables], "cable": list(robot.cables)}
+    return [
+        parameter(f"{owner}.{name}", (robot.m,), unit, [getattr(each, name) for each in owners[owner]], text)
+        for owner, name, unit, text in known
     ]
-    if _stretches(robot):
-        stiffness = [cable.axial_stiffness or 0.0 for cable in robot.cables]
-        rows.append(("cable.axial_stiffness", "N", stiffness, "axial stiffness, E A"))
-        rows.append(("cable.damping", "N.s/m", [cable.damping for cable in robot.cables], "damping along the cable"))
-    return [parameter(name, (robot.m,), unit, values, text) for name, unit, values, text in rows]
 
 
 def _exits(robot: Robot) -> list[Variable]:

@@ -10,12 +10,12 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, Self, get_args
+from typing import Any, ClassVar, Protocol, Self
 
 from pydantic import Field
 
 from cdpr import tolerances
-from cdpr.fields import NonNegative, Section, unit
+from cdpr.fields import Kind, NonNegative, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.changes import Options
@@ -85,7 +85,7 @@ class History:
     cables: Sequence[str] = ()
 
 
-class ScenarioEvent(Section):
+class ScenarioEvent(Kind):
     """Something that happens at a time.
 
     Attributes:
@@ -100,7 +100,6 @@ class ScenarioEvent(Section):
     changes_limits: ClassVar[bool] = False
     wants_tensions: ClassVar[bool] = False
 
-    type: str
     time: NonNegative = Field(
         description="when it happens: it acts from the first sample at or after this time", json_schema_extra=unit("s")
     )
@@ -108,12 +107,6 @@ class ScenarioEvent(Section):
     def named(self, names: Sequence[str | None]) -> Self:
         """Return the event with its cable's name in place of the number; `names` are those of all cables."""
         return self
-
-    @classmethod
-    def kind(cls) -> str:
-        """Return its `type`."""
-        name: str = get_args(cls.model_fields["type"].annotation)[0]
-        return name
 
     def load(self, report: Report) -> Self | None:
         """Return the event with what its files hold; None where they are wrong, which is reported."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, ZERO, Position, Section, unit
+from cdpr.fields import INITIAL, ZERO, Kind, Position, Section, unit
 from cdpr.model.robot import Array
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed, Rated
@@ -35,7 +35,7 @@ class Report(Protocol):
         """Return what the file that is named at `path` holds, of `size` bytes at most; None where it cannot be read."""
 
 
-class Motion(Section):
+class Motion(Kind):
     """A desired motion.
 
     Attributes:
@@ -43,8 +43,6 @@ class Motion(Section):
     """
 
     files: ClassVar[tuple[str, ...]] = ()
-
-    type: str
 
     @abstractmethod
     def poses(self) -> list[tuple[Path, Posed]]:
