@@ -29,11 +29,12 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     if scenario.actuators is not None or scenario.ideal_cables:
         return
     known = declared.get("cable_models", (COMMANDED,))
-    for model in sorted({cable.model or robot.cable_model for cable in robot.cables}):
+    for i, cable in enumerate(robot.cables):
+        model, key = cable.model or robot.cable_model, "robot.cable.model" if cable.model is None else _own(i)
         if not isinstance(known, tuple | list) or model not in known:
             raise PluginError(
-                f"backend '{backend.info.name}' does not know robot.cable.model {model}: choose another "
-                f"backend, or set robot.cable.model to {COMMANDED}"
+                f"backend '{backend.info.name}' does not know {key} {model}: choose another backend, or set {key} to "
+                f"{COMMANDED}"
             )
     from cdpr.mechanics.stability import longest, oscillator, stable
 
@@ -46,3 +47,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
             f"(step * omega = {step * about.fastest:.3g}), and damping and friction ask for short steps too; it is "
             f"stable up to {longest(scheme, step):g} s"
         )
+
+
+def _own(i: int) -> str:
+    return f"robot.cables[{i}].model"

@@ -124,6 +124,15 @@ def test_on_the_line_of_the_swivel_and_within_the_pulley():
     assert np.isnan(kinematics.lengths(robot, kinematics.make_state([0.5, 0.0, 1.1]))).all()
 
 
+def test_no_cable_turns_by_more_than_three_quarters():
+    """From below the pulley, on the line on which the cable arrives and nearer than the radius."""
+    robot = with_pulleys(make_robot(np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])), 0.5)
+    for x, z, there in ((0.0, 0.2, True), (0.0, 0.9, False), (1e-3, 0.9, False), (2.0, 0.9, True)):
+        length = kinematics.lengths(robot, kinematics.make_state([x, 0.0, z]))[0]
+        assert np.isfinite(length) == there == (robot.cables[0].exit.obstacle([0, 0, 1], [x, 0.0, z]) == "")
+        assert not length < 0.0
+
+
 def test_cables_may_differ():
     rng = np.random.default_rng(1)
     robot, state = make_robot(crossed_box(rng, 8)), random_state(rng)

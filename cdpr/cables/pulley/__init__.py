@@ -11,7 +11,8 @@ and with (c, z) = P - C
 
 Pott, Cable-Driven Parallel Robots (2018), section 3.4, and Bruckmann et al., "Wire robots part I" (2008), draw the same
 pulley; derived anew, and a radius of 0 gives the point. Bearing and groove have neither friction nor inertia. Where P
-lies within the pulley there is no tangent, and length and direction are NaN; on the swivel's line itself the plane is
+lies within the pulley there is no tangent, and length and direction are NaN, as is the length where the cable would
+turn by more than 270 degrees and cross where it arrives; on the swivel's line itself the plane is
 not determined, and a fixed one is taken.
 """
 
@@ -69,11 +70,17 @@ class Pulley(Exit):
         return [self.radius, *along, *side / np.linalg.norm(side)]
 
     def obstacle(self, frame: Sequence[float], tip: Sequence[float]) -> str:
-        """Tell where the anchor on the platform lies within the pulley."""
-        along, arm = np.array(self.numbers()[1:4]), np.array(tip) - frame
+        """Tell where the anchor on the platform lies within the pulley, or behind it where the cable arrives."""
+        along, arm, r = np.array(self.numbers()[1:4]), np.array(tip) - frame, self.radius
         z = float(arm @ along)
         x = float(np.linalg.norm(arm - z * along))
-        return "" if x * (x - 2.0 * self.radius) + z * z > 0.0 else "its anchor on the platform lies within its pulley"
+        square = x * (x - 2.0 * r) + z * z
+        if r > 0.0 and not square > 0.0:
+            return "its anchor on the platform lies within its pulley"
+        f = math.sqrt(max(square, 0.0))
+        if z < 0.0 and f * (x - r) + r * z < 0.0 and f * z - r * (x - r) > 0.0:
+            return "its anchor on the platform lies behind its pulley, more than three quarters of a turn round"
+        return ""
 
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return the groove, a circle in the plane of its cable."""

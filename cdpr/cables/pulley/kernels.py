@@ -11,7 +11,7 @@ from cdpr.model.robot import Array
 
 RADIUS, AXIS, SIDE = NUMBERS, NUMBERS + 1, NUMBERS + 4
 
-# The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn, and no cable wraps three.
+# The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn, and no cable wraps so far.
 FIRST = -0.5 * math.pi
 
 
@@ -29,6 +29,8 @@ def lead(row: Array, P: Vector) -> tuple[float, float, float, float]:
     out, c, z, f = _plane(row, P)
     sine, cosine = _angle(row[RADIUS], c, z, f)
     angle = math.atan2(sine, cosine)
+    if z < 0.0 and sine < 0.0 and cosine > 0.0:
+        angle = math.nan  # more than three quarters of a turn: it would cross where it arrives
     E = _point(row, out, sine, cosine)
     return (E[0], E[1], E[2], row[RADIUS] * (angle if angle >= FIRST else angle + 2.0 * math.pi))
 

@@ -29,7 +29,8 @@ static Plane plane(const double *row, Vector P) {
 Vector pulley_leave(const double *row, Vector P, double *wound) {
     const double radius = row[NUMBERS];
     const Plane at = plane(row, P);
-    const double away = radius * (1.0 - at.cosine), up = radius * at.sine, angle = atan2(at.sine, at.cosine);
+    const double away = radius * (1.0 - at.cosine), up = radius * at.sine, turned = atan2(at.sine, at.cosine);
+    const double angle = at.z < 0.0 && at.sine < 0.0 && at.cosine > 0.0 ? NAN : turned; /* too far round */
     if (wound) *wound = radius * (angle >= FIRST ? angle : angle + TURN);
     return add(add(vector(row), scale(away, at.out)), scale(up, vector(row + NUMBERS + 1)));
 }
