@@ -11,8 +11,8 @@ from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
-    from cdpr.report.figures.scene import Scene
     from cdpr.tension.stage import TensionStage
+    from cdpr.view import Pictures
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 
@@ -44,8 +44,8 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     from cdpr.distribution.survey import survey
     from cdpr.log.run_json import plain
     from cdpr.plugins.registry import registry
-    from cdpr.report.figures.scene import Scene
     from cdpr.report.text.portrait import lines
+    from cdpr.view import Subject, pictures
 
     tell_of_compilation()
     scenario = loaded if isinstance(loaded, Scenario) else None
@@ -56,7 +56,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         "robot": describe_robot(robot),
         "pose": {"source": source, **describe_pose(robot, at, gravity, solver(robot, options).solve)},
     }
-    scene = Scene.of_robot(robot, np.zeros(1), at[None])
+    scene = pictures(Subject.of_robot(robot), np.zeros(1), at[None, :3], at[None, 3:7])
     if scenario is not None:
         from cdpr.simulation.schedule import Schedule, redirected
 
@@ -76,7 +76,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         if scenario.belief:
             figures["robot"]["believed"] = scenario.belief
         figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(asked, motion), "events": told}
-        scene = Scene.of_robot(robot, time, motion.desired[:, :7])
+        scene = pictures(scene.subject, time, motion.desired[:, :3], motion.desired[:, 3:7])
     figures = plain(figures)
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
@@ -87,7 +87,7 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
         _write(figures, scene, out, quiet=as_json)
 
 
-def _write(figures: dict[str, Any], scene: Scene, out: str, *, quiet: bool) -> None:
+def _write(figures: dict[str, Any], scene: Pictures, out: str, *, quiet: bool) -> None:
     """Write drawing and figures into the folder, made if need be."""
     from pathlib import Path
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cdpr.cables import COMMANDED
+from cdpr.cables import COMMANDED, read_exits
 from cdpr.columns import FIRST, Column
 from cdpr.lazy import late
 from cdpr.log.event import Event
@@ -15,6 +17,7 @@ from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Bounds
 from cdpr.model import rotations
 from cdpr.model.robot import Array, read_only
+from cdpr.view import Subject
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,6 +72,21 @@ class Header:
     def ideal_cables(self) -> bool:
         """Whether the tensions of all cables are their commands."""
         return self.cable_model == COMMANDED
+
+    @cached_property
+    def subject(self) -> Subject:
+        """What of the robot is drawn."""
+        return Subject(
+            cables=self.cables,
+            anchors=np.array(self.anchors, dtype=np.float64).reshape(-1, 6),
+            tension_min=np.array(self.tension_min, dtype=np.float64),
+            tension_max=np.array(self.tension_max, dtype=np.float64),
+            shape=self.shape,
+            frame=np.array(self.frame, dtype=np.float64).reshape(-1, 6),
+            colours=self.colours,
+            exits=tuple(read_exits(self.exits)),
+            broken=self.broken,
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON; what is new only where it says something: older versions read the rest."""
@@ -184,6 +202,11 @@ class Run:
         """Return the rows from `first` to `stop` (excluded); energies still count from the first row of all."""
         start = self.start if self.start is not None or not len(self.rows) else self.rows[0]
         return Run(self.header, self.rows[first:stop], self.status, start=start)
+
+    def picked(self, rows: NDArray[np.int64]) -> Run:
+        """Return the rows with these numbers (n,); what counts on their being neighbours does not hold of it."""
+        start = self.start if self.start is not None or not len(self.rows) else self.rows[0]
+        return Run(self.header, self.rows[rows], self.status, start=start)
 
     @property
     def span(self) -> tuple[float, float]:

@@ -1,4 +1,9 @@
-"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables, coloured by tension."""
+"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables, coloured by tension.
+
+While a log is written the run's own range of tensions is not known yet: colours go logarithmically over the range that
+the platform's weight lets expect, `cdpr.view.pictures.weight_range`, from dark blue to yellow. Cables that hang slack
+are grey, those at a limit magenta, broken ones invisible.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables import read_exits
 from cdpr.log.run import Header
 from cdpr.log.topics import STAMPED, Group, Topic, ros_pose
-from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.view import Pictures, State, colours, pictures
+from cdpr.view.pictures import weight_range
 
 TRANSFORM_RATE = 60.0  # Hz of simulation time, at most
 MARKER_RATE = 30.0
 _CUBE, _SPHERE, _CYLINDER, _LINE_LIST = 1, 2, 3, 5  # visualization_msgs/Marker
 _AT_ORIGIN = {"orientation": {"w": 1.0}}
+MARKED = {
+    State.SLACK: colours.SLACK.dark,
+    State.LOWEST: colours.LIMIT.dark,
+    State.HIGHEST: colours.LIMIT.dark,
+}
 _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
@@ -97,8 +107,7 @@ def _colour(header: Header, part: str) -> dict[str, float]:
     """The colour of a part, grey unless it is given."""
     if part not in header.colours:
         return _GREY
-    parts = bytes.fromhex(header.colours[part].removeprefix("#"))
-    return {**{key: value / 255.0 for key, value in zip("rgb", parts, strict=True)}, "a": 1.0}
+    return {**dict(zip("rgb", colours.parts(header.colours[part]), strict=True)), "a": 1.0}
 
 
 def _every(rate: float, header: Header) -> int:
@@ -108,37 +117,35 @@ def _every(rate: float, header: Header) -> int:
 
 def _marker_rows(header: Header, rows: Array) -> Array:
     layout, n, m = header.layout, len(rows), len(header.cables)
-    anchors = np.array(header.anchors, dtype=np.float64)
+    fields = layout.columns
+    command = rows[:, fields["tension"]]
+    shown = pictures(
+        header.subject,
+        rows[:, fields["time"]][:, 0],
+        rows[:, fields["position"]],
+        rows[:, fields["orientation"]],
+        tension=rows[:, fields["cable_tension"]] if "cable_tension" in fields else command,
+        command=command,
+    )
     source = np.empty((n, 10 * m + 7))
     points = source[:, : 6 * m].reshape(n, m, 2, 3)
-    colours = source[:, 6 * m : 10 * m].view(np.float32).reshape(n, m, 2, 4)
+    colour = source[:, 6 * m : 10 * m].view(np.float32).reshape(n, m, 2, 4)
     np.concatenate([rows[:, run] for run in ros_pose(layout)], axis=1, out=source[:, 10 * m :])
-    with np.errstate(all="ignore"):  # a diverged run is drawn too, as far as it goes
-        R = rotations.matrix(rows[:, layout.columns["orientation"]].T)  # (3, 3, n)
-        points[:, :, 1] = rows[:, None, layout.columns["position"]]
-        for j in range(3):  # R @ B_i, without matmul, whose last bit depends on the machine
-            points[:, :, 1] += R[:, None, j].T * anchors[:, None, 3 + j]
-        points[:, :, 0] = _frame_ends(header, anchors, points[:, :, 1])
-        tension = layout.columns.get("cable_tension", layout.columns["tension"])
-        colours[:] = _ramp(rows[:, tension], header)[:, :, None]
+    points[:] = shown.ends
+    colour[:] = _cable_colours(header, shown)[:, :, None]
     return source
 
 
-def _frame_ends(header: Header, anchors: Array, tips: Array) -> Array:
-    """Return where the cables to `tips` (n, m, 3) leave the frame: (m, 3) where that is fixed, else (n, m, 3)."""
-    if not header.exits:
-        return anchors[:, :3]
-    from cdpr.cables.lines import rows
-    from cdpr.mechanics.geometry import leaving
-
-    points = np.empty(tips.shape)
-    leaving(rows(anchors, read_exits(header.exits)), np.ascontiguousarray(tips), points)
-    return points
-
-
-def _ramp(tension: Array, header: Header) -> Array:
-    """Blue at the lowest tension, green halfway, red at the highest, (n, m, 4)."""
-    low, high = np.array(header.tension_min), np.array(header.tension_max)
-    part = np.clip(np.nan_to_num((tension - low) / (high - low)), 0.0, 1.0)
-    colour = [part, 1.0 - np.abs(2.0 * part - 1.0), 1.0 - part, np.ones_like(part)]
-    return np.stack(colour, axis=-1)
+def _cable_colours(header: Header, shown: Pictures) -> Array:
+    """Colours (n, m, 4) of cables by tension, over a range that is known before the run is."""
+    assert shown.tension is not None
+    assert shown.state is not None
+    low, high = weight_range(header.subject, header.mass * float(np.linalg.norm(header.gravity)))
+    with np.errstate(all="ignore"):  # a diverged run is drawn too, as far as it goes
+        share = np.log(shown.tension / low) / np.log(high / low)
+    rgba = np.ones((*share.shape, 4))
+    rgba[..., :3] = colours.tension_colours(share)
+    for state, colour in MARKED.items():
+        rgba[shown.state == state] = (*colours.parts(colour), 1.0)
+    rgba[shown.state == State.BROKEN, 3] = 0.0
+    return rgba

@@ -9,17 +9,17 @@ from typing import Any
 from cdpr.log.event import Event
 from cdpr.log.run import Run
 from cdpr.tension import Status
+from cdpr.view import colours
 
-INK = "#222222"
-SOFT = "#6b6b6b"
+INK, SOFT = colours.INK.light, colours.SOFT.light
 
 # Red, green and blue for x, y and z in tones that colour-blind readers tell apart; desired is darker.
-AXES = ("#d1402a", "#00a06e", "#2f7fd1")
+AXES = tuple(pair.light for pair in colours.AXES)
 DARK = ("#6b1204", "#00452f", "#0b2f5c")
 DESIRED = (0, (3.5, 2.5))
 
-# Petroff (2021), arXiv:2107.02270: eight colours made to be told apart by all. The ninth cable is dashed.
-CABLES = ("#1845fb", "#ff5e02", "#c91f16", "#c849a9", "#adad7d", "#86c8dd", "#578dff", "#656364")
+# The ninth cable is dashed.
+CABLES = tuple(pair.light for pair in colours.CABLES)
 DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (3.0, 1.0)))
 
 SHADES = {

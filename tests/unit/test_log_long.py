@@ -27,8 +27,8 @@ from cdpr.log.repair import repair
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
 from cdpr.log.summary import Tally
-from cdpr.report.figures import histories
 from cdpr.report.pages.run import render
+from cdpr.report.plots import histories
 from cdpr.report.text.compare import lines, subject
 
 CAROCA = Path(__file__).parent.parent.parent / "scenarios" / "caroca.yaml"

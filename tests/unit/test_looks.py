@@ -16,10 +16,10 @@ from test_scenario_base import BASE, load, problem
 import cdpr
 from cdpr.log.run import Header
 from cdpr.model import Box, Cylinder, Mesh, Sphere, rotations
-from cdpr.report.figures.scene import Scene
 from cdpr.report.figures.sketch import draw
 from cdpr.scenario import load_robot, load_scenario, mesh
 from cdpr.scenario.files import UnreadableError
+from cdpr.view import Subject, pictures
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 ROBOT = ROOT / "scenarios" / "robots" / "caroca.yaml"
@@ -221,7 +221,7 @@ def test_the_sketch_shows_it(tmp_path, shape):
     (tmp_path / "tool.stl").write_bytes(binary(CORNERS))
     changes = [f"platform.shape={shape}", "platform.colour='#abcdef'", "frame={colour: '#123456', shape: posts}"]
     robot = load_robot(str(tmp_path / "r.yaml"), text=ROBOT.read_text(), overrides=changes)
-    chart = draw(Scene.of_robot(robot, np.zeros(1), robot.home[None]))
+    chart = draw(pictures(Subject.of_robot(robot), np.zeros(1), robot.home[None, :3], robot.home[None, 3:]))
     (axes,) = chart.axes
     looks = [patch.get_facecolor()[:3] for patch in axes.patches]
     wanted = tuple(int("abcdef"[i : i + 2], 16) / 255 for i in (0, 2, 4))

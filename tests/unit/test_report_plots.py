@@ -12,9 +12,9 @@ from cdpr.log.run import Run
 from cdpr.report.figures import run as plots
 from cdpr.report.figures import sketch
 from cdpr.report.figures.canvas import Chart, inline_svg
-from cdpr.report.figures.histories import roll_pitch_yaw
 from cdpr.report.figures.overlay import number_groups
 from cdpr.report.marks import AXES, CABLES, shorten
+from cdpr.report.plots.histories import roll_pitch_yaw
 
 FIGURES = (
     sketch.robot,

@@ -9,10 +9,10 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Axes, Line2D, Path, PathPatch
-from cdpr.report.figures.decimate import intervals
-from cdpr.report.figures.histories import histories
 from cdpr.report.figures.legend import Entry
 from cdpr.report.marks import INK, SHADES, events
+from cdpr.report.plots.decimate import intervals
+from cdpr.report.plots.histories import histories
 
 CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}

@@ -12,10 +12,10 @@ import numpy as np
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, MaxNLocator
-from cdpr.report.figures.histories import Points
 from cdpr.report.figures.legend import LINE, Entry, legend_width, write_legend
 from cdpr.report.figures.overlay import FEW, draw_overlay, overlay_entries, span
 from cdpr.report.marks import SOFT
+from cdpr.report.plots.histories import Points
 
 # Inches. All figures of one run have the same width and the same time axis, one above the other.
 WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.85, 0.24, 0.46, 0.2

@@ -9,10 +9,10 @@ import numpy as np
 from cdpr import columns
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Chart, styled
-from cdpr.report.figures.histories import PLUGIN, Points, histories
 from cdpr.report.figures.legend import Entry
 from cdpr.report.figures.panels import Curves, Limit, Panel, stack
 from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, events, shorten
+from cdpr.report.plots.histories import PLUGIN, Points, histories
 from cdpr.scenario.events import limits_change
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Sequence
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,14 @@ from cdpr.log.run import Run
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, Path, PathPatch, inline_svg, styled
-from cdpr.report.figures.decimate import extrema
-from cdpr.report.figures.histories import histories
 from cdpr.report.figures.legend import LETTER, LINE, Entry, legend_width, write_legend
 from cdpr.report.figures.panels import TOP, WIDTH
-from cdpr.report.figures.scene import Scene
 from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
+from cdpr.report.plots.decimate import extrema
+from cdpr.report.plots.histories import histories
+from cdpr.report.plots.pictures import pictures_of
+from cdpr.view import Pictures, Subject, solid
+from cdpr.view.shapes import CUBE, EDGES, radius_around
 
 LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 # Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
@@ -31,52 +33,48 @@ START: dict[str, Any] = {"color": "#a0a0a0", "linewidth": 0.8}
 PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
 DESIRED_PATH: dict[str, Any] = {"color": "#22b573", "linewidth": 1.0, "linestyle": DESIRED}
 
-AROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
-CIRCLE = np.stack([np.cos(AROUND), np.sin(AROUND)], axis=1)
-CUBE = np.array(list(product((-0.5, 0.5), repeat=3)))
-EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CUBE[i] - CUBE[j]).sum() == 1.0]
-FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
-
 
 def robot(run: Run) -> Chart:
     """Draw the frame's anchors, cables and platform at start and end of a run, and the way between them."""
-    return draw(Scene.of_run(histories(run).outline))
+    return draw(pictures_of(histories(run).outline))
 
 
-def write_svg(scene: Scene, file: pathlib.Path, label: str) -> None:
+def write_svg(scene: Pictures, file: pathlib.Path, label: str) -> None:
     """Draw the scene into a file, whose folder must exist; OutputError where it cannot be written."""
     replace(file, inline_svg(draw(scene), "robot", label).encode(errors="xmlcharrefreplace"))
 
 
 @styled
-def draw(scene: Scene) -> Chart:
+def draw(scene: Pictures) -> Chart:
     """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
-    A = scene.anchors[:, :3]
-    sane = np.concatenate([A, scene.position if scene.desired is None else scene.desired])
+    subject = scene.subject
+    A = subject.anchors[:, :3]
+    sane = np.concatenate([A, scene.position if scene.desired_position is None else scene.desired_position])
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
     shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
     rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(scene.orientation).all(axis=1))]
-    ends_of_frame = scene.frame.reshape(-1, 3)
+    ends_of_frame = subject.frame.reshape(-1, 3)
     inside = np.concatenate([A, ends_of_frame, scene.position[rows]])
     low, high = inside.min(axis=0), inside.max(axis=0)
     view = _projection(high - low)
     box = (low + high) / 2 + CUBE * (high - low)
-    short = all(len(name) <= 4 for name in scene.cables)
-    names = [name if short else str(i) for i, name in enumerate(scene.cables, 1)]
+    short = all(len(name) <= 4 for name in subject.cables)
+    names = [name if short else str(i) for i, name in enumerate(subject.cables, 1)]
 
     ends = scene.position[rows[:1] + rows[-1:]]
-    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * _radius(scene) for s in (-1.0, 1.0))])
+    far = radius_around(subject.shape, subject.anchors[:, 3:])
+    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * far for s in (-1.0, 1.0))])
     labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
-    right, sides = legend_width(scene.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
+    right, sides = legend_width(subject.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
     height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
     chart = Chart(figsize=(WIDTH, height))
     axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
     axes.set_axis_off()
     reach = _fit(axes, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
-    if len(scene.frame):
-        colour = {"color": scene.colours.get("frame", FRAME["color"])}
-        _segments(axes, view, [(edge[:3], edge[3:]) for edge in scene.frame], **FRAME | {"linewidth": 1.2} | colour)
+    if len(subject.frame):
+        colour = {"color": subject.colours.get("frame", FRAME["color"])}
+        _segments(axes, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | {"linewidth": 1.2} | colour)
     else:
         _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
     entries = [_world_axes(axes, view, low, size)]
@@ -84,10 +82,9 @@ def draw(scene: Scene) -> Chart:
         entries += _motion(axes, scene, view, rows)
     _write_labels(axes, labels, hull.mean(axis=0), reach)
     if not short:
-        named = zip(names, scene.cables, cable_looks(scene.cables), strict=True)
-        entries += [
-            (f"{i}: {shorten(name, 23)}" + " (broken)" * (name in scene.broken), look) for i, name, look in named
-        ]
+        broken = subject.broken_by(float(scene.time[-1]) if len(scene.time) else 0.0)
+        named = zip(names, subject.cables, cable_looks(subject.cables), strict=True)
+        entries += [(f"{i}: {shorten(name, 23)}" + " (broken)" * (name in broken), look) for i, name, look in named]
     write_legend(chart, entries, (WIDTH - right, height - TOP))
     return chart
 
@@ -139,31 +136,32 @@ def _world_axes(axes: Axes, view: Array, corner: Array, size: float) -> Entry:
     return f"axes, {length:g} m long", {"color": AXES[0], "linewidth": 2.2}
 
 
-def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int]) -> list[Entry]:
+def _motion(axes: Axes, scene: Pictures, view: Array, rows: list[int]) -> list[Entry]:
     """Draw cables and platform in the first and the last of `rows`, and the path in between."""
-    start, end = rows[0], rows[-1]
+    subject, start, end = scene.subject, rows[0], rows[-1]
     moves = len(scene.time) > 1
     if moves:
         p, R = scene.position[start], rotations.matrix(scene.orientation[start])
-        frame, tips, _ = scene.ways(start)
-        _segments(axes, view, list(zip(frame, tips, strict=True)), **START, zorder=1.5)
-        _platform(axes, scene, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
+        (ends,) = subject.ends(scene.position[[start]], scene.orientation[[start]])
+        _segments(axes, view, list(ends), **START, zorder=1.5)
+        _platform(axes, subject, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
-    face = scene.colours.get("platform", "#e9eef4")
-    _platform(axes, scene, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
-    frame, tips, outlines = scene.ways(end)
-    for line in outlines:
+    face = subject.colours.get("platform", "#e9eef4")
+    _platform(axes, subject, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
+    (ends,) = subject.ends(scene.position[[end]], scene.orientation[[end]])
+    broken = subject.broken_by(float(scene.time[-1]))
+    for line in subject.exit_lines(ends):
         _segments(axes, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
-    for name, a, b, look in zip(scene.cables, frame, tips, cable_looks(scene.cables), strict=True):
-        if name not in scene.broken:
+    for name, (a, b), look in zip(subject.cables, ends, cable_looks(subject.cables), strict=True):
+        if name not in broken:
             _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
-    x, y = view[:2] @ np.concatenate([frame, tips]).T
+    x, y = view[:2] @ ends.reshape(-1, 3).T
     axes.add_artist(Line2D(x, y, linestyle="", marker="o", markersize=2.6, color=INK, zorder=3.5))
     if not moves:
         return []
     paths = [("path", scene.position, PATH)]
-    if scene.desired is not None:
-        paths.append(("desired path", scene.desired, DESIRED_PATH))
+    if scene.desired_position is not None:
+        paths.append(("desired path", scene.desired_position, DESIRED_PATH))
     for _, path, look in paths:
         _, points = extrema(scene.time[rows], path[rows] @ view[:2].T, bins=150)
         axes.add_artist(Line2D(points[:, 0], points[:, 1], zorder=4, **look))
@@ -175,45 +173,22 @@ def _motion(axes: Axes, scene: Scene, view: Array, rows: list[int]) -> list[Entr
     ]
 
 
-def _platform(axes: Axes, scene: Scene, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
+def _platform(axes: Axes, subject: Subject, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
     """Draw the platform's shape, or spokes to its anchors where none is known."""
-    shape = scene.shape or {}
     outline = {**look, "linewidth": 0.8, "joinstyle": "round"}
-    if "box" in shape or "mesh" in shape:
-        lower, upper = np.array(shape["mesh"] if "mesh" in shape else np.outer((-0.5, 0.5), shape["box"]))
-        middle = p + R @ (0.5 * (lower + upper))
-        corners = middle + (CUBE * (upper - lower)) @ R.T
-        for face in FACES:
-            ring = corners[list(face)]
-            if look["facecolor"] == "none" or (ring.mean(axis=0) - middle) @ view[2] > 0.0:  # else it is hidden
-                axes.add_artist(PathPatch(_closed(ring @ view[:2].T), **outline))
-    elif "cylinder" in shape:
-        radius, height = shape["cylinder"]
-        circle = radius * CIRCLE @ R[:, :2].T
-        top, bottom = ((p + sign * 0.5 * height * R[:, 2] + circle) @ view[:2].T for sign in (1.0, -1.0))
-        axes.add_artist(PathPatch(_closed(_hull(np.concatenate([top, bottom]))), **outline))
-        axes.add_artist(PathPatch(_closed(top if R[:, 2] @ view[2] > 0.0 else bottom), **outline))
-    elif "sphere" in shape:
-        circle = float(shape["sphere"]) * CIRCLE
-        axes.add_artist(PathPatch(_closed(view[:2] @ p + circle), **outline))
-    else:
-        tips = p + scene.anchors[:, 3:] @ R.T
-        spokes = [(p, tip) for tip in tips]
+    body = solid(subject.shape)
+    if body is None:
+        spokes = [(p, p + R @ B) for B in subject.anchors[:, 3:]]
         _segments(axes, view, spokes, color=look["edgecolor"], linewidth=1.6, zorder=look["zorder"])
-
-
-def _radius(scene: Scene) -> float:
-    """Radius of a sphere that holds the platform, m."""
-    shape = scene.shape or {}
-    radius, height = shape.get("cylinder", (0.0, 0.0))
-    reaches = (
-        np.linalg.norm(shape.get("box", 0.0)) / 2,
-        shape.get("sphere", 0.0),
-        np.hypot(radius, height / 2),
-        np.linalg.norm(np.abs(shape.get("mesh", np.zeros((2, 3)))).max(axis=0)),
-        np.linalg.norm(scene.anchors[:, 3:], axis=1).max(),
-    )
-    return float(max(reaches))
+        return
+    corners = p + body.vertices @ R.T
+    if body.curved:
+        axes.add_artist(PathPatch(_closed(_hull(corners @ view[:2].T)), **outline))
+    for face in body.faces:
+        ring = corners[list(face)]
+        outwards = np.cross(ring[1] - ring[0], ring[2] - ring[1]) @ view[2] > 0.0
+        if outwards or (look["facecolor"] == "none" and not body.curved):  # else it is hidden
+            axes.add_artist(PathPatch(_closed(ring @ view[:2].T), **outline))
 
 
 def _hull(points: Array) -> Array:

@@ -9,10 +9,10 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.figures.histories import histories
 from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.pages.page import table
+from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
 from cdpr.report.text.reservations import fallback, reservations
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cdpr.log.run import Run
 from cdpr.log.summary import PIECE
 from cdpr.model.robot import Array
-from cdpr.report.figures.decimate import BINS, Extrema
+from cdpr.report.plots.decimate import BINS, Extrema
 
 LARGEST = 1e100  # beyond, axes overflow
 

@@ -1,0 +1,111 @@
+"""Which colour stands for what, on light and on dark ground.
+
+Each list holds the same things twice: a colour that stands out from white and one that stands out from the dark ground
+of pages and viewers, both by a contrast of at least 3 (WCAG 2.1, 1.4.11). Cables differ for readers who are red-green
+blind, too, and by dashes where they are many. Tension goes through lightness and hue together: what pulls harder
+differs more from the ground.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cdpr.model.robot import Array
+
+
+class Pair(NamedTuple):
+    """A colour "#rrggbb" for light ground and one for dark ground."""
+
+    light: str
+    dark: str
+
+
+GROUND = Pair("#ffffff", "#15181d")
+INK = Pair("#222222", "#e6e8eb")
+SOFT = Pair("#6b6b6b", "#9aa3ad")
+# Of x, y and z: red, green and blue.
+AXES = (Pair("#d1402a", "#ff7a63"), Pair("#00875c", "#2fc793"), Pair("#2f7fd1", "#6fb1f5"))
+# Found by search: as far apart as eight colours of these hues can be, to all eyes, on each ground.
+CABLES = (
+    Pair("#4c43f4", "#6452f9"),
+    Pair("#a8491b", "#aa6203"),
+    Pair("#08a38b", "#3bde0d"),
+    Pair("#77042c", "#f16693"),
+    Pair("#540d86", "#fdc1fe"),
+    Pair("#006a85", "#008995"),
+    Pair("#b38d01", "#f0ec9e"),
+    Pair("#a37af8", "#8b9ff7"),
+)
+DESIRED = Pair("#0e8a54", "#35c983")
+SLACK = Pair("#8a8a8a", "#8d96a0")
+LIMIT = Pair("#c2008f", "#ff6bd6")
+FORCE = Pair("#b35900", "#ffab4a")
+
+# Lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020) at the least and the largest tension.
+RAMPS = {"light": ((0.66, 0.13, 240.0), (0.40, 0.16, 385.0)), "dark": ((0.56, 0.17, 265.0), (0.90, 0.16, 455.0))}
+
+_LMS = np.array(
+    [
+        [0.4122214708, 0.5363325363, 0.0514459929],
+        [0.2119034982, 0.6806995451, 0.1073969566],
+        [0.0883024619, 0.2817188376, 0.6299787005],
+    ]
+)
+_LAB = np.array(
+    [
+        [0.2104542553, 0.7936177850, -0.0040720468],
+        [1.9779984951, -2.4285922050, 0.4505937099],
+        [0.0259040371, 0.7827717662, -0.8086757660],
+    ]
+)
+
+
+def tension_colours(share: Array, ground: str = "dark") -> Array:
+    """Return red, green and blue, (..., 3), 0 to 1, of shares (...) of the range from the least tension to the largest.
+
+    `ground` is "light" or "dark". What is not a number is taken as the least.
+    """
+    low, high = (np.array(end) for end in RAMPS[ground])
+    part = np.clip(np.nan_to_num(np.asarray(share, dtype=float)), 0.0, 1.0)[..., None]
+    lightness, chroma, hue = np.moveaxis(low + part * (high - low), -1, 0)
+    angle = np.radians(hue)
+    while True:
+        rgb = _linear(np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=-1))
+        outside = (rgb < -1e-4).any(axis=-1) | (rgb > 1.0 + 1e-4).any(axis=-1)
+        if not outside.any():
+            return _encoded(np.clip(rgb, 0.0, 1.0))
+        chroma = np.where(outside, 0.97 * chroma, chroma)  # no screen shows it: less colourful, as light
+
+
+def tension_steps(ground: str, count: int = 33) -> list[str]:
+    """Return `count` colours "#rrggbb" from the least to the largest tension."""
+    return [hexadecimal(rgb) for rgb in tension_colours(np.linspace(0.0, 1.0, count), ground)]
+
+
+def hexadecimal(rgb: Array) -> str:
+    """Return red, green and blue (3,), 0 to 1, as "#rrggbb"."""
+    return "#" + "".join(f"{round(255 * float(part)):02x}" for part in rgb)
+
+
+def parts(colour: str) -> tuple[float, float, float]:
+    """Return red, green and blue, 0 to 1, of "#rrggbb"."""
+    r, g, b = (byte / 255.0 for byte in bytes.fromhex(colour.removeprefix("#")))
+    return r, g, b
+
+
+def _linear(lab: Array) -> Array:
+    """Linear red, green and blue of OKLab, without matmul, whose last bit depends on the machine."""
+    cubes = _times(np.linalg.inv(_LAB), lab) ** 3
+    return _times(np.linalg.inv(_LMS), cubes)
+
+
+def _times(M: Array, x: Array) -> Array:
+    out: Array = x[..., 0, None] * M[:, 0] + x[..., 1, None] * M[:, 1] + x[..., 2, None] * M[:, 2]
+    return out
+
+
+def _encoded(linear: Array) -> Array:
+    """As sRGB encodes it (IEC 61966-2-1)."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)

@@ -1,0 +1,86 @@
+"""What of a robot is drawn, whatever its pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cdpr.cables import exits_of
+from cdpr.model import Robot, rotations
+from cdpr.model.robot import Array, CableExit
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A robot with m cables."""
+
+    cables: tuple[str, ...]  # names
+    anchors: Array  # (m, 6): A_i in the world, B_i on the platform, m
+    tension_min: Array  # (m,), N
+    tension_max: Array  # (m,), N
+    shape: dict[str, Any] | None  # as `Platform.outline`
+    frame: Array  # (k, 6), edges: two ends each, m; none where no frame is known
+    colours: dict[str, str]  # "#rrggbb" of "platform" and "frame", where they are given
+    exits: tuple[CableExit | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
+    broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
+
+    @classmethod
+    def of_robot(cls, robot: Robot) -> Subject:
+        """Return what there is to draw of a robot."""
+        return cls(
+            cables=tuple(cable.name for cable in robot.cables),
+            anchors=robot.anchors,
+            tension_min=robot.tension_min,
+            tension_max=robot.tension_max,
+            shape=robot.platform.outline,
+            frame=np.empty((0, 6)) if robot.frame is None else robot.frame.edges,
+            colours=robot.colours,
+            exits=tuple(cable.exit for cable in robot.cables) if exits_of(robot) else (),
+        )
+
+    def ends(self, position: Array, orientation: Array) -> Array:
+        """Return the ends of the cables at n poses (n, 3) and (n, 4), on the frame and on the platform: (n, m, 2, 3).
+
+        What is not finite stays so: a run that diverged is drawn as far as it goes.
+        """
+        out = np.empty((len(position), len(self.cables), 2, 3))
+        with np.errstate(all="ignore"):
+            R = rotations.matrix(np.asarray(orientation).T)  # (3, 3, n)
+            out[:, :, 1] = np.asarray(position)[:, None]
+            for j in range(3):  # R @ B_i, without matmul, whose last bit depends on the machine
+                out[:, :, 1] += R[:, None, j].T * self.anchors[:, None, 3 + j]
+        if self._lines is None:
+            out[:, :, 0] = self.anchors[:, :3]
+        else:
+            from cdpr.mechanics.geometry import leaving
+
+            points = np.empty(out[:, :, 1].shape)
+            leaving(self._lines, np.ascontiguousarray(out[:, :, 1]), points)
+            out[:, :, 0] = points
+        return out
+
+    def exit_lines(self, ends: Array) -> list[Array]:
+        """Return lines (k, 3), m, that show the exits of cables with these ends (m, 2, 3)."""
+        anchors = self.anchors[:, :3].tolist()
+        shapes = [
+            np.array(each.outline(anchor, end[0].tolist()))
+            for each, anchor, end in zip(self.exits, anchors, ends, strict=False)
+            if each is not None
+        ]
+        return [shape for shape in shapes if len(shape)]
+
+    def broken_by(self, time: float) -> frozenset[str]:
+        """Names of the cables that are no more at a time, s."""
+        return frozenset(self.cables[i] for i, since in self.broken if since <= time)
+
+    @cached_property
+    def _lines(self) -> Array | None:
+        """What compiled code takes of the ways of the cables; None where all leave from their anchors."""
+        if not self.exits:
+            return None
+        from cdpr.cables.lines import rows
+
+        return rows(self.anchors, self.exits)
