@@ -13,7 +13,7 @@ import click
 
 from cdpr.cli import DEBUG
 from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
-from cdpr.errors import CdprError, Interrupted, OutputError, PluginError
+from cdpr.errors import CdprError, Interrupted, OutputError
 from cdpr.hush import hushed
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option("--trust-fmu", is_flag=True, help="Run the native code of any FMU that the scenario names.")
 @click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
-@click.option("--report/--no-report", default=True, help="Write report.html (needs the extra 'plot').")
+@click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
     scenario: str | None,
@@ -142,16 +142,16 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
 
 
 def _write_report(run: Run) -> OutputError | None:
-    """Write report.html; without its library a run counts all the same, with a full disk it does not."""
+    """Write report.html; a full disk is told as an error."""
     from pathlib import Path
 
-    from cdpr.report.pages.run import write_report
+    from cdpr.report.pages.run import still_pictures, write_report
 
     assert run.folder is not None
     try:
         write_report(run, Path(run.folder) / "report.html")
-    except PluginError as error:
-        click.echo(f"no report: {error}", err=True)
+        if problem := still_pictures():
+            click.echo(f"report.html plays but has nothing to print: {problem}", err=True)
     except OutputError as error:
         return error
     return None

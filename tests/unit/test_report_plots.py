@@ -1,6 +1,8 @@
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -9,12 +11,18 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report.figures import run as plots
+from cdpr.report.figures import run as figures
 from cdpr.report.figures import sketch
 from cdpr.report.figures.canvas import Chart, inline_svg
 from cdpr.report.figures.overlay import number_groups
 from cdpr.report.marks import AXES, CABLES, shorten
+from cdpr.report.plots import run as panels
 from cdpr.report.plots.histories import roll_pitch_yaw
+
+PANELS = ("pose", "velocity", "acceleration", "errors", "tensions", "cables", "distribution", "energy")
+plots = SimpleNamespace(
+    overview=figures.overview, **{name: partial(figures.draw, of=getattr(panels, name)) for name in PANELS}
+)
 
 FIGURES = (
     sketch.robot,

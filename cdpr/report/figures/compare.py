@@ -12,10 +12,10 @@ from cdpr.compare.differences import QUANTITIES, apart
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Chart, styled
-from cdpr.report.figures.legend import Entry
-from cdpr.report.figures.panels import Curves, Limit, Panel, stack
+from cdpr.report.figures.panels import stack
 from cdpr.report.marks import AXES, CABLES, INK, SOFT, cable_looks, shorten
 from cdpr.report.plots.histories import Points, points, roll_pitch_yaw
+from cdpr.report.plots.panel import Curves, Entry, Limit, Panel
 
 Drawing = tuple[str, Callable[[Group], Chart], str]
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from cdpr.report.figures.canvas import Chart, Line2D
 from cdpr.report.marks import shorten
-
-Entry = tuple[str, dict[str, Any]]  # text, and how the sample line looks
+from cdpr.report.plots.panel import Entry
 
 LINE = 0.165  # in, from one line of text to the next
 SAMPLE = 0.3  # in, of line

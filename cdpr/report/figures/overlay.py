@@ -9,22 +9,14 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Axes, Line2D, Path, PathPatch
-from cdpr.report.figures.legend import Entry
 from cdpr.report.marks import INK, SHADES, events
-from cdpr.report.plots.decimate import intervals
 from cdpr.report.plots.histories import histories
+from cdpr.report.plots.overlay import shaded, span
+from cdpr.report.plots.panel import Entry
 
 CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
-FEW = 25  # samples that are drawn as dots
 APART = 0.07  # of the time axis: room that the number of an event needs
-
-
-def span(run: Run) -> tuple[float, float]:
-    """Range of the time axis, s: never empty, and with room for the dots of a run of a few samples."""
-    room = 0.5 * run.header.log_step if len(run.rows) <= FEW else 0.0
-    start, stop = run.span
-    return start - room, stop + room
 
 
 def overlay_entries(run: Run) -> list[Entry]:
@@ -42,13 +34,8 @@ def overlay_entries(run: Run) -> list[Entry]:
 def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
     """Shade where the solver had no valid answer; draw a line at each event and, if asked, its number."""
     across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
-    step, last = run.header.log_step, run.span[1]
     for status, (_, colour) in SHADES.items():
-        corners: list[tuple[float, float]] = []
-        for first, end in intervals(histories(run).status == status):
-            a = min(first * step, last)
-            b = a + step * (end - first)
-            corners += [(a, 0), (a, 1), (b, 1), (b, 0), (a, 0)]
+        corners = [corner for a, b in shaded(run, status) for corner in ((a, 0), (a, 1), (b, 1), (b, 0), (a, 0))]
         if corners:
             shape = Path(corners, CODES * (len(corners) // len(CODES)))
             axes.add_artist(PathPatch(shape, transform=across, facecolor=colour, linewidth=0, zorder=0.5))

@@ -3,60 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import cycle
 from typing import Any
 
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, MaxNLocator
-from cdpr.report.figures.legend import LINE, Entry, legend_width, write_legend
-from cdpr.report.figures.overlay import FEW, draw_overlay, overlay_entries, span
+from cdpr.report.figures.legend import LINE, legend_width, write_legend
+from cdpr.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.report.marks import SOFT
-from cdpr.report.plots.histories import Points
+from cdpr.report.plots.overlay import FEW, span
+from cdpr.report.plots.panel import Entry, Limit, Panel, calm_until, shown, view
 
 # Inches. All figures of one run have the same width and the same time axis, one above the other.
 WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.85, 0.24, 0.46, 0.2
 
 STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times a power of ten
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Lines of one width: the columns of a quantity, with colours and dashes that repeat."""
-
-    points: Points
-    colours: Sequence[str]
-    dashes: Sequence[Any] = ("-",)
-    width: float = 1.2
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Horizontal lines, drawn only where they do not squash the curves; the legend says so if not."""
-
-    label: str
-    values: Sequence[float]
-    colours: Sequence[str] = (SOFT,)
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One pair of axes.
-
-    The vertical axis never spans less than `least`, so that round-off does not fill a panel.
-    """
-
-    label: str  # quantity and unit
-    curves: tuple[Curves, ...]
-    legend: Sequence[Entry] = ()
-    least: float = 0.0
-    limits: tuple[Limit, ...] = ()
-    log: bool = False
-    height: float = 1.55  # in
 
 
 def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") -> Chart:
@@ -92,11 +56,10 @@ def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") ->
 
 def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
     """Draw curves, limits and ticks of one panel; return what its limits add to the legend."""
-    calm = run.span[0] + 0.75 * (run.span[1] - run.span[0]) if run.status == "diverged" else None
-    low, high, note = _view(panel, calm)
+    low, high, note = view(panel, calm_until(run))
     dot = "o" if len(run.rows) <= FEW else ""
     for curves in panel.curves:
-        columns = curves.points.time.T, _shown(panel, curves).T
+        columns = curves.points.time.T, shown(panel, curves).T
         looks = zip(cycle(curves.colours), cycle(curves.dashes), *columns, strict=False)
         for colour, dashes, t, values in looks:
             look: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": curves.width}
@@ -119,44 +82,9 @@ def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
 def _draw_limit(axes: Axes, limit: Limit, low: float, high: float) -> list[Entry]:
     look: dict[str, Any] = {"color": SOFT, "linestyle": (0, (6.0, 3.0)), "linewidth": 1.0}
     inside = [low <= value <= high for value in limit.values]
-    for value, colour, shown in zip(limit.values, cycle(limit.colours), inside, strict=False):
-        if shown:
+    for value, colour, visible in zip(limit.values, cycle(limit.colours), inside, strict=False):
+        if visible:
             across = axes.get_yaxis_transform()
             axes.add_artist(Line2D([0, 1], [value, value], transform=across, **{**look, "color": colour}))
     entries: list[Entry] = [(limit.label, look)]
     return entries if all(inside) else [*entries, ("(out of view)", {"linestyle": ""})]
-
-
-def _view(panel: Panel, calm: float | None) -> tuple[float, float, str]:
-    """Return the range of the vertical axis, and a note where it does not hold all.
-
-    A run that diverged ends in values that would flatten all that led to them: there the range is that of its
-    first three quarters, to the time `calm`, s, widened.
-    """
-    values = np.concatenate([_shown(panel, curves).ravel() for curves in panel.curves])
-    low, high = _range(values)
-    note = ""
-    if calm is not None:
-        times = np.concatenate([curves.points.time.ravel() for curves in panel.curves])
-        before, after = _range(values[times < calm])
-        room = max(after - before, panel.least)
-        if high - low > 10.0 * room > 0.0:
-            note = f"out of view: up to {max(-low, high):.2g}"
-            low, high = max(low, before - room), min(high, after + room)
-    room = max(high - low, panel.least, 1e-4 * max(abs(low), abs(high)), 1e-15)
-    for value in (value for limit in panel.limits for value in limit.values):
-        if low - 1.5 * room <= value <= high + 1.5 * room:
-            low, high = min(low, value), max(high, value)
-    padding = 0.06 * (high - low) + 0.5 * max(room - (high - low), 0.0)
-    return low - padding, high + padding, note
-
-
-def _shown(panel: Panel, curves: Curves) -> Array:
-    """Return the values or, for a logarithmic axis, their powers of ten; there 0 counts as 1e-16."""
-    values = curves.points.values
-    return np.log10(np.maximum(values, 1e-16)) if panel.log else values
-
-
-def _range(values: Array) -> tuple[float, float]:
-    finite = values[np.isfinite(values)]
-    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)

@@ -14,11 +14,12 @@ from cdpr.log.run import Run
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, Path, PathPatch, inline_svg, styled
-from cdpr.report.figures.legend import LETTER, LINE, Entry, legend_width, write_legend
+from cdpr.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.report.figures.panels import TOP, WIDTH
 from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
 from cdpr.report.plots.decimate import extrema
 from cdpr.report.plots.histories import histories
+from cdpr.report.plots.panel import Entry
 from cdpr.report.plots.pictures import pictures_of
 from cdpr.view import Pictures, Subject, solid
 from cdpr.view.shapes import CUBE, EDGES, radius_around

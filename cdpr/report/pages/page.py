@@ -1,4 +1,4 @@
-"""The frame of every report: one HTML page that needs nothing else, neither network nor script."""
+"""The frame of every report: one HTML page that needs nothing else, and no network."""
 
 from __future__ import annotations
 
@@ -6,13 +6,30 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from string import Template
+from typing import Any
 
-PAGE = Path(__file__).with_name("page.html")
+from cdpr.report.player import assets
+
+PAGE, STYLE = (Path(__file__).with_name(name) for name in ("page.html", "page.css"))
 
 
-def page(title: str, subtitle: str, banner: str, links: Mapping[str, str], parts: Iterable[str]) -> str:
-    """Return a whole page. `title` and `subtitle` are text; `links` name the parts by their ids, for the navigation;
-    `banner` and `parts` are HTML.
+def page(
+    title: str,
+    subtitle: str,
+    banner: str,
+    links: Mapping[str, str],
+    parts: Iterable[str],
+    data: Mapping[str, Any] | None = None,
+) -> str:
+    """Return a whole page.
+
+    Args:
+        title: text.
+        subtitle: text.
+        banner: HTML.
+        links: names of the parts by their ids, for the navigation.
+        parts: HTML.
+        data: what the player shows, where the page has one.
     """
     navigation = [f'<li><a href="#{key}">{escape(name)}</a></li>' for key, name in links.items()]
     return Template(PAGE.read_text(encoding="utf-8")).substitute(
@@ -21,6 +38,9 @@ def page(title: str, subtitle: str, banner: str, links: Mapping[str, str], parts
         banner=banner,
         navigation="\n".join(navigation),
         sections="\n".join(parts),
+        style=STYLE.read_text(encoding="utf-8") + ("" if data is None else assets.style()),
+        layout="" if data is None else "theatre",
+        script="" if data is None else assets.script(data),
     )
 
 
@@ -29,12 +49,25 @@ def section(key: str, body: str) -> str:
     return f'<section id="{key}" class="wide">\n{body}\n</section>'
 
 
-def figure(key: str, title: str, svg: str, caption: str) -> str:
-    """A figure with its caption; all but `key` is HTML."""
-    return (
-        f'<figure id="{key}">\n<h2>{title}</h2>\n<div class="scroll">{svg}</div>\n'
-        f"<figcaption>{caption}</figcaption>\n</figure>"
-    )
+def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", minor: bool = False) -> str:
+    """A figure with its caption; all but `key` is HTML.
+
+    `live` is what the script fills, instead of which `svg` is shown on paper and without script; a `minor` figure is
+    left out on paper.
+    """
+    still = f'<div class="scroll{" static" * bool(live)}">{svg}</div>\n' if svg else ""
+    kind = ' class="minor"' if minor else ""
+    return f'<figure id="{key}"{kind}>\n<h2>{title}</h2>\n{live}{still}<figcaption>{caption}</figcaption>\n</figure>'
+
+
+def hall(figures: Iterable[str], kind: str) -> str:
+    """Figures of a page that plays: the scene in the "hall", the plots in the "gallery" beside it."""
+    return f'<div class="{kind}">\n' + "\n".join(figures) + "\n</div>"
+
+
+def panels(key: str) -> str:
+    """Where the script puts the panels of this name."""
+    return f'<div class="panels live" data-panels="{key}"></div>\n'
 
 
 def table(rows: Iterable[tuple[str, ...]], titles: tuple[str, ...] = (), *, numeric: bool = True) -> str:

@@ -1,21 +1,30 @@
-"""The report of a run: one HTML file that needs nothing else, neither network nor script."""
+"""The report of a run: one HTML file that needs nothing else, and no network: it plays, and prints on two pages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from cdpr.errors import PluginError
+from cdpr.log import run_json
 from cdpr.log.files import replace
 from cdpr.log.run import Run
 from cdpr.report.pages import tables
-from cdpr.report.pages.page import figure, page, section
+from cdpr.report.pages.page import figure, hall, page, panels, section
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.assets import stage
+from cdpr.report.player.data import page_data
+from cdpr.report.player.scenes import scene_of_run
+from cdpr.report.plots import run as plots
+from cdpr.report.plots.panel import Panel
+from cdpr.report.plots.pictures import frames, pictures_of
+from cdpr.report.text.sentence import sentence
 
-if TYPE_CHECKING:
-    from cdpr.report.figures.canvas import Chart
+SPACE = "Robot"  # the figure that shows it in space
 
 
 class Drawing(NamedTuple):
@@ -23,18 +32,18 @@ class Drawing(NamedTuple):
 
     name: str  # in the navigation and, in lower case, the address on the page
     title: str
-    draw: Callable[[Run], Chart]
+    panels: Callable[[Run], Sequence[Panel]] | None  # None for the robot in space
     caption: str  # HTML: what is drawn and what to look for
+    minor: bool = False  # left out on paper
 
 
 def write_report(run: Run, path: str | Path) -> None:
     """Write the report of `run` to the file `path`, whose folder must exist.
 
-    The same run gives the same bytes, but for the row of wall-clock times.
+    The same run gives the same bytes, but for the row of wall-clock times. Without matplotlib it has no still pictures,
+    which paper and browsers without script need.
 
-    Raises:
-        PluginError: matplotlib is not installed.
-        OutputError: the file cannot be written.
+    Raises OutputError where the file cannot be written.
     """
     replace(Path(path), render(run).encode(errors="xmlcharrefreplace"))
 
@@ -43,9 +52,12 @@ def render(run: Run) -> str:
     """Return the report as HTML."""
     head = run.header
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
+        chosen = drawings(run) if len(run.rows) else []
+        data = player_data(run, chosen) if len(run.rows) else None
+        way = pictures_of(run, frames(run)).position if len(run.rows) else np.empty((0, 3))
+        figures = {drawing.name: _figure(run, drawing, data) for drawing in chosen}
         parts = {
             "Events": section("events", tables.events(run)),
-            **{drawing.name: _figure(run, drawing) for drawing in drawings(run) if len(run.rows)},
             "Cables": section("cables", tables.cables(run)),
             "Scenario": section("scenario", tables.scenario(run)),
         }
@@ -53,28 +65,62 @@ def render(run: Run) -> str:
             f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run)}\n</section>\n'
             f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
         )
+        banner = tables.banner(run, sentence(run, way))
     subtitle = (
         f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
-        f"controller {head.controller}, tension solver {head.solver}"
+        f"controller {head.controller}, tension solver {head.solver}{_date(run)}"
     )
-    links = {name.lower(): name for name in ("Summary", "Run", *parts)}
-    return page(f"{head.scenario}: report of a run", subtitle, tables.banner(run), links, [top, *parts.values()])
+    links = {name.lower(): name for name in (*figures, "Summary", "Run", *parts)}
+    shown = [hall([text for name, text in figures.items() if name == SPACE], "hall")] if figures else []
+    shown += [hall([text for name, text in figures.items() if name != SPACE], "gallery")] if len(figures) > 1 else []
+    body = [*shown, top, *parts.values()]
+    return page(f"{head.scenario}: report of a run", subtitle, banner, links, body, data)
 
 
-def _figure(run: Run, drawing: Drawing) -> str:
-    from cdpr.report.figures.canvas import inline_svg
+def player_data(run: Run, chosen: Sequence[Drawing]) -> dict[str, Any]:
+    """Return what the player shows of a run."""
+    arrays = Arrays()
+    figures = {drawing.name.lower(): drawing.panels(run) for drawing in chosen if drawing.panels is not None}
+    return page_data(run, [scene_of_run(run, arrays)], figures, arrays)
 
+
+def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
     key = drawing.name.lower()
-    svg = inline_svg(drawing.draw(run), key, drawing.title)
+    live = stage(data) if drawing.panels is None and data is not None else panels(key)
     caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
-    return figure(key, drawing.title, svg, caption)
+    return figure(key, drawing.title, _still(run, drawing), caption, live=live, minor=drawing.minor)
+
+
+def _still(run: Run, drawing: Drawing) -> str:
+    """The figure as it stands on paper; nothing without matplotlib."""
+    if still_pictures():
+        return ""
+    from cdpr.report.figures import sketch
+    from cdpr.report.figures.canvas import inline_svg
+    from cdpr.report.figures.run import draw
+
+    chart = sketch.robot(run) if drawing.panels is None else draw(run, drawing.panels)
+    return inline_svg(chart, drawing.name.lower(), drawing.title)
+
+
+def still_pictures() -> str:
+    """Return why there are none, or nothing."""
+    try:
+        import cdpr.report.figures.canvas  # noqa: F401
+    except PluginError as error:
+        return str(error)
+    return ""
+
+
+def _date(run: Run) -> str:
+    """When a run in a folder began."""
+    known = None if run.folder is None else run_json.read(Path(run.folder))
+    started = str((known or {}).get("started", ""))
+    return f"; {started[:10]}" if started else ""
 
 
 def drawings(run: Run) -> list[Drawing]:
-    """Return the figures of the report, in order; PluginError without matplotlib."""
-    from cdpr.report.figures import run as plots
-    from cdpr.report.figures import sketch
-
+    """Return the figures of the report, in order."""
     own = [f"{column.name}: {column.text}" for column in run.header.columns]
     told = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
     plugins = Drawing(
@@ -82,12 +128,13 @@ def drawings(run: Run) -> list[Drawing]:
         "Recorded by plugins",
         plots.plugins,
         f"Quantities that not every run has. {told}.",
+        minor=True,
     )
     return [
         Drawing(
-            "Robot",
+            SPACE,
             "Robot and path",
-            sketch.robot,
+            None,
             "Frame anchors, cables and platform at the start (grey) and at the end (colour), and the path "
             "of the platform's origin; parallel projection, to scale. Look for cables that cross one "
             "another, the platform or the frame.",
@@ -116,6 +163,7 @@ def drawings(run: Run) -> list[Drawing]:
             "The platform's origin in world axes, and its attitude as roll, pitch, yaw about the fixed axes "
             "x, y, z: R = R<sub>z</sub>(yaw) R<sub>y</sub>(pitch) R<sub>x</sub>(roll). Near a pitch of ±90° "
             "roll and yaw cannot be told apart; the orientation error is free of that.",
+            minor=True,
         ),
         Drawing(
             "Velocity",
@@ -123,6 +171,7 @@ def drawings(run: Run) -> list[Drawing]:
             plots.velocity,
             "Velocity of the platform's origin and angular velocity, world axes. Ripple that the desired "
             "motion does not have points to gains too high for the control step, or to tensions that jump.",
+            minor=True,
         ),
         Drawing(
             "Acceleration",
@@ -131,6 +180,7 @@ def drawings(run: Run) -> list[Drawing]:
             "World axes. The actual one is the mean over the control period after each sample, from the "
             "change of velocity; the last sample has none. A gap between the two is a wrench that the "
             "controller did not foresee, or that the cables did not deliver.",
+            minor=True,
         ),
         Drawing(
             "Lengths",
@@ -138,6 +188,7 @@ def drawings(run: Run) -> list[Drawing]:
             plots.cables,
             "The distance between the two anchors of each cable, and its rate, positive where the cable "
             "pays out. The largest rate is the speed that the winch must reach.",
+            minor=True,
         ),
         Drawing(
             "Distribution",
@@ -148,6 +199,7 @@ def drawings(run: Run) -> list[Drawing]:
             "for; moments are divided by the characteristic length, {length} m. Its axis is logarithmic, "
             "with zero drawn at 10<sup>−16</sup>. Near round-off the cables deliver what was asked; where "
             "the residual rises, the platform gets another wrench.",
+            minor=True,
         ),
         Drawing(
             "Energy",
@@ -159,6 +211,7 @@ def drawings(run: Run) -> list[Drawing]:
             "the energy gained that no work accounts for: round-off under exact integration, proportional to the "
             "physics step in engines of first order. Where it grows without bound, the backend makes or loses "
             "energy. (Legs with mass of their own, an option of some backends, are not counted.)",
+            minor=True,
         ),
         *([plugins] if own else []),
     ]

@@ -31,13 +31,14 @@ BANNERS = {
 }
 
 
-def banner(run: Run) -> str:
-    """How the run ended, and its message."""
+def banner(run: Run, happened: str = "") -> str:
+    """How the run ended, its message, and what happened in one sentence."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
     said = [*reservations(run), *fallback(run)]
     if mood == "good" and said:
         mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
-    message = f": {escape(run.message)}" if run.message else ""
+    told = "; ".join(filter(None, (run.message, happened)))
+    message = f": {escape(told)}" if told else ""
     return f'<p class="banner {mood}" role="status"><strong>{text}</strong>{message}</p>'
 
 
@@ -125,7 +126,8 @@ def events(run: Run) -> str:
     rows = []
     for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
         until = "" if event.until is None else f" to {event.until:.6g}"
-        rows.append((str(i), f"{event.time:.6g}{until}", escape(event.kind), escape(event.text)))
+        at = f'<button type="button" class="at" data-time="{event.time:.9g}">{event.time:.6g}</button>'
+        rows.append((str(i), f"{at}{until}", escape(event.kind), escape(event.text)))
     out += table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
     if len(run.events) > MOST_EVENTS:
         out += f"\n<p>And {len(run.events) - MOST_EVENTS} more, which the log holds.</p>"
@@ -138,7 +140,7 @@ def cables(run: Run) -> str:
     rows = []
     tension, length = (histories(run)[key].values for key in ("tension", "length"))
     for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
-        key = f'<span class="key" style="background:{look["color"]}"></span>'
+        key = f'<span class="key" data-colour="cable:{i}" style="color:{look["color"]}"></span>'
         limits = (head.tension_min[i], head.tension_max[i])
         rows.append((key + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))
     titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")

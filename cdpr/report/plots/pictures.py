@@ -9,6 +9,20 @@ from cdpr.log.run import Run
 from cdpr.scenario.events import limits_change
 from cdpr.view import Pictures, pictures
 
+RATE = 60.0  # Hz of simulated time: as often as screens change
+MOST = 1500  # pictures; between them the script goes straight on
+
+
+def frames(run: Run) -> NDArray[np.int64]:
+    """Return the rows of a run that are drawn: evenly spaced ones, and at each event the row before it and its own."""
+    last = len(run.rows) - 1
+    count = min(last + 1, MOST, int(RATE * (run.span[1] - run.span[0])) + 2)
+    even = np.rint(np.linspace(0, last, max(count, 2))).astype(np.int64)
+    times = np.array([event.time for event in run.events][:MOST] or [0.0])
+    at = np.ceil(times / run.header.log_step - 1e-9).astype(np.int64)
+    chosen: NDArray[np.int64] = np.unique(np.clip(np.concatenate([even, at, at - 1]), 0, last))
+    return chosen
+
 
 def pictures_of(run: Run, rows: NDArray[np.int64] | None = None) -> Pictures:
     """Return the pictures of a run's rows: of all, or of those with these numbers (n,)."""

@@ -1,0 +1,52 @@
+"""Arrays in a page: one block of bytes in base64, and for each array where it stands in it."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from cdpr.model.robot import Array
+
+STEPS = 65534  # of a quantised array; the number after them stands for what is not finite
+FLOAT32 = 3e38  # what is larger does not fit
+
+
+class Arrays:
+    """Collects arrays for a page."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def coarse(self, values: Any) -> dict[str, Any]:
+        """Add an array (n,) in 65535 steps from its least to its largest value, 2 bytes a number: good for drawing."""
+        values = np.asarray(values, dtype=np.float64).ravel()
+        finite = np.isfinite(values)
+        low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 0.0)
+        scale = (high - low) / STEPS or 1.0
+        steps = np.full(len(values), STEPS + 1, "<u2")
+        steps[finite] = np.rint((values[finite] - low) / scale).astype("<u2")
+        return {**self._add(steps, "u2"), "low": low, "scale": scale}
+
+    def fine(self, values: Any) -> dict[str, Any]:
+        """Add an array (n,) as float32, 4 bytes a number: for values of many magnitudes."""
+        values = np.asarray(values, dtype=np.float64).ravel()
+        return self._add(np.clip(values, -FLOAT32, FLOAT32).astype("<f4"), "f4")
+
+    def small(self, values: Any) -> dict[str, Any]:
+        """Add an array (n,) of integers from 0 to 255."""
+        return self._add(np.asarray(values).ravel().astype("u1"), "u1")
+
+    def text(self) -> str:
+        """The block in base64."""
+        return base64.b64encode(b"".join(self._parts)).decode()
+
+    def _add(self, values: Array | Any, kind: str) -> dict[str, Any]:
+        data = values.tobytes()
+        data += b"\0" * (-len(data) % 4)  # typed arrays begin at multiples of their size
+        entry = {"at": self._size, "n": len(values), "kind": kind}
+        self._parts.append(data)
+        self._size += len(data)
+        return entry

@@ -1,0 +1,76 @@
+"""Script and style of the player, as they are inlined into a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from cdpr.report.player.data import block
+from cdpr.report.text.aligned import number
+
+FOLDER = Path(__file__).with_name("script")
+# In this order: each uses what stands before it.
+FILES = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "stage.js", "plot.js", "player.js")
+
+
+def script(data: Mapping[str, Any]) -> str:
+    """Return data and script as HTML."""
+    return f"{block(data)}\n<script>\n{_code()}</script>"
+
+
+@cache
+def style() -> str:
+    """Return the style of what the script makes."""
+    return (FOLDER / "player.css").read_text(encoding="utf-8")
+
+
+def stage(data: Mapping[str, Any]) -> str:
+    """Return the scene as HTML, with legend and, where there is more than one picture, transport."""
+    several = any(scene["time"]["n"] > 1 for scene in data["scenes"])
+    return _text("stage.html").substitute(legend=_legend(data), transport=transport() if several else "")
+
+
+def transport() -> str:
+    """Return what starts, stops and seeks, as HTML."""
+    return _text("transport.html").template
+
+
+def _legend(data: Mapping[str, Any]) -> str:
+    first, *others = scenes = data["scenes"]
+    shown = []
+    if others:
+        shown += [_swatch(f"cable:{i}", escape(scene["label"])) for i, scene in enumerate(scenes)]
+    elif "tension" in first:
+        low, high = map(number, first["range"])
+        shown.append(f'<span class="scale">tension {low} N <i id="bar"></i> {high} N</span>')
+        shown.append(_swatch("slack", "slack", "dashed"))
+        shown.append(_swatch("limit", "at a limit ▲▼"))
+    toggles = ["numbers"]
+    if "desired" in first:
+        toggles.insert(0, "ghost")
+    if first["time"]["n"] > 1:
+        toggles.insert(0, "path")
+    if any("force" in scene for scene in scenes):
+        toggles.append("force")
+    marks = {"ghost": _swatch("desired", "desired"), "force": _swatch("force", "force")}
+    buttons = [f'<button type="button" data-do="{key}">{marks.get(key, key)}</button>' for key in toggles]
+    return f'<div class="legend">{"".join([*shown, *buttons])}</div>'
+
+
+def _swatch(colour: str, text: str, line: str = "solid") -> str:
+    return f'<span><i class="swatch" data-colour="{colour}" style="border-top-style:{line}"></i>{text}</span>'
+
+
+@cache
+def _text(name: str) -> Template:
+    return Template((FOLDER / name).read_text(encoding="utf-8"))
+
+
+@cache
+def _code() -> str:
+    parts = "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in FILES)
+    return f'(() => {{\n"use strict";\n{parts}}})();\n'

@@ -1,0 +1,122 @@
+"""The one JSON block of a page: scenes, panels, events; the same for the same runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.report.marks import DARK, SHADES, events
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.plots.overlay import FEW, shaded, span
+from cdpr.report.plots.panel import Curves, Panel, calm_until, shown, view
+from cdpr.view import colours
+
+MOST_EVENTS = 200
+
+# What stands on light ground, and in its place on dark ground.
+DARKER = {
+    **{pair.light: pair.dark for pair in (colours.INK, colours.SOFT, *colours.AXES, *colours.CABLES)},
+    **dict(zip(DARK, ("#ffc9bd", "#b5f2d9", "#cfe5fc"), strict=True)),
+}
+PAIRS = {
+    "ink": colours.INK,
+    "soft": colours.SOFT,
+    "slack": colours.SLACK,
+    "limit": colours.LIMIT,
+    "desired": colours.DESIRED,
+    "force": colours.FORCE,
+    "ground": colours.GROUND,
+}
+
+
+def page_data(
+    run: Run | None,
+    scenes: Sequence[dict[str, Any]],
+    figures: Mapping[str, Sequence[Panel]],
+    arrays: Arrays,
+    span_of: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, Any]:
+    """Return what the script needs.
+
+    Args:
+        run: whose events and shades are shown; None where nothing was simulated.
+        scenes: what is drawn in space, in one picture.
+        figures: panels under the addresses of their figures on the page.
+        arrays: those of the scenes; the panels' are added.
+        span_of: first and last time (s) where there is no run.
+    """
+    start, stop = span_of if run is None else span(run)
+    return {
+        "span": [start, stop],
+        "events": [] if run is None else list(_events(run)),
+        "shades": [] if run is None else list(_shades(run)),
+        "colours": {name: list(pair) for name, pair in PAIRS.items()},
+        "axes": [list(pair) for pair in colours.AXES],
+        "cables": [list(pair) for pair in colours.CABLES],
+        "ramp": [colours.tension_steps("light"), colours.tension_steps("dark")],
+        "scenes": list(scenes),
+        "figures": {key: [_panel(panel, run, arrays) for panel in panels] for key, panels in figures.items()},
+        "bytes": arrays.text(),
+    }
+
+
+def block(data: Mapping[str, Any]) -> str:
+    """Return the block for a page: no text in it can end it or begin another."""
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    for sign in "<>&":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return f'<script type="application/json" id="data">{text}</script>'
+
+
+def _events(run: Run) -> Iterable[dict[str, Any]]:
+    for event in events(run)[:MOST_EVENTS]:
+        until = {} if event.until is None else {"until": event.until}
+        yield {"time": event.time, "text": event.text, **until}
+
+
+def _shades(run: Run) -> Iterable[dict[str, Any]]:
+    for status, (name, _) in SHADES.items():
+        intervals = shaded(run, status)
+        if intervals:
+            yield {"name": name, "kind": int(status), "intervals": intervals}
+
+
+def _panel(panel: Panel, run: Run | None, arrays: Arrays) -> dict[str, Any]:
+    calm = None if run is None else calm_until(run)
+    low, high, note = view(panel, calm)
+    return {
+        "label": panel.label,
+        "note": note,
+        "range": [low, high],
+        "least": panel.least,
+        "log": panel.log,
+        "tall": panel.height,
+        "dots": run is not None and len(run.rows) <= FEW,
+        "limits": [
+            {"label": limit.label, "values": [float(value) for value in limit.values]} for limit in panel.limits
+        ],
+        "series": [line for curves in panel.curves for line in _lines(panel, curves, arrays, exact=calm is not None)],
+    }
+
+
+def _lines(panel: Panel, curves: Curves, arrays: Arrays, *, exact: bool) -> Iterable[dict[str, Any]]:
+    columns = zip(curves.points.time.T, shown(panel, curves).T, strict=True)
+    names = [*curves.names, *([""] * curves.points.time.shape[1])]
+    looks = zip(names, cycle(curves.colours), cycle(curves.dashes), strict=False)
+    for (time, values), (name, colour, dashes) in zip(columns, looks, strict=False):
+        # Of values of many magnitudes, as a run that diverges has, 65535 steps would show the largest alone.
+        keep = arrays.fine if exact else arrays.coarse
+        yield {
+            "name": " ".join(str(name).split()),
+            "group": curves.group,
+            "colour": [colour, DARKER.get(colour, colour)],
+            "dash": [] if isinstance(dashes, str) else list(np.asarray(dashes[1], float)),
+            "width": curves.width,
+            "time": arrays.coarse(time) if len(time) else arrays.coarse([]),
+            "value": keep(values),
+        }

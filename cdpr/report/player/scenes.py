@@ -1,0 +1,103 @@
+"""The scene of a page: a robot and its pictures, as the script takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.model.robot import Array
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.plots.pictures import frames, pictures_of
+from cdpr.view import Pictures, Subject, solid
+from cdpr.view.shapes import radius_around
+
+MOST_OUTLINES = 40  # pictures with the outlines of exits, which turn slowly
+FAR = 10.0  # times the robot's size: what is farther out is not looked at
+
+
+def scene_of_run(run: Run, arrays: Arrays, label: str = "") -> dict[str, Any]:
+    """Return the scene of a run, which must have a row."""
+    return scene(pictures_of(run, frames(run)), arrays, label)
+
+
+def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
+    """Return pictures as plain data; what is long goes into `arrays`."""
+    subject = shown.subject
+    sane = np.isfinite(np.concatenate([shown.position, shown.orientation], axis=1)).all(axis=1)
+    out: dict[str, Any] = {
+        "label": label,
+        "cables": list(subject.cables),
+        "anchors": subject.anchors.tolist(),
+        "limits": [subject.tension_min.tolist(), subject.tension_max.tolist()],
+        "frame": np.asarray(subject.frame).tolist(),
+        "colours": subject.colours,
+        "body": _body(subject, arrays),
+        "bounds": _bounds(shown, sane),
+        "flat": _flat_axis(subject),
+        "range": list(shown.range),
+        "time": arrays.fine(shown.time),
+        "position": arrays.fine(shown.position),
+        "orientation": arrays.coarse(shown.orientation),
+    }
+    if shown.tension is not None and shown.state is not None:
+        out["tension"], out["state"] = arrays.coarse(_bounded(shown.tension)), arrays.small(shown.state)
+    if shown.desired_position is not None and shown.desired_orientation is not None:
+        out["desired"] = [arrays.fine(shown.desired_position), arrays.coarse(shown.desired_orientation)]
+    if shown.force is not None:
+        size = np.linalg.norm(shown.force, axis=1)
+        out["force"] = arrays.coarse(_bounded(shown.force))
+        out["strongest"] = float(np.max(size[np.isfinite(size)], initial=0.0))
+    if subject.exits:
+        out["exits"] = arrays.fine(shown.ends[:, :, 0])
+        out["outlines"] = _outlines(shown, arrays)
+    return out
+
+
+def _bounded(values: Array) -> Array:
+    """What a run that diverged ends in must not take the steps of all that led to it."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return values
+    far = 100.0 * max(float(np.percentile(np.abs(finite), 90)), 1e-9)
+    return np.clip(values, -far, far)
+
+
+def _body(subject: Subject, arrays: Arrays) -> dict[str, Any] | None:
+    body = solid(subject.shape)
+    if body is None:
+        return None
+    vertices, triangles = arrays.fine(body.vertices), arrays.coarse(body.triangles)
+    return {"vertices": vertices, "triangles": triangles, "faces": [list(face) for face in body.faces]}
+
+
+def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
+    """Corners of a box around frame, anchors and the platform's way."""
+    subject = shown.subject
+    fixed = np.concatenate([subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3)])
+    middle, size = fixed.mean(axis=0), float(np.linalg.norm(np.ptp(fixed, axis=0))) or 1.0
+    way = shown.position[sane]
+    way = way[np.linalg.norm(way - middle, axis=1) < FAR * size]
+    around = radius_around(subject.shape, subject.anchors[:, 3:])
+    points = np.concatenate([fixed, way.reshape(-1, 3)])
+    if len(fixed) < 3 or not len(subject.frame):
+        points = np.concatenate([points, way - around, way + around])
+    return [points.min(axis=0).tolist(), points.max(axis=0).tolist()]
+
+
+def _flat_axis(subject: Subject) -> int | None:
+    """The axis along which frame and anchors have no extent: such a robot is seen square on."""
+    extent = np.ptp(np.concatenate([subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3)]), axis=0)
+    flat = np.flatnonzero(extent < 1e-6 * max(float(extent.max()), 1e-9))
+    return int(flat[0]) if len(flat) == 1 else None
+
+
+def _outlines(shown: Pictures, arrays: Arrays) -> dict[str, Any]:
+    """Lines that show the exits, at some of the pictures."""
+    rows = np.unique(np.rint(np.linspace(0, len(shown.time) - 1, MOST_OUTLINES)).astype(int))
+    drawn = [shown.subject.exit_lines(shown.ends[k]) for k in rows]
+    sizes: Sequence[int] = [len(line) for line in drawn[0]]
+    points = np.concatenate([line for lines in drawn for line in lines]) if sizes else np.empty((0, 3))
+    return {"rows": rows.tolist(), "sizes": list(sizes), "points": arrays.coarse(points)}

@@ -1,0 +1,181 @@
+// What is drawn in space at a time: frame, cables, platform, desired pose, paths and forces of one run or several.
+
+const TAUT = 0, SLACK = 1, LOWEST = 2, HIGHEST = 3, BROKEN = 4;
+
+// A picture between two rows: places go straight from one to the next, a cable's state is that of the row before.
+class Film {
+  constructor(scene) {
+    Object.assign(this, scene);
+    this.count = scene.time.length;
+    this.corners = scene.body ? { corners: withNormals(scene.body) } : null;
+  }
+
+  at(t) {
+    const i = indexAt(this.time, t), j = Math.min(i + 1, this.count - 1);
+    const gap = this.time[j] - this.time[i];
+    const part = gap > 0 ? clamp((t - this.time[i]) / gap, 0, 1) : 0;
+    const mixed = (values, width) => {
+      const out = new Array(width);
+      for (let k = 0; k < width; k++) {
+        const a = values[i * width + k], b = values[j * width + k];
+        out[k] = part === 0 ? a : a + part * (b - a);
+      }
+      return out;
+    };
+    const attitude = (values) => {
+      const q = mixed(values, 4), d = [0, 1, 2, 3].reduce((s, k) => s + values[4 * i + k] * values[4 * j + k], 0);
+      const near = d < 0 ? Array.from(values.subarray(4 * i, 4 * i + 4)) : q;
+      const n = Math.hypot(...near) || 1;
+      return near.map((x) => x / n);
+    };
+    const m = this.cables.length, pose = modelMatrix(mixed(this.position, 3), attitude(this.orientation));
+    return {
+      index: i,
+      pose,
+      desired: this.desired ? modelMatrix(mixed(this.desired[0], 3), attitude(this.desired[1])) : null,
+      tension: this.tension ? mixed(this.tension, m) : null,
+      state: this.state ? this.state.subarray(i * m, (i + 1) * m) : new Uint8Array(m),
+      force: this.force ? mixed(this.force, 3) : null,
+      exits: this.exits ? mixed(this.exits, 3 * m) : this.anchors.flatMap((a) => a.slice(0, 3)),
+      tips: this.anchors.map((a) => moved(pose, a.slice(3))),
+    };
+  }
+}
+
+// Position and quaternion (w, x, y, z) as a matrix, columns one after the other.
+function modelMatrix([x, y, z], [w, a, b, c]) {
+  return new Float32Array([
+    1 - 2 * (b * b + c * c), 2 * (a * b + w * c), 2 * (a * c - w * b), 0,
+    2 * (a * b - w * c), 1 - 2 * (a * a + c * c), 2 * (b * c + w * a), 0,
+    2 * (a * c + w * b), 2 * (b * c - w * a), 1 - 2 * (a * a + b * b), 0,
+    x, y, z, 1]);
+}
+
+function moved(m, [x, y, z]) {
+  return [0, 1, 2].map((i) => m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i]);
+}
+
+// Corners of triangles, each with the normal of the surface there: that of its faces which do not turn by more than 40°.
+function withNormals({ vertices, triangles }) {
+  const point = (i) => Array.from(vertices.subarray(3 * i, 3 * i + 3));
+  const faces = [], around = new Map();
+  for (let k = 0; k < triangles.length; k += 3) {
+    const ids = [0, 1, 2].map((i) => Math.round(triangles[k + i])), [a, b, c] = ids.map(point);
+    const area = cross(b.map((x, i) => x - a[i]), c.map((x, i) => x - a[i]));
+    const face = { ids, area, normal: unit(area) };
+    faces.push(face);
+    for (const id of ids) around.set(id, [...(around.get(id) || []), face]);
+  }
+  const out = [];
+  for (const face of faces) {
+    for (const id of face.ids) {
+      const sum = [0, 0, 0];
+      for (const other of around.get(id)) {
+        if (dot(other.normal, face.normal) > 0.766) for (let i = 0; i < 3; i++) sum[i] += other.area[i];
+      }
+      out.push(...point(id), ...unit(sum));
+    }
+  }
+  return new Float32Array(out);
+}
+
+// Collects lines for a painter.
+class Lines {
+  constructor() { this.data = []; }
+
+  add(a, b, colour, width, opacity = 1, dash = 0) {
+    this.data.push(a[0], a[1], a[2], b[0], b[1], b[2], colour[0], colour[1], colour[2], opacity, width, dash);
+  }
+
+  done(keep = false) {
+    const data = new Float32Array(this.data);
+    return { data, count: data.length / LINE, keep };
+  }
+}
+
+// What does not move: floor, frame, axes and paths. `dark` is 0 or 1.
+function still(films, data, dark, camera) {
+  const lines = new Lines(), soft = rgb(data.colours.soft[dark]), { low, high } = camera;
+  if (camera.flat === null) {
+    const step = niceStep(Math.max(high[0] - low[0], high[1] - low[1]), 10);
+    const from = [0, 1].map((i) => Math.floor(low[i] / step - 1e-6)), to = [0, 1].map((i) => Math.ceil(high[i] / step + 1e-6));
+    for (const [i, j] of [[0, 1], [1, 0]]) {
+      for (let k = from[i]; k <= to[i]; k++) {
+        const a = [0, 0, low[2]], b = [0, 0, low[2]];
+        a[i] = b[i] = k * step;
+        a[j] = from[j] * step;
+        b[j] = to[j] * step;
+        lines.add(a, b, soft, 1, 0.22);
+      }
+    }
+  }
+  const frame = films[0].colours.frame ? rgb(films[0].colours.frame) : soft;
+  for (const edge of films[0].frame) lines.add(edge.slice(0, 3), edge.slice(3), frame, 2, 0.85);
+  const length = niceStep(2 * camera.radius, 14), origin = low.slice();
+  [0, 1, 2].forEach((i) => {
+    const tip = origin.slice();
+    tip[i] += length;
+    lines.add(origin, tip, rgb(data.axes[i][dark]), 3.5);
+  });
+  return { lines: lines.done(true), axes: { origin, length } };
+}
+
+// The way of a point through all pictures, (n, 3) one after the other.
+function way(points, colour, width, opacity, dash) {
+  const lines = new Lines();
+  for (let k = 3; k < points.length; k += 3) {
+    lines.add(points.subarray(k - 3, k), points.subarray(k, k + 3), colour, width, opacity, dash);
+  }
+  return lines.done(true);
+}
+
+// What moves, of one film in a picture; returns lines, solids and labels.
+function moving(film, picture, look, options) {
+  const lines = new Lines(), solids = [], labels = [];
+  const m = film.cables.length, [low, high] = film.range;
+  const number = (k) => picture.exits.slice(3 * k, 3 * k + 3);
+  for (let k = 0; k < m; k++) {
+    const state = picture.state[k], exit = number(k), tip = picture.tips[k];
+    if (state === BROKEN) { labels.push({ at: exit, text: `${k + 1} ×`, colour: look.css.soft }); continue; }
+    const limit = state === LOWEST || state === HIGHEST;
+    const share = picture.tension && high > low ? (picture.tension[k] - low) / (high - low) : 0.5;
+    let colour = look.run || look.ramp[Math.round(clamp(share, 0, 1) * (look.ramp.length - 1)) || 0];
+    if (state === SLACK) colour = look.slack;
+    if (limit && !look.run) lines.add(exit, tip, look.limit, 7, 0.5);
+    if (options.selected === k) lines.add(exit, tip, look.ink, 8, 0.35);
+    lines.add(exit, tip, colour, look.run ? 2 : 3, 1, state === SLACK ? 5 : 0);
+    const mark = limit ? (state === LOWEST ? " ▼" : " ▲") : "";
+    labels.push({ at: exit, text: `${k + 1}${mark}`, colour: limit ? look.css.limit : look.css.ink, cable: k });
+  }
+  for (let k = 0; k < m; k++) lines.add(picture.tips[k], picture.tips[k], look.ink, 5);
+  drawBody(film, picture.pose, look.body, 1, look.edge, lines, solids);
+  if (options.ghost && picture.desired) drawBody(film, picture.desired, look.desired, 0.22, look.desired, lines, solids);
+  if (options.force && picture.force && film.strongest > 0) {
+    arrow(lines, picture.pose, picture.force, 0.55 * options.radius / film.strongest, look.force);
+  }
+  return { lines: lines.done(), solids, labels };
+}
+
+function drawBody(film, pose, colour, opacity, edge, lines, solids) {
+  if (!film.corners) { // spokes to the anchors, where no shape is known
+    const middle = moved(pose, [0, 0, 0]);
+    for (const a of film.anchors) lines.add(middle, moved(pose, a.slice(3)), edge, 2.5, opacity === 1 ? 1 : 0.7);
+    return;
+  }
+  solids.push({ body: film.corners, model: pose, colour: [...colour, opacity] });
+  const vertex = (i) => moved(pose, film.body.vertices.subarray(3 * i, 3 * i + 3));
+  for (const face of film.body.faces) {
+    face.forEach((i, k) => lines.add(vertex(i), vertex(face[(k + 1) % face.length]), edge, 1.2, opacity === 1 ? 0.9 : 0.75));
+  }
+}
+
+function arrow(lines, pose, force, scale, colour) {
+  const size = Math.hypot(...force) * scale;
+  if (!(size > 0)) return;
+  const from = moved(pose, [0, 0, 0]), along = unit(force), side = unit(cross(along, Math.abs(along[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
+  const to = from.map((x, i) => x + size * along[i]), barb = 0.25 * size;
+  lines.add(from, to, colour, 4);
+  for (const sign of [1, -1]) {
+    lines.add(to, to.map((x, i) => x - barb * along[i] + 0.45 * sign * barb * side[i]), colour, 4);
+  }
+}

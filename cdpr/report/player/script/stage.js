@@ -1,0 +1,202 @@
+// The scene on the page: canvas, labels, legend and what hands do to the camera.
+
+class Stage {
+  constructor(root, data, state) {
+    this.root = root;
+    this.data = data;
+    this.state = state;
+    this.films = data.scenes.map((scene) => new Film(scene));
+    const low = [0, 1, 2].map((i) => Math.min(...this.films.map((film) => film.bounds[0][i])));
+    const high = [0, 1, 2].map((i) => Math.max(...this.films.map((film) => film.bounds[1][i])));
+    this.camera = new Camera([low, high], this.films[0].flat);
+    this.canvas = root.querySelector("canvas.space");
+    this.paper = root.querySelector("canvas.labels");
+    this.options = { ghost: true, path: true, numbers: true, force: true, radius: this.camera.radius, selected: null };
+    this.painter = this.makePainter();
+    this.theme();
+    this.hands();
+    new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
+    this.resize();
+  }
+
+  makePainter() {
+    if (!location.hash.includes("flat")) {
+      try {
+        const painter = new GlPainter(this.canvas);
+        this.canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.replace(); });
+        return painter;
+      } catch { this.fresh(); }
+    }
+    return new FlatPainter(this.canvas);
+  }
+
+  // A canvas that was asked for WebGL gives no plain context.
+  fresh() {
+    const canvas = this.canvas.cloneNode();
+    this.canvas.replaceWith(canvas);
+    this.canvas = canvas;
+  }
+
+  replace() {
+    this.fresh();
+    this.painter = new FlatPainter(this.canvas);
+    this.hands();
+    this.resize();
+  }
+
+  // Colours on the ground that the page has now.
+  theme() {
+    const dark = this.state.dark ? 1 : 0, { colours } = this.data;
+    const several = this.films.length > 1;
+    const css = Object.fromEntries(Object.entries(colours).map(([key, pair]) => [key, pair[dark]]));
+    const body = this.films[0].colours.platform;
+    const base = {
+      css, ramp: this.data.ramp[dark].map(rgb), slack: rgb(css.slack), limit: rgb(css.limit), ink: rgb(css.ink),
+      desired: rgb(css.desired), force: rgb(css.force), edge: rgb(css.ink),
+      body: body ? rgb(body) : dark ? [0.42, 0.47, 0.54] : [0.8, 0.84, 0.89],
+    };
+    this.looks = this.films.map((_, i) => {
+      if (!several) return base;
+      const run = rgb(this.data.cables[i % 8][dark]);
+      return { ...base, run, edge: run, body: base.body.map((x, k) => 0.6 * x + 0.4 * run[k]) };
+    });
+    this.painter.forget();
+    const fixed = still(this.films, this.data, dark, this.camera);
+    this.fixed = [fixed.lines];
+    this.axes = fixed.axes;
+    this.ways = this.films.map((film, i) => {
+      const colour = several ? this.looks[i].run : base.ink;
+      return {
+        desired: film.desired && i === 0 ? way(film.desired[0], base.desired, several ? 1.5 : 3.5, 0.75, 0) : null,
+        done: way(film.position, colour, 1.8, 1, 0),
+      };
+    });
+    this.paint = true;
+  }
+
+  resize() {
+    const box = this.canvas.parentElement.getBoundingClientRect();
+    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    for (const canvas of [this.canvas, this.paper]) {
+      canvas.width = Math.max(1, Math.round(box.width * this.ratio));
+      canvas.height = Math.max(1, Math.round(box.height * this.ratio));
+    }
+    this.camera.resize(box.width, box.height);
+    this.draw();
+  }
+
+  draw() {
+    const t = this.state.time;
+    const lines = [...this.fixed], solids = [], labels = [];
+    this.pictures = this.films.map((film) => film.at(t));
+    this.films.forEach((film, i) => {
+      const picture = this.pictures[i];
+      if (this.options.path) {
+        const { desired, done } = this.ways[i];
+        if (desired) lines.push(desired);
+        lines.push({ ...done, count: Math.min(picture.index, done.count) });
+      }
+      if (film.outlines) lines.push(this.outlines(film, picture.index, this.looks[i]));
+      const found = moving(film, picture, this.looks[i], { ...this.options, ghost: this.options.ghost && i === 0 });
+      lines.push(found.lines);
+      solids.push(...found.solids);
+      if (i === 0) labels.push(...found.labels);
+    });
+    this.painter.draw(this.camera, this.ratio, lines, solids);
+    this.write(labels);
+  }
+
+  outlines(film, index, look) {
+    const { rows, sizes, points } = film.outlines, lines = new Lines();
+    const each = sizes.reduce((a, b) => a + b, 0);
+    let at = 3 * each * nearest(rows, index);
+    for (const size of sizes) {
+      for (let k = 1; k < size; k++) {
+        lines.add(points.subarray(at + 3 * k - 3, at + 3 * k), points.subarray(at + 3 * k, at + 3 * k + 3), look.ink, 1.4);
+      }
+      at += 3 * size;
+    }
+    return lines.done();
+  }
+
+  write(labels) {
+    const c = this.paper.getContext("2d"), view = this.camera.matrix(), dark = this.state.dark ? 1 : 0;
+    c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    c.clearRect(0, 0, ...this.camera.size);
+    c.textAlign = "center";
+    c.textBaseline = "middle";
+    c.lineJoin = "round";
+    const say = (at, text, colour, font) => {
+      c.font = font;
+      c.lineWidth = 4;
+      c.strokeStyle = this.data.colours.ground[dark];
+      c.strokeText(text, ...at);
+      c.fillStyle = colour;
+      c.fillText(text, ...at);
+    };
+    const middle = this.camera.project(view, this.camera.target) || [0, 0];
+    if (this.options.numbers) {
+      for (const { at, text, colour } of labels) {
+        const p = this.camera.project(view, at);
+        if (!p) continue;
+        const away = [p[0] - middle[0], p[1] - middle[1]], n = Math.hypot(...away) || 1;
+        say([p[0] + 13 * away[0] / n, p[1] + 13 * away[1] / n], text, colour, "600 12px system-ui, sans-serif");
+      }
+    }
+    const { origin, length } = this.axes;
+    ["x", "y", "z"].forEach((name, i) => {
+      const tip = origin.slice();
+      tip[i] += 1.22 * length;
+      const p = this.camera.project(view, tip);
+      if (p) say(p, name, this.data.axes[i][dark], "700 13px system-ui, sans-serif");
+    });
+  }
+
+  // One finger or the left button turns, two fingers or the right button move, the wheel comes nearer.
+  hands() {
+    const at = new Map();
+    const canvas = this.canvas;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      at.set(event.pointerId, [event.clientX, event.clientY]);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = at.get(event.pointerId);
+      if (!before) return;
+      const dx = event.clientX - before[0], dy = event.clientY - before[1];
+      if (at.size === 2) {
+        const [other] = [...at].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+        const gap = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]) || 1;
+        this.camera.pan(dx / 2, dy / 2);
+        this.camera.nearer(gap([event.clientX, event.clientY]) / gap(before));
+      } else if (event.shiftKey || event.buttons & 6) {
+        this.camera.pan(dx, dy);
+      } else {
+        this.camera.orbit(0.008 * dx, 0.008 * dy);
+      }
+      at.set(event.pointerId, [event.clientX, event.clientY]);
+      this.state.wake();
+    });
+    for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, (event) => at.delete(event.pointerId));
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("dblclick", () => { this.camera.home(); this.state.wake(); });
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas) return; // else the page could not be scrolled past it
+      event.preventDefault();
+      this.camera.nearer(Math.exp(-0.0015 * event.deltaY));
+      this.state.wake();
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const turns = { ArrowLeft: [8, 0], ArrowRight: [-8, 0], ArrowUp: [0, 8], ArrowDown: [0, -8] };
+      const by = event.shiftKey && turns[event.key];
+      if (by) this.camera.orbit(0.015 * by[0], 0.015 * by[1]);
+      else if (event.key === "+" || event.key === "=") this.camera.nearer(1.2);
+      else if (event.key === "-") this.camera.nearer(1 / 1.2);
+      else if (event.key === "0") this.camera.home();
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+      this.state.wake();
+    });
+  }
+}

@@ -1,0 +1,176 @@
+"""The time histories of a run: the panels of each figure, one under the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdpr import columns
+from cdpr.log.run import Run
+from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, shorten
+from cdpr.report.plots.histories import PLUGIN, Points, histories
+from cdpr.report.plots.panel import Curves, Entry, Limit, Panel
+from cdpr.scenario.events import limits_change
+
+
+def pose(run: Run) -> list[Panel]:
+    """Position and attitude, desired and actual."""
+    both = histories(run)["attitude"]
+    desired, actual = both.columns(slice(0, 3)), both.columns(slice(3, 6))
+    attitude = _desired_actual("attitude (°)", desired, actual, 0.1, ("roll", "pitch", "yaw"))
+    return [position_panel(run), attitude]
+
+
+def velocity(run: Run) -> list[Panel]:
+    """Velocity and angular velocity, desired and actual."""
+    linear = _both(run, "velocity (m/s)", "velocity", 1e-3)
+    angular = _both(run, "angular velocity (rad/s)", "angular_velocity", 1e-3)
+    return [linear, angular]
+
+
+def acceleration(run: Run) -> list[Panel]:
+    """Acceleration and angular acceleration, desired and actual (means over each period)."""
+    linear = _both(run, "acceleration (m/s²)", "acceleration", 1e-2)
+    angular = _both(run, "angular accel. (rad/s²)", "angular_acceleration", 1e-2)
+    return [linear, angular]
+
+
+def errors(run: Run) -> list[Panel]:
+    """Position and orientation error: components and norm."""
+    known = histories(run)
+    return [
+        _error("position error (mm)", known["position_error"]),
+        _error("orient. error (mrad)", known["orientation_error"]),
+    ]
+
+
+def tensions(run: Run) -> list[Panel]:
+    """The tension of each cable, and the limits; where cables are not ideal, also how commands differ."""
+    tension = tension_panel(run, height=3.0)
+    if run.header.ideal_cables:
+        return [tension]
+    more = (_per_cable(run, "friction"),)
+    return [tension, Panel("command minus tension (N)", more, _cable_entries(run), 1e-3)]
+
+
+def cables(run: Run) -> list[Panel]:
+    """The cables' lengths and their rates."""
+    length = Panel("cable length (m)", (_per_cable(run, "length"),), _cable_entries(run), 1e-3)
+    return [length, Panel("length rate (m/s)", (_per_cable(run, "rate"),), least=1e-3)]
+
+
+def distribution(run: Run) -> list[Panel]:
+    """How far the tensions stay from their limits, and how well they balance the wanted wrench."""
+    margin, residual = (Curves(histories(run)[name], (INK,), names=(name,)) for name in ("margin", "residual"))
+    limit = Limit("at a limit (0 N)", (0.0,))
+    return [
+        Panel("margin (N)", (margin,), least=1.0, limits=(limit,)),
+        Panel("residual (N)", (residual,), least=2.0, log=True),
+    ]
+
+
+def energy(run: Run) -> list[Panel]:
+    """The external wrench, if there is one, energies and works, powers, and what no work explains."""
+    known = histories(run)
+    energies, powers, external = known["energies"], known["powers"], known["external"]
+    panels = []
+    if np.any(external.values):
+        force, moment = (
+            Curves(external.columns(part), AXES, names="xyz", group="axis") for part in (slice(0, 3), slice(3, 6))
+        )
+        panels.append(Panel("external force (N)", (force,), _components("xyz"), 1.0))
+        panels.append(Panel("external moment (N m)", (moment,), _components("xyz"), 1.0))
+    else:
+        energies, powers = energies.columns(slice(0, 3)), powers.columns(slice(0, 1))
+    names = ("kinetic", "potential (change)", "work of cables", "external work")
+    looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, CABLES, strict=False)]
+    panels += [
+        Panel("energy (J)", (Curves(energies, CABLES, names=names),), looks[: energies.values.shape[1]], 1.0),
+        Panel("power (W)", (Curves(powers, CABLES[2:], names=("of cables", "external")),), least=1.0),
+        Panel("unexplained (J)", (Curves(known["energy_residual"], (INK,), names=("unexplained",)),), least=1e-9),
+    ]
+    return panels
+
+
+def plugins(run: Run) -> list[Panel]:
+    """What the plugins recorded of their own: a panel for each column."""
+    return [_column(run, column) for column in run.header.columns]
+
+
+def _column(run: Run, column: columns.Column) -> Panel:
+    names = run.header.cables if column.width == columns.CABLES else column.labels(())
+    looks = cable_looks(names)
+    colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
+    legend: list[Entry] = [(shorten(name), look) for name, look in zip(names, looks, strict=True)]
+    label = f"{shorten(column.name)} ({column.unit})" if column.unit else shorten(column.name)
+    group = "cable" if column.width == columns.CABLES else ""
+    lines = Curves(histories(run)[PLUGIN + column.name], colours, dashes, names=names, group=group)
+    return Panel(label, (lines,), legend if column.width != 1 else ())
+
+
+def _components(names: Sequence[str]) -> list[Entry]:
+    return [(name, {"color": colour, "linewidth": 1.6}) for name, colour in zip(names, AXES, strict=True)]
+
+
+def _desired_actual(
+    label: str, desired: Points, actual: Points, least: float, names: Sequence[str] = ("x", "y", "z")
+) -> Panel:
+    """Desired over actual, thinner, darker and dashed: where they agree both can be seen."""
+    lines = (
+        Curves(actual, AXES, width=1.6, names=names, group="axis"),
+        Curves(desired, DARK, (DESIRED,), 0.9, [f"{name} desired" for name in names], "desired"),
+    )
+    how: list[Entry] = [
+        ("actual", {"color": SOFT, "linewidth": 1.6}),
+        ("desired", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}),
+    ]
+    return Panel(label, lines, [*_components(names), *how], least)
+
+
+def _both(run: Run, label: str, name: str, least: float) -> Panel:
+    known = histories(run)
+    return _desired_actual(label, known[f"desired_{name}"], known[name], least)
+
+
+def position_panel(run: Run) -> Panel:
+    """The position, desired and actual."""
+    return _both(run, "position (m)", "position", 1e-3)
+
+
+def _error(label: str, values: Points) -> Panel:
+    lines = (
+        Curves(values.columns(slice(0, 1)), (INK,), names=("norm",)),
+        Curves(values.columns(slice(1, 4)), AXES, names="xyz", group="axis"),
+    )
+    return Panel(label, lines, [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})])
+
+
+def _per_cable(run: Run, name: str) -> Curves:
+    looks = cable_looks(run.header.cables)
+    colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
+    return Curves(histories(run)[name], colours, dashes, names=run.header.cables, group="cable")
+
+
+def _cable_entries(run: Run) -> list[Entry]:
+    return [(shorten(name), look) for name, look in zip(run.header.cables, cable_looks(run.header.cables), strict=True)]
+
+
+def tension_panel(run: Run, height: float) -> Panel:
+    """The tension of each cable and its limits."""
+    first = " at first" if limits_change({event.kind for event in run.events}) else ""
+    limits = tuple(
+        _limit(name + first, values)
+        for name, values in (("t_min", run.header.tension_min), ("t_max", run.header.tension_max))
+    )
+    lines = (_per_cable(run, "cable_tension"),)
+    return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height)
+
+
+def _limit(name: str, values: Sequence[float]) -> Limit:
+    """One grey line if all cables share the limit, else one for each value, coloured as its first cable."""
+    distinct = sorted(set(values))
+    if len(distinct) == 1:
+        return Limit(f"{name} {distinct[0]:g} N", distinct)
+    colours = [CABLES[values.index(value) % len(CABLES)] for value in distinct]
+    return Limit(f"{name} {distinct[0]:g}–{distinct[-1]:g} N", distinct, colours)

@@ -1,0 +1,47 @@
+"""What happened in a run, in one sentence."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.model.robot import Array
+from cdpr.report.text.aligned import number, unit_for
+
+AT_REST = 1e-3  # m, a way shorter than this is none to speak of
+
+
+def sentence(run: Run, way: Array) -> str:
+    """Say how far the platform went along `way` (n, 3), m, how true it was and what the cables did; "" of no sample."""
+    figures = run.summary()
+    if not figures["samples"]:
+        return ""
+    with np.errstate(all="ignore"):
+        length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+    said = [f"in {figures['simulated_s']:.4g} s the platform of {run.header.robot} {_moved(length)}"]
+    position, turn = figures["position_error_m"]["max"], figures["orientation_error_rad"]["max"]
+    if math.isfinite(position) and math.isfinite(turn):
+        said.append(f"never more than {_told(position, 'm')} and {_told(turn, 'rad')} from where it should be")
+    tension = figures.get("cable_tension_N", figures["tension_N"])
+    if math.isfinite(tension["max"]):
+        said.append(f"with tensions from {number(tension['min'])} to {number(tension['max'])} N")
+    text = ", ".join(said)
+    first = min(run.events, key=lambda event: event.time, default=None)
+    if first is not None:
+        more = len(run.events) - 1
+        others = f", first of {more + 1} events" if more else ""
+        text += f"; at {first.time:.4g} s{others}: {first.text}"
+    return text
+
+
+def _moved(length: float) -> str:
+    if not math.isfinite(length):
+        return "left all bounds"
+    return f"moved {number(length)} m" if length >= AT_REST else "held its place"
+
+
+def _told(value: float, unit: str) -> str:
+    scale, name = unit_for([value], unit)
+    return f"{number(scale * value)} {name}"
