@@ -30,6 +30,11 @@ SHADES = {
 }
 
 
+def paired(pair: colours.Pair) -> str:
+    """A colour for each ground, as the style of an element of the class "paired"."""
+    return f"--light:{pair.light};--dark:{pair.dark}"
+
+
 def cable_looks(cables: Sequence[str]) -> list[dict[str, Any]]:
     """Return colour and dashes of each cable, given their names."""
     looks = cycle({"color": colour, "linestyle": dashes} for dashes in DASHES for colour in CABLES)

@@ -57,6 +57,8 @@ def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", mino
     """
     still = f'<div class="scroll{" static" * bool(live)}">{svg}</div>\n' if svg else ""
     kind = ' class="minor"' if minor else ""
+    if live:
+        caption = f'<details class="about"><summary>What it shows, and what to look for</summary>{caption}</details>'
     return f'<figure id="{key}"{kind}>\n<h2>{title}</h2>\n{live}{still}<figcaption>{caption}</figcaption>\n</figure>'
 
 

@@ -9,12 +9,13 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.marks import SHADES, cable_looks
+from cdpr.report.marks import SHADES, paired
 from cdpr.report.marks import events as in_order
 from cdpr.report.pages.page import table
 from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
 from cdpr.report.text.reservations import fallback, reservations
+from cdpr.view import colours
 
 MOST_EVENTS = 200
 
@@ -139,8 +140,8 @@ def cables(run: Run) -> str:
     head = run.header
     rows = []
     tension, length = (histories(run)[key].values for key in ("tension", "length"))
-    for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
-        key = f'<span class="key" data-colour="cable:{i}" style="color:{look["color"]}"></span>'
+    for i, name in enumerate(head.cables):
+        key = f'<span class="key paired" style="{paired(colours.CABLES[i % len(colours.CABLES)])}"></span>'
         limits = (head.tension_min[i], head.tension_max[i])
         rows.append((key + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))
     titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")

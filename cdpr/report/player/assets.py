@@ -9,8 +9,11 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from cdpr.report.marks import paired
 from cdpr.report.player.data import block
 from cdpr.report.text.aligned import number
+from cdpr.view import colours
+from cdpr.view.colours import Pair
 
 FOLDER = Path(__file__).with_name("script")
 # In this order: each uses what stands before it.
@@ -43,12 +46,14 @@ def _legend(data: Mapping[str, Any]) -> str:
     first, *others = scenes = data["scenes"]
     shown = []
     if others:
-        shown += [_swatch(f"cable:{i}", escape(scene["label"])) for i, scene in enumerate(scenes)]
+        shown += [
+            _swatch(colours.CABLES[i % len(colours.CABLES)], escape(scene["label"])) for i, scene in enumerate(scenes)
+        ]
     elif "tension" in first:
         low, high = map(number, first["range"])
         shown.append(f'<span class="scale">tension {low} N <i id="bar"></i> {high} N</span>')
-        shown.append(_swatch("slack", "slack", "dashed"))
-        shown.append(_swatch("limit", "at a limit ▲▼"))
+        shown.append(_swatch(colours.SLACK, "slack", "dashed"))
+        shown.append(_swatch(colours.LIMIT, "at a limit ▲▼"))
     toggles = ["numbers"]
     if "desired" in first:
         toggles.insert(0, "ghost")
@@ -56,13 +61,13 @@ def _legend(data: Mapping[str, Any]) -> str:
         toggles.insert(0, "path")
     if any("force" in scene for scene in scenes):
         toggles.append("force")
-    marks = {"ghost": _swatch("desired", "desired"), "force": _swatch("force", "force")}
+    marks = {"ghost": _swatch(colours.DESIRED, "desired"), "force": _swatch(colours.FORCE, "force")}
     buttons = [f'<button type="button" data-do="{key}">{marks.get(key, key)}</button>' for key in toggles]
     return f'<div class="legend">{"".join([*shown, *buttons])}</div>'
 
 
-def _swatch(colour: str, text: str, line: str = "solid") -> str:
-    return f'<span><i class="swatch" data-colour="{colour}" style="border-top-style:{line}"></i>{text}</span>'
+def _swatch(pair: Pair, text: str, line: str = "solid") -> str:
+    return f'<span><i class="swatch paired" style="{paired(pair)};border-top-style:{line}"></i>{text}</span>'
 
 
 @cache

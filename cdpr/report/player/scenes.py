@@ -36,7 +36,7 @@ def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
         "colours": subject.colours,
         "body": _body(subject, arrays),
         "bounds": _bounds(shown, sane),
-        "flat": _flat_axis(subject),
+        "flat": _flat_axis(subject, shown.position[sane]),
         "range": list(shown.range),
         "time": arrays.fine(shown.time),
         "position": arrays.fine(shown.position),
@@ -87,9 +87,10 @@ def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
     return [points.min(axis=0).tolist(), points.max(axis=0).tolist()]
 
 
-def _flat_axis(subject: Subject) -> int | None:
-    """The axis along which frame and anchors have no extent: such a robot is seen square on."""
-    extent = np.ptp(np.concatenate([subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3)]), axis=0)
+def _flat_axis(subject: Subject, way: Array) -> int | None:
+    """The axis along which frame, anchors and way have no extent: such a robot is seen square on."""
+    fixed = (subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3), way)
+    extent = np.ptp(np.concatenate(fixed), axis=0)
     flat = np.flatnonzero(extent < 1e-6 * max(float(extent.max()), 1e-9))
     return int(flat[0]) if len(flat) == 1 else None
 

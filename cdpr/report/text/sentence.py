@@ -8,7 +8,7 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.text.aligned import number, unit_for
+from cdpr.report.text.aligned import unit_for
 
 AT_REST = 1e-3  # m, a way shorter than this is none to speak of
 
@@ -26,7 +26,7 @@ def sentence(run: Run, way: Array) -> str:
         said.append(f"never more than {_told(position, 'm')} and {_told(turn, 'rad')} from where it should be")
     tension = figures.get("cable_tension_N", figures["tension_N"])
     if math.isfinite(tension["max"]):
-        said.append(f"with tensions from {number(tension['min'])} to {number(tension['max'])} N")
+        said.append(f"with tensions from {tension['min']:.0f} to {tension['max']:.0f} N")
     text = ", ".join(said)
     first = min(run.events, key=lambda event: event.time, default=None)
     if first is not None:
@@ -39,9 +39,9 @@ def sentence(run: Run, way: Array) -> str:
 def _moved(length: float) -> str:
     if not math.isfinite(length):
         return "left all bounds"
-    return f"moved {number(length)} m" if length >= AT_REST else "held its place"
+    return f"moved {length:.3g} m" if length >= AT_REST else "held its place"
 
 
 def _told(value: float, unit: str) -> str:
     scale, name = unit_for([value], unit)
-    return f"{number(scale * value)} {name}"
+    return f"{scale * value:.3g} {name}"

@@ -16,6 +16,7 @@ uniform vec2 size;
 uniform float ratio;
 out vec4 paint;
 out vec3 place;
+out float inside;
 void main() {
   vec4 p = view * vec4(a, 1.0), q = view * vec4(b, 1.0);
   float near = 1e-3;
@@ -30,6 +31,7 @@ void main() {
   vec4 end = mix(p, q, corner.x);
   gl_Position = vec4(at / (size * 0.5) * end.w, end.z - 4e-4 * end.w, end.w);
   paint = colour;
+  inside = max(half_width, 0.5);
   place = vec3(corner.y * rim, corner.x * len, style.y * ratio);
   if (half_width < 0.5) paint.a *= 2.0 * half_width;
 }`;
@@ -38,10 +40,13 @@ const LINE_FRAGMENT = `#version 300 es
 precision highp float;
 in vec4 paint;
 in vec3 place;
+in float inside;
 out vec4 result;
 void main() {
   if (place.z > 0.0 && fract(place.y / (2.0 * place.z)) > 0.5) discard;
-  result = vec4(paint.rgb * paint.a, paint.a);
+  float alpha = paint.a * clamp(inside + 0.5 - abs(place.x), 0.0, 1.0);
+  if (alpha < 0.01) discard;
+  result = vec4(paint.rgb * alpha, alpha);
 }`;
 
 const SOLID_VERTEX = `#version 300 es
@@ -69,7 +74,7 @@ void main() {
 
 class GlPainter {
   constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
+    const gl = canvas.getContext("webgl2", { antialias: false, alpha: true, premultipliedAlpha: true });
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
     this.canvas = canvas;
@@ -110,8 +115,9 @@ class GlPainter {
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
     gl.vertexAttribDivisor(0, 0);
-    for (const { data, count, keep } of lines) {
+    for (const { data, count, keep, behind } of lines) {
       if (!count) continue;
+      gl.depthMask(!behind); // what is drawn behind hides nothing that follows
       this.bind(data, keep);
       [[1, 3, 0], [2, 3, 3], [3, 4, 6], [4, 2, 10]].forEach(([place, parts, at]) => {
         gl.enableVertexAttribArray(place);
@@ -120,6 +126,7 @@ class GlPainter {
       });
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
     }
+    gl.depthMask(true);
     [1, 2, 3, 4].forEach((place) => { gl.vertexAttribDivisor(place, 0); gl.disableVertexAttribArray(place); });
   }
 

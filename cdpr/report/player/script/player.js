@@ -56,11 +56,6 @@ class Player {
 
   restyle() {
     for (const plot of this.plots) plot.dress();
-    for (const item of document.querySelectorAll("[data-colour]")) {
-      const [name, i] = item.dataset.colour.split(":");
-      const pair = i === undefined ? this.data.colours[name] : this.data.cables[i % this.data.cables.length];
-      item.style.color = pair[this.dark ? 1 : 0];
-    }
     if (this.stage) { this.stage.theme(); this.bar(); }
     this.redraw();
   }

@@ -110,6 +110,14 @@ function still(films, data, dark, camera) {
     }
   }
   const frame = films[0].colours.frame ? rgb(films[0].colours.frame) : soft;
+  if (!films[0].frame.length && camera.flat === null) {
+    for (let i = 0; i < 8; i++) {
+      for (const bit of [1, 2, 4]) {
+        const corner = (k) => [0, 1, 2].map((axis) => (k >> axis & 1 ? high[axis] : low[axis]));
+        if (!(i & bit)) lines.add(corner(i), corner(i | bit), soft, 1.2, 0.45);
+      }
+    }
+  }
   for (const edge of films[0].frame) lines.add(edge.slice(0, 3), edge.slice(3), frame, 2, 0.85);
   const length = niceStep(2 * camera.radius, 14), origin = low.slice();
   [0, 1, 2].forEach((i) => {
@@ -117,7 +125,7 @@ function still(films, data, dark, camera) {
     tip[i] += length;
     lines.add(origin, tip, rgb(data.axes[i][dark]), 3.5);
   });
-  return { lines: lines.done(true), axes: { origin, length } };
+  return { lines: { ...lines.done(true), behind: true }, axes: { origin, length } };
 }
 
 // The way of a point through all pictures, (n, 3) one after the other.
@@ -126,7 +134,15 @@ function way(points, colour, width, opacity, dash) {
   for (let k = 3; k < points.length; k += 3) {
     lines.add(points.subarray(k - 3, k), points.subarray(k, k + 3), colour, width, opacity, dash);
   }
-  return lines.done(true);
+  return { ...lines.done(true), behind: true };
+}
+
+// Whether two poses can be told apart at a glance: by more than this share of the scene.
+function differ(a, b, radius) {
+  const away = Math.hypot(a[12] - b[12], a[13] - b[13], a[14] - b[14]);
+  let turned = 0;
+  for (let i = 0; i < 11; i++) turned = Math.max(turned, Math.abs(a[i] - b[i]));
+  return away > 0.004 * radius || turned > 0.03;
 }
 
 // What moves, of one film in a picture; returns lines, solids and labels.
@@ -149,7 +165,9 @@ function moving(film, picture, look, options) {
   }
   for (let k = 0; k < m; k++) lines.add(picture.tips[k], picture.tips[k], look.ink, 5);
   drawBody(film, picture.pose, look.body, 1, look.edge, lines, solids);
-  if (options.ghost && picture.desired) drawBody(film, picture.desired, look.desired, 0.22, look.desired, lines, solids);
+  if (options.ghost && picture.desired && differ(picture.pose, picture.desired, options.radius)) {
+    drawBody(film, picture.desired, look.desired, 0.22, look.desired, lines, solids);
+  }
   if (options.force && picture.force && film.strongest > 0) {
     arrow(lines, picture.pose, picture.force, 0.55 * options.radius / film.strongest, look.force);
   }

@@ -136,11 +136,20 @@ class Stage {
     };
     const middle = this.camera.project(view, this.camera.target) || [0, 0];
     if (this.options.numbers) {
+      const placed = [];
       for (const { at, text, colour } of labels) {
         const p = this.camera.project(view, at);
         if (!p) continue;
+        const near = placed.find((other) => Math.hypot(other.p[0] - p[0], other.p[1] - p[1]) < 12);
+        if (near) near.texts.push([text, colour]); else placed.push({ p, texts: [[text, colour]] });
+      }
+      for (const { p, texts } of placed) {
         const away = [p[0] - middle[0], p[1] - middle[1]], n = Math.hypot(...away) || 1;
-        say([p[0] + 13 * away[0] / n, p[1] + 13 * away[1] / n], text, colour, "600 12px system-ui, sans-serif");
+        const at = [p[0] + 14 * away[0] / n, p[1] + 14 * away[1] / n];
+        texts.forEach(([text, colour], i) => {
+          const x = clamp(at[0] + 20 * (i - 0.5 * (texts.length - 1)), 12, this.camera.size[0] - 12);
+          say([x, at[1]], text, colour, "600 12px system-ui, sans-serif");
+        });
       }
     }
     const { origin, length } = this.axes;
