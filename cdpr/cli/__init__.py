@@ -22,6 +22,7 @@ SHOWN = 60  # letters of a word that is no command
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
     "examples": "List the examples that come with cdpr, or copy one.",
+    "view": "Show a run, several, a robot or a motion in a page that plays.",
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
     "solvers": "List the tension solvers: what they minimise, promise and take.",

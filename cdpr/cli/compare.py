@@ -8,7 +8,7 @@ import click
 
 from cdpr.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, terminating
-from cdpr.errors import CdprError, ExitCode, PluginError
+from cdpr.errors import CdprError, ExitCode
 
 
 @click.command("compare")
@@ -82,11 +82,11 @@ def command(
                 raise
     if out is not None:
         from cdpr.report.pages.compare import write_comparison
+        from cdpr.report.pages.still import no_stills
 
-        try:
-            write_comparison(result, Path(out))
-        except PluginError as error:  # what was found counts without a picture of it
-            click.echo(f"no compare.html: {error}", err=True)
+        write_comparison(result, Path(out))
+        if problem := no_stills():
+            click.echo(f"compare.html plays but has nothing to print: {problem}", err=True)
     if as_json:
         click.echo(json.dumps(result.figures, indent=1, allow_nan=False))
     else:

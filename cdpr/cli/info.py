@@ -10,11 +10,7 @@ import click
 from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
-    from cdpr.model.robot import Array
-    from cdpr.tension.stage import TensionStage
     from cdpr.view import Pictures
-
-MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 
 
 @click.command("info")
@@ -31,53 +27,13 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
     """
     from cdpr.cli.load import load_told
-    from cdpr.scenario import Scenario
 
     loaded = load_told(file, changes)
     # Only a sound file is worth the time that these take to import.
-    import numpy as np
-
-    from cdpr import defaults
-    from cdpr.cli.look import look
-    from cdpr.cli.progress import tell_of_compilation
-    from cdpr.distribution.portrait import describe_motion, describe_pose, describe_robot
-    from cdpr.distribution.survey import survey
-    from cdpr.log.run_json import plain
-    from cdpr.plugins.registry import registry
+    from cdpr.cli.portray import portray
     from cdpr.report.text.portrait import lines
-    from cdpr.view import Subject, pictures
 
-    tell_of_compilation()
-    scenario = loaded if isinstance(loaded, Scenario) else None
-    robot, gravity, at, source = look(loaded, pose)
-    entry = registry().get("solver", defaults.SOLVER)
-    solver, options = entry.load(), entry.info.options()
-    figures: dict[str, Any] = {
-        "robot": describe_robot(robot),
-        "pose": {"source": source, **describe_pose(robot, at, gravity, solver(robot, options).solve)},
-    }
-    scene = pictures(Subject.of_robot(robot), np.zeros(1), at[None, :3], at[None, 3:7])
-    if scenario is not None:
-        from cdpr.simulation.schedule import Schedule, redirected
-
-        simulation = scenario.simulation
-        steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
-        events, period = scenario.events, simulation.control_step
-
-        def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
-            return Schedule(events, period, robot, stage, tension, wrench, status, external, np.zeros(6))
-
-        trajectory = redirected(scenario.trajectory.make(), events, period)
-        time = steps * period
-        asked, desired = scenario.controlled, np.array([trajectory.sample(t) for t in time])
-        solve = solver(asked, options).solve
-        motion = survey(asked, time, desired, gravity, solve, happens=happens, samples=steps)
-        told = [f"{event.type} at {event.time:g} s" for event in sorted(events, key=lambda event: event.time)]
-        if scenario.belief:
-            figures["robot"]["believed"] = scenario.belief
-        figures["motion"] = {"type": scenario.trajectory.type, **describe_motion(asked, motion), "events": told}
-        scene = pictures(scene.subject, time, motion.desired[:, :3], motion.desired[:, 3:7])
-    figures = plain(figures)
+    figures, scene, _ = portray(loaded, pose)
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:

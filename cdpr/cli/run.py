@@ -145,12 +145,13 @@ def _write_report(run: Run) -> OutputError | None:
     """Write report.html; a full disk is told as an error."""
     from pathlib import Path
 
-    from cdpr.report.pages.run import still_pictures, write_report
+    from cdpr.report.pages.run import write_report
+    from cdpr.report.pages.still import no_stills
 
     assert run.folder is not None
     try:
         write_report(run, Path(run.folder) / "report.html")
-        if problem := still_pictures():
+        if problem := no_stills():
             click.echo(f"report.html plays but has nothing to print: {problem}", err=True)
     except OutputError as error:
         return error

@@ -19,10 +19,13 @@ from cdpr.report.marks import AXES, CABLES, shorten
 from cdpr.report.plots import run as panels
 from cdpr.report.plots.histories import roll_pitch_yaw
 
+
+def _drawn(panels, run):
+    return figures.draw(run, panels(run))
+
+
 PANELS = ("pose", "velocity", "acceleration", "errors", "tensions", "cables", "distribution", "energy")
-plots = SimpleNamespace(
-    overview=figures.overview, **{name: partial(figures.draw, of=getattr(panels, name)) for name in PANELS}
-)
+plots = SimpleNamespace(overview=figures.overview, **{name: partial(_drawn, getattr(panels, name)) for name in PANELS})
 
 FIGURES = (
     sketch.robot,

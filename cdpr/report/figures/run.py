@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Chart, styled
 from cdpr.report.figures.panels import stack
 from cdpr.report.marks import events
-from cdpr.report.plots import run as panels
+from cdpr.report.plots import run as plots
 from cdpr.report.plots.panel import Panel
 
 
@@ -22,12 +22,13 @@ def overview(run: Run) -> Chart:
         notes.append(f"and {len(run.events) - 4} more")
     return stack(
         run,
-        (panels.position_panel(run), *panels.errors(run), panels.tension_panel(run, height=1.9)),
+        (plots.position_panel(run), *plots.errors(run), plots.tension_panel(run, height=1.9)),
         title,
         ";  ".join(notes),
     )
 
 
-def draw(run: Run, of: Callable[[Run], Sequence[Panel]]) -> Chart:
-    """Draw the panels that a function of `cdpr.report.plots.run` names."""
-    return styled(lambda: stack(run, of(run)))()
+@styled
+def draw(run: Run, panels: Sequence[Panel]) -> Chart:
+    """Draw panels under one another, on the time axis of a run and with what happened in it."""
+    return stack(run, panels)

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr.compare.differences import QUANTITIES
 from cdpr.log.files import make_folder, replace
-from cdpr.report.pages.page import figure, page, section, table
+from cdpr.report.pages.page import figure, hall, page, panels, section, table
+from cdpr.report.pages.still import still
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.assets import stage
+from cdpr.report.player.data import page_data
+from cdpr.report.player.scenes import scene_of_run
+from cdpr.report.plots import compare as plots
 from cdpr.report.text.aligned import number
 from cdpr.report.text.compare import (
     ORDER_TITLES,
@@ -20,6 +26,7 @@ from cdpr.report.text.compare import (
     order_cells,
     outcome,
     subject,
+    worst,
     wrong_orders,
 )
 
@@ -28,6 +35,8 @@ if TYPE_CHECKING:
     from cdpr.compare.job import Comparison
 
 Figures = Mapping[str, Any]
+
+ABOUT_SPACE = "The runs of the first solver over one another, each in its colour; the first is the judge's."
 
 BANNERS = {
     True: ("good", "The engines agree"),
@@ -47,8 +56,7 @@ leaves the pose to be judged. Times inform and are never judged.</p>"""
 def write_comparison(result: Comparison, folder: Path) -> None:
     """Write compare.json and compare.html into `folder`, made if need be.
 
-    Raises PluginError without matplotlib, after compare.json is written, and OutputError where a file cannot be
-    written.
+    Raises OutputError where a file cannot be written.
     """
     make_folder(folder)
     replace(folder / "compare.json", json.dumps(result.figures, indent=1, allow_nan=False) + "\n")
@@ -59,23 +67,32 @@ def render(result: Comparison) -> str:
     """Return the page as HTML."""
     figures = result.figures
     mood, text = BANNERS[figures["agrees"]]
-    links = {"about": "About"}
-    parts = []
+    links = {"verdict": "Verdict"}
+    parts = [section("verdict", _verdict(figures))]
+    data = player_data(result)
+    if data is not None:
+        links["robot"] = "Robot"
+        parts.append(hall([figure("robot", "Robot", "", ABOUT_SPACE, live=stage(data))], "hall"))
     for k, (group, found) in enumerate(zip(result.groups, figures["groups"], strict=True), 1):
+        shown = _drawings(group, k)
+        if shown:
+            parts.append(hall(shown, "gallery"))
+            links[f"differences{k}"] = "Differences"
         links[f"solver{k}"] = f"Solver {group.solver}"
         parts.append(section(f"solver{k}", f"<h2>Solver {escape(group.solver)}</h2>\n{_engines(found)}"))
         if found["orders"]:
             rows = [tuple(map(escape, order_cells(row))) for row in found["orders"]]
             orders = table(rows, ("Engine", *ORDER_TITLES[1:2], "", *ORDER_TITLES[3:]))
             parts.append(section(f"orders{k}", f"<h2>Measured orders</h2>\n{ORDERS}\n{orders}"))
-        parts += _drawings(group, k)
+    links["about"] = "About"
+    parts.append(section("about", ABOUT))
     links["versions"] = "Versions"
     versions = [(escape(name), escape(version)) for name, version in figures["versions"].items()]
     absent = "".join(f"<p>{escape(name)}: {escape(reason)}</p>" for name, reason in figures["absent"].items())
     parts.append(section("versions", f"<h2>Versions</h2>\n{table(versions)}{absent}"))
     banner = f'<p class="banner {mood}" role="status"><strong>{text}</strong>{_why(figures)}</p>'
     title = f"{figures['scenario']}: engines compared"
-    return page(title, subject(figures), banner, links, [*parts[:1], section("about", ABOUT), *parts[1:]])
+    return page(title, subject(figures), banner, links, parts, data)
 
 
 ORDERS = (
@@ -105,7 +122,8 @@ def _engines(group: Figures) -> str:
         out.append(f"<h3>{escape(row['label'])}</h3>\n<p>{escape(outcome(row))}</p>")
         if row["differences"]:
             titles = ("Difference", "largest", "rms", "at (s)", *JUDGED[row["standard"]])
-            out.append(f'<div class="scroll">{table(_rows(row), titles)}</div>')
+            inside = f'<div class="scroll">{table(_rows(row), titles)}</div>'
+            out.append(f"<details><summary>All differences</summary>\n{inside}</details>")
         out += [f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in [*notes(row)]]
     out += [f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in among(group)]
     return "\n".join(out)
@@ -129,13 +147,46 @@ def _rows(row: Figures) -> list[tuple[str, ...]]:
 
 def _drawings(group: Group, k: int) -> list[str]:
     """The figures of one solver's runs."""
-    from cdpr.report.figures import compare as compare_plots
-    from cdpr.report.figures.canvas import inline_svg
-
-    if group.judge is None or not any(row.run is not None for row in group.rows):
+    if not _drawable(group):
         return []
+    assert group.judge is not None
     out = []
-    for name, (title, draw, caption) in compare_plots.drawings(group).items():
+    for name, (title, panels_of, caption) in plots.drawings(group).items():
         key = f"{name}{k}"
-        out.append(figure(key, title, inline_svg(draw(group), key, title), caption))
+        out.append(figure(key, title, still(group.judge, panels_of(group), key, title), caption, live=panels(key)))
     return out
+
+
+def player_data(result: Comparison) -> dict[str, Any] | None:
+    """Return what the player shows: the runs of the first solver in one scene, and all panels; None of no runs."""
+    groups = [(k, group) for k, group in enumerate(result.groups, 1) if _drawable(group)]
+    if not groups:
+        return None
+    arrays = Arrays()
+    first = groups[0][1]
+    assert first.judge is not None
+    others = [(row.label, row.run) for row in first.rows if row.run is not None and len(row.run.rows)]
+    runs = [(result.figures["judge"]["backend"], first.judge), *others]
+    scenes = [scene_of_run(run, arrays, label) for label, run in runs]
+    shown = {}
+    for k, group in groups:
+        for name, (_, panels_of, _) in plots.drawings(group).items():
+            shown[f"{name}{k}"] = panels_of(group)
+    return page_data(first.judge, scenes, shown, arrays)
+
+
+def _drawable(group: Group) -> bool:
+    return group.judge is not None and len(group.judge.rows) > 0 and any(row.run is not None for row in group.rows)
+
+
+def _verdict(figures: Figures) -> str:
+    """One row an engine, with the worst share of what it may be apart."""
+    rows = []
+    for group in figures["groups"]:
+        for row in group["engines"]:
+            ratio, quantity = worst(row) or (None, "")
+            share = "not judged" if ratio is None else f"{number(ratio)} ({quantity})"
+            cells = (row["label"], group["solver"], row["outcome"], share, f"{row['samples']}")
+            rows.append(tuple(map(escape, cells)))
+    titles = ("Engine", "Solver", "Verdict", "Worst share of its bound (1 is allowed)", "Samples")
+    return f'<h2>Verdict</h2>\n<div class="scroll">{table(rows, titles, numeric=False)}</div>'

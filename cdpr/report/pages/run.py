@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cdpr.errors import PluginError
 from cdpr.log import run_json
 from cdpr.log.files import replace
 from cdpr.log.run import Run
 from cdpr.report.pages import tables
 from cdpr.report.pages.page import figure, hall, page, panels, section
+from cdpr.report.pages.still import still
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
 from cdpr.report.player.data import page_data
@@ -92,24 +92,8 @@ def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
 
 
 def _still(run: Run, drawing: Drawing) -> str:
-    """The figure as it stands on paper; nothing without matplotlib."""
-    if still_pictures():
-        return ""
-    from cdpr.report.figures import sketch
-    from cdpr.report.figures.canvas import inline_svg
-    from cdpr.report.figures.run import draw
-
-    chart = sketch.robot(run) if drawing.panels is None else draw(run, drawing.panels)
-    return inline_svg(chart, drawing.name.lower(), drawing.title)
-
-
-def still_pictures() -> str:
-    """Return why there are none, or nothing."""
-    try:
-        import cdpr.report.figures.canvas  # noqa: F401
-    except PluginError as error:
-        return str(error)
-    return ""
+    key = drawing.name.lower()
+    return still(run, None if drawing.panels is None else drawing.panels(run), key, drawing.title)
 
 
 def _date(run: Run) -> str:

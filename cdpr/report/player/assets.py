@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from html import escape
+from itertools import cycle
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -46,9 +47,8 @@ def _legend(data: Mapping[str, Any]) -> str:
     first, *others = scenes = data["scenes"]
     shown = []
     if others:
-        shown += [
-            _swatch(colours.CABLES[i % len(colours.CABLES)], escape(scene["label"])) for i, scene in enumerate(scenes)
-        ]
+        looks = cycle(colours.CABLES)
+        shown += [_swatch(pair, escape(scene["label"])) for pair, scene in zip(looks, scenes, strict=False)]
     elif "tension" in first:
         low, high = map(number, first["range"])
         shown.append(f'<span class="scale">tension {low} N <i id="bar"></i> {high} N</span>')

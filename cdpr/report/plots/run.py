@@ -119,7 +119,7 @@ def _desired_actual(
     """Desired over actual, thinner, darker and dashed: where they agree both can be seen."""
     lines = (
         Curves(actual, AXES, width=1.6, names=names, group="axis"),
-        Curves(desired, DARK, (DESIRED,), 0.9, [f"{name} desired" for name in names], "desired"),
+        Curves(desired, DARK, (DESIRED,), 0.9, [f"{name} desired" for name in names], "over"),
     )
     how: list[Entry] = [
         ("actual", {"color": SOFT, "linewidth": 1.6}),

@@ -141,6 +141,19 @@ def check_cells(check: Figures) -> list[str]:
     return [f"{number(check['value'])}{mark}", number(check["high"])]
 
 
+def worst(row: Figures) -> tuple[float, str] | None:
+    """Largest share of what an engine may be apart, and the quantity; above 1 it disagrees. None where none is judged.
+
+    Of an order both ends count: to come nearer to the judge than the order allows is as wrong as to stay away.
+    """
+    shares = [
+        (max(check["value"] / check["high"], check["low"] / check["value"] if check["value"] else 0.0), title)
+        for check in row["checks"]
+        if check["value"] is not None and check["high"] and (title := QUANTITIES[check["quantity"]].title)
+    ]
+    return max(shares, default=None)
+
+
 def _about(group: Figures) -> str:
     if group["problem"]:
         return f": {group['problem']}"

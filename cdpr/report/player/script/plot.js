@@ -238,7 +238,7 @@ class Plot {
     if (this.panel.series.length < 2) return;
     const tags = [];
     this.panel.series.forEach((series, i) => {
-      if (this.hidden(series) || series.group === "desired" || !series.value.length) return;
+      if (this.hidden(series) || series.group === "over" || !series.value.length) return;
       let k = Math.min(indexAt(series.time, this.state.window[1]), series.value.length - 1);
       while (k > 0 && Number.isNaN(series.value[k])) k--;
       const y = clamp(this.y(series.value[k]), EDGE.top, EDGE.top + this.height);

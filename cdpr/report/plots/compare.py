@@ -1,4 +1,4 @@
-"""The figures of a comparison: overlays, and differences on a logarithmic axis."""
+"""The panels of a comparison: overlays, and differences on a logarithmic axis."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ from cdpr.compare.comparison import Group
 from cdpr.compare.differences import QUANTITIES, apart
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.figures.canvas import Chart, styled
-from cdpr.report.figures.panels import stack
 from cdpr.report.marks import AXES, CABLES, INK, SOFT, cable_looks, shorten
 from cdpr.report.plots.histories import Points, points, roll_pitch_yaw
 from cdpr.report.plots.panel import Curves, Entry, Limit, Panel
 
-Drawing = tuple[str, Callable[[Group], Chart], str]
+Drawing = tuple[str, Callable[[Group], list[Panel]], str]
 
 # One pattern an engine, thin and dark on the judge's broad line: where all agree, all can be seen.
 DASHES: tuple[Any, ...] = ((0, (1.2, 5.0)), (2.0, (1.2, 5.0)), (4.0, (1.2, 5.0)), (0, (4.0, 2.0)), (0, (6.0, 2.0)))
@@ -29,7 +27,7 @@ DECADES = {False: 3.0, True: 8.0}
 
 
 def drawings(group: Group) -> dict[str, Drawing]:
-    """Return title, function and caption of each figure by its name."""
+    """Return title, panels and caption of each figure by its name."""
     found: dict[str, Drawing] = {
         "differences": (
             "Differences from the judge",
@@ -59,26 +57,23 @@ def drawings(group: Group) -> dict[str, Drawing]:
     return found
 
 
-@styled
-def differences(group: Group) -> Chart:
-    """Draw the distance of each run from the judge's, one panel a quantity."""
+def differences(group: Group) -> list[Panel]:
+    """The distance of each run from the judge's, one panel a quantity."""
     assert group.judge is not None
     pairs = {label: (run, group.judge) for label, run in _others(group)}
-    return stack(group.judge, list(_distances(group, pairs)))
+    return list(_distances(group, pairs))
 
 
-@styled
-def beyond(group: Group) -> Chart:
-    """Draw the distance of each run from the judge's with the same scheme."""
+def beyond(group: Group) -> list[Panel]:
+    """The distance of each run from the judge's with the same scheme."""
     assert group.judge is not None
     twins = {row.label: group.twins.get(row.engine.scheme) for row in group.rows if row.standard == "scheme"}
     pairs = {label: (run, twin) for label, run in _others(group) if (twin := twins.get(label)) is not None}
-    return stack(group.judge, list(_distances(group, pairs, bounds=True)))
+    return list(_distances(group, pairs, bounds=True))
 
 
-@styled
-def pose(group: Group) -> Chart:
-    """Draw the pose of all runs."""
+def pose(group: Group) -> list[Panel]:
+    """The pose of all runs."""
     position = _overlay(group, "position (m)", lambda run: run.position, AXES, _names("xyz"), 1e-3)
     attitude = _overlay(
         group,
@@ -88,12 +83,11 @@ def pose(group: Group) -> Chart:
         _names(["roll", "pitch", "yaw"]),
         0.1,
     )
-    return stack(_judge(group), (position, attitude))
+    return [position, attitude]
 
 
-@styled
-def tensions(group: Group) -> Chart:
-    """Draw the tensions of all runs."""
+def tensions(group: Group) -> list[Panel]:
+    """The tensions of all runs."""
     cables = _judge(group).header.cables
     looks = cable_looks(cables)
     entries: list[Entry] = [
@@ -101,7 +95,7 @@ def tensions(group: Group) -> Chart:
     ]
     colours = [look["color"] for look in looks]
     panel = _overlay(group, "cable tension (N)", lambda run: run.tension, colours, entries, 1.0, 3.2)
-    return stack(_judge(group), (panel,))
+    return [panel]
 
 
 def _judge(group: Group) -> Run:
@@ -122,14 +116,14 @@ def _distances(group: Group, pairs: dict[str, tuple[Run, Run]], *, bounds: bool 
     legend: list[Entry] = [(shorten(label), look) for label, look in zip(pairs, looks, strict=True)]
     for name, quantity in QUANTITIES.items():
         curves = []
-        for look, pair in zip(looks, pairs.values(), strict=True):
+        for look, (label, pair) in zip(looks, pairs.items(), strict=True):
             values = apart(name, *pair)[1][:, None]
             if not bounds:
                 values = np.where(values > 0.0, values, np.nan)  # at the start all are one
-            curves.append(Curves(_padded(values, group), (look["color"],), width=look["linewidth"]))
+            curves.append(Curves(_padded(values, group), (look["color"],), width=look["linewidth"], names=(label,)))
         allowed = (Limit("allowed", (float(np.log10(quantity.allowed(_judge(group)))),)),) if bounds else ()
-        label = f"{quantity.title} ({quantity.unit})"
-        yield Panel(label, tuple(curves), legend, least=DECADES[bounds], limits=allowed, log=True)
+        title = f"{quantity.title} ({quantity.unit})"
+        yield Panel(title, tuple(curves), legend, least=DECADES[bounds], limits=allowed, log=True)
 
 
 def _overlay(
@@ -143,11 +137,13 @@ def _overlay(
 ) -> Panel:
     """The judge's lines broad and in colour, the others' thin and dark on them."""
     judge = _judge(group)
-    curves = [Curves(points(judge.time, values(judge)), colours, width=BROAD)]
+    names = [name for name, _ in entries]
+    curves = [Curves(points(judge.time, values(judge)), colours, width=BROAD, names=names)]
     how: list[Entry] = [(shorten(judge.header.backend), {"color": SOFT, "linewidth": BROAD})]
     for i, (name, run) in enumerate(_others(group)):
         dashes = DASHES[i % len(DASHES)]
-        curves.append(Curves(_padded(values(run), group), (INK,), (dashes,), THIN))
+        theirs = [f"{part} {name}" for part in names]
+        curves.append(Curves(_padded(values(run), group), (INK,), (dashes,), THIN, theirs, "over"))
         how.append((shorten(name), {"color": INK, "linewidth": THIN, "linestyle": dashes}))
     return Panel(label, tuple(curves), [*entries, *how], least, height=height)
 

@@ -1,0 +1,81 @@
+"""`cdpr view`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.cli.names import OutPath, change_keys, plugin_files
+from cdpr.errors import CdprError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+PAGE = "view.html"
+
+
+@click.command("view")
+@click.argument("what", metavar="RUN [RUN...] | ROBOT | SCENARIO", nargs=-1, required=True, type=click.Path())
+@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Of a robot: look here, position (m) and roll, pitch, yaw (rad).")
+@change_keys("Change any key of the file.")
+@plugin_files
+@click.option("--out", type=OutPath(), help="File for the page (default: one in the folder for temporary files).")
+@click.option("--open/--no-open", "show", default=True, help="Open the page in the browser.")
+def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], out: str | None, show: bool) -> None:
+    """Write a page that shows a run, several runs, a robot or a scenario's motion in space, and open it.
+
+    A run plays, with all that was recorded; several are laid over one another, with their differences; of a scenario
+    the desired motion is followed without simulating it. The page needs no network and can be sent as it is.
+    """
+    from cdpr.log.files import replace
+
+    page = _runs(what, pose, changes) if _are_runs(what) else _look(what, pose, changes)
+    path = _temporary() if out is None else Path(out)
+    if path.is_dir():
+        path /= PAGE
+    replace(path, page.encode(errors="xmlcharrefreplace"))
+    click.echo(path)
+    if show:
+        import webbrowser
+
+        if not webbrowser.open(path.resolve().as_uri()):
+            click.echo("no browser could be opened: open the page by hand", err=True)
+
+
+def _are_runs(what: Sequence[str]) -> bool:
+    """Whether folders or logs are given; files of robots and scenarios, and names of examples, are none."""
+    return len(what) > 1 or Path(what[0]).is_dir() or what[0].endswith(".mcap")
+
+
+def _runs(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
+    if pose is not None or changes:
+        raise CdprError("finished runs are shown as they are: leave out --pose and --set")
+    if len(what) > 1:
+        from cdpr.compare.finished import compare_finished
+        from cdpr.report.pages.compare import render as render_comparison
+
+        return render_comparison(compare_finished(what))
+    from cdpr.log.reader import load_run
+    from cdpr.report.pages.run import render
+
+    return render(load_run(what[0]))
+
+
+def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
+    from cdpr.cli.load import load_told
+
+    loaded = load_told(what[0], changes)
+    # Only a sound file is worth the time that these take to import.
+    from cdpr.cli.portray import portray
+    from cdpr.report.pages.look import render_look
+
+    figures, shown, survey = portray(loaded, pose)
+    return render_look(loaded.name, figures, shown, survey)
+
+
+def _temporary() -> Path:
+    import tempfile
+
+    return Path(tempfile.mkdtemp(prefix="cdpr-view-")) / PAGE

@@ -1,0 +1,45 @@
+"""The page of a robot at a pose, or of a motion that is followed without simulating it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from cdpr.distribution.survey import Survey
+from cdpr.report.pages.page import figure, hall, page, panels, section
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.assets import stage
+from cdpr.report.player.data import page_data
+from cdpr.report.player.scenes import scene
+from cdpr.report.plots.survey import survey_panels
+from cdpr.report.text.portrait import lines
+from cdpr.view import Pictures
+
+ROBOT = "Frame anchors, cables and platform at the pose; nothing is simulated."
+MOTION = "The desired motion by inverse kinematics and dynamics; the tensions are those of minimum 2-norm. Nothing is simulated."
+
+
+def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey: Survey | None) -> str:
+    """Return the page as HTML.
+
+    Args:
+        title: what is looked at.
+        figures: what `cdpr info` tells.
+        shown: one picture, or those of the survey.
+        survey: of the motion, where there is one.
+    """
+    arrays = Arrays()
+    found = {} if survey is None else survey_panels(survey, shown.subject.cables)
+    scenes = [scene(shown, arrays)]
+    span = (float(shown.time[0]), float(shown.time[-1]))
+    data = page_data(None, scenes, {key: drawn for key, (_, drawn) in found.items()}, arrays, span)
+    about = ROBOT if survey is None else MOTION
+    parts = [hall([figure("robot", "Robot", "", about, live=stage(data))], "hall" if found else "hall alone")]
+    if found:
+        drawn = [figure(key, name, "", about, live=panels(key)) for key, (name, _) in found.items()]
+        parts.append(hall(drawn, "gallery"))
+    told = escape("\n".join(lines(dict(figures))))
+    parts.append(section("figures", f"<h2>What it can hold</h2>\n<pre>{told}</pre>"))
+    links = {"robot": "Robot", **{key: name for key, (name, _) in found.items()}, "figures": "Figures"}
+    return page(title, about, "", links, parts, data)

@@ -1,0 +1,29 @@
+"""Figures as they stand on paper and where no script runs: by matplotlib, where it is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cdpr.errors import PluginError
+from cdpr.log.run import Run
+from cdpr.report.plots.panel import Panel
+
+
+def still(run: Run, panels: Sequence[Panel] | None, key: str, title: str) -> str:
+    """Return a figure as SVG: panels, or without any the robot in space; nothing without matplotlib."""
+    if no_stills():
+        return ""
+    from cdpr.report.figures import sketch
+    from cdpr.report.figures.canvas import inline_svg
+    from cdpr.report.figures.run import draw
+
+    return inline_svg(sketch.robot(run) if panels is None else draw(run, panels), key, title)
+
+
+def no_stills() -> str:
+    """Return why there are none, or nothing."""
+    try:
+        import cdpr.report.figures.canvas  # noqa: F401
+    except PluginError as error:
+        return str(error)
+    return ""

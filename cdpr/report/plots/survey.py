@@ -1,0 +1,53 @@
+"""What a motion asks of a robot, followed without simulating it: the panels, and the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdpr.distribution.survey import Survey
+from cdpr.model.robot import Array
+from cdpr.report.marks import AXES, CABLES, INK, cable_looks
+from cdpr.report.plots.histories import points
+from cdpr.report.plots.panel import Curves, Panel
+from cdpr.view import Pictures, Subject, pictures
+
+
+def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str, list[Panel]]]:
+    """Return titles and panels of figures by their addresses."""
+
+    def by_cable(label: str, values: Array, least: float, height: float = 1.55) -> Panel:
+        looks = cable_looks(cables)
+        colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
+        lines = Curves(points(survey.time, values), colours, dashes, names=cables, group="cable")
+        return Panel(label, (lines,), least=least, height=height)
+
+    def by_axis(label: str, values: Array, names: Sequence[str]) -> Panel:
+        return Panel(label, (Curves(points(survey.time, values), AXES, names=names, group=label),), least=1e-3)
+
+    speed = np.linalg.norm(survey.desired[:, 7:10], axis=1, keepdims=True)
+    margin = Curves(points(survey.time, survey.margin[:, None]), (INK,), names=("margin",))
+    return {
+        "tensions": (
+            "Static and inertial tensions",
+            [by_cable("cable tension (N)", survey.tension, 1.0, 3.0), Panel("margin (N)", (margin,), least=1.0)],
+        ),
+        "lengths": (
+            "Cable lengths and rates",
+            [by_cable("cable length (m)", survey.length, 1e-3), by_cable("length rate (m/s)", survey.rate, 1e-3)],
+        ),
+        "motion": (
+            "Motion",
+            [
+                by_axis("position (m)", survey.desired[:, :3], "xyz"),
+                Panel("speed (m/s)", (Curves(points(survey.time, speed), CABLES, names=("speed",)),), least=1e-3),
+            ],
+        ),
+    }
+
+
+def survey_pictures(survey: Survey, subject: Subject) -> Pictures:
+    """Return the pictures of a motion."""
+    pose = survey.desired
+    return pictures(subject, survey.time, pose[:, :3], pose[:, 3:7], tension=survey.tension)
