@@ -56,12 +56,14 @@ def test_text_fits_a_terminal(compared):
 
 def test_page_needs_nothing_else(compared):
     html = (compared[1] / "compare.html").read_text()
-    assert html.index("The engines agree") < html.index("Solver qp") < html.index("<svg")
+    assert html.index("The engines agree") < html.index('id="verdict"') < html.index("<svg xmlns")
     assert not re.search(r'(?:src|href)="(?!#)', html.replace("http://www.w3.org", ""))
     for title in ("Differences from the judge", "Differences beyond the scheme", "Pose", "Tensions", "Measured orders"):
         assert title in html
     assert ENGINES[0] in html
-    assert "NaN" not in html
+    assert "NaN" not in html[: html.index("<script")]
+    (row,) = re.findall(r'<tr><th scope="row">.*?</tr>', html[html.index('id="verdict"') : html.index('id="robot"')])
+    assert re.search(r"<td>agrees</td><td>0\.\d+ \(", row)  # the worst share of its bound
 
 
 def test_runs_are_kept_and_can_be_compared_again(compared):

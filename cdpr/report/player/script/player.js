@@ -111,6 +111,11 @@ class Player {
 
   transport() {
     this.buttons = {};
+    for (const button of document.querySelectorAll("[data-do]")) {
+      this.buttons[button.dataset.do] = button;
+      button.addEventListener("click", () => this.act(button.dataset.do));
+    }
+    this.pressed();
     this.slider = document.getElementById("slider");
     if (!this.slider) return;
     const [a, b] = this.data.span;
@@ -118,10 +123,6 @@ class Player {
     this.slider.max = b;
     this.slider.step = "any";
     this.slider.addEventListener("input", () => { this.seek(Number(this.slider.value)); });
-    for (const button of document.querySelectorAll("[data-do]")) {
-      this.buttons[button.dataset.do] = button;
-      button.addEventListener("click", () => this.act(button.dataset.do));
-    }
     const speed = document.getElementById("speed");
     speed.addEventListener("change", () => { this.speed = Number(speed.value); });
     const marks = document.getElementById("marks");
@@ -131,7 +132,6 @@ class Player {
       mark.title = `${i + 1}: ${event.text}`;
       marks.append(mark);
     });
-    this.pressed();
   }
 
   pressed() {

@@ -155,7 +155,8 @@ function moving(film, picture, look, options) {
     if (state === BROKEN) { labels.push({ at: exit, text: `${k + 1} ×`, colour: look.css.soft }); continue; }
     const limit = state === LOWEST || state === HIGHEST;
     const share = picture.tension && high > low ? (picture.tension[k] - low) / (high - low) : 0.5;
-    let colour = look.run || look.ramp[Math.round(clamp(share, 0, 1) * (look.ramp.length - 1)) || 0];
+    const ramp = look.ramp[Math.round(clamp(share, 0, 1) * (look.ramp.length - 1)) || 0];
+    let colour = look.run || (picture.tension ? ramp : look.ink);
     if (state === SLACK) colour = look.slack;
     if (limit && !look.run) lines.add(exit, tip, look.limit, 7, 0.5);
     if (options.selected === k) lines.add(exit, tip, look.ink, 8, 0.35);
@@ -164,7 +165,7 @@ function moving(film, picture, look, options) {
     labels.push({ at: exit, text: `${k + 1}${mark}`, colour: limit ? look.css.limit : look.css.ink, cable: k });
   }
   for (let k = 0; k < m; k++) lines.add(picture.tips[k], picture.tips[k], look.ink, 5);
-  drawBody(film, picture.pose, look.body, 1, look.edge, lines, solids);
+  drawBody(film, picture.pose, look.body, look.opacity, look.edge, lines, solids);
   if (options.ghost && picture.desired && differ(picture.pose, picture.desired, options.radius)) {
     drawBody(film, picture.desired, look.desired, 0.22, look.desired, lines, solids);
   }

@@ -52,13 +52,13 @@ class Stage {
     const body = this.films[0].colours.platform;
     const base = {
       css, ramp: this.data.ramp[dark].map(rgb), slack: rgb(css.slack), limit: rgb(css.limit), ink: rgb(css.ink),
-      desired: rgb(css.desired), force: rgb(css.force), edge: rgb(css.ink),
+      desired: rgb(css.desired), force: rgb(css.force), edge: rgb(css.ink), opacity: 1,
       body: body ? rgb(body) : dark ? [0.42, 0.47, 0.54] : [0.8, 0.84, 0.89],
     };
     this.looks = this.films.map((_, i) => {
       if (!several) return base;
       const run = rgb(this.data.cables[i % 8][dark]);
-      return { ...base, run, edge: run, body: base.body.map((x, k) => 0.6 * x + 0.4 * run[k]) };
+      return { ...base, run, edge: run, opacity: i === 0 ? 1 : 0.35, body: base.body.map((x, k) => 0.6 * x + 0.4 * run[k]) };
     });
     this.painter.forget();
     const fixed = still(this.films, this.data, dark, this.camera);
