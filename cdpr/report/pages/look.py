@@ -17,7 +17,7 @@ from cdpr.report.text.portrait import lines
 from cdpr.view import Pictures
 
 ROBOT = "Frame anchors, cables and platform at the pose; nothing is simulated."
-MOTION = "The desired motion by inverse kinematics and dynamics; the tensions are those of minimum 2-norm. Nothing is simulated."
+MOTION = "The desired motion by inverse kinematics and dynamics; tensions of minimum 2-norm. Nothing is simulated."
 
 
 def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey: Survey | None) -> str:

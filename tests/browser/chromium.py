@@ -1,0 +1,52 @@
+"""A Chromium of the system, driven by Playwright, and the speed at which it draws a page."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+FLAGS = (
+    "--no-sandbox",  # as root it does not start otherwise
+    "--disable-gpu",  # all machines draw alike, in software
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+)
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+
+# Frames that are drawn in so many milliseconds of playing, a second.
+FRAMES = """async (span) => {
+  cdpr.play(true);
+  let count = 0;
+  const start = performance.now();
+  await new Promise((done) => {
+    const next = () => { count++; if (performance.now() - start < span) requestAnimationFrame(next); else done(); };
+    requestAnimationFrame(next);
+  });
+  cdpr.play(false);
+  return 1000 * count / (performance.now() - start);
+}"""
+
+
+def executable() -> str | None:
+    """Where a Chromium is; CDPR_CHROMIUM names another."""
+    return os.environ.get("CDPR_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """Start one, with a profile of its own."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as play:
+        found = play.chromium.launch(executable_path=executable(), args=list(FLAGS))
+        try:
+            yield found
+        finally:
+            found.close()

@@ -1,0 +1,212 @@
+"""Pages in a browser: they play, seek, zoom, print and fit a phone, and ask for nothing."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from chromium import FRAMES, browser, executable
+
+import cdpr
+from cdpr.report.pages.run import write_report
+
+pytestmark = pytest.mark.browser
+pytest.importorskip("playwright", reason="playwright is not installed: pip install 'cdpr[test]'")
+if executable() is None:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+FRAMES_A_SECOND = 8.0  # at least, on a machine that does other things besides; benchmarks/page.py asks for 20
+READY = "() => window.cdpr !== undefined && !window.cdpr.waiting"
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def run():
+    return cdpr.simulate("cable_break", overrides={"simulation.duration": 2.0})
+
+
+@pytest.fixture(scope="module")
+def report(run, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    write_report(run, path)
+    return path
+
+
+@pytest.fixture
+def page(chromium, report, request):
+    options = {"viewport": {"width": 1200, "height": 800}, **getattr(request, "param", {})}
+    part = options.pop("part", "")
+    context = chromium.new_context(**options)
+    found = context.new_page()
+    told = []
+    found.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
+    found.on("pageerror", lambda error: told.append(str(error)))
+    found.on(
+        "request", lambda asked: told.append(asked.url) if asked.url.partition("#")[0] != report.as_uri() else None
+    )
+    found.goto(report.as_uri() + part)
+    found.wait_for_function(READY)
+    yield found
+    context.close()
+    assert told == []  # no error, no request
+
+
+def seek(page, t):
+    page.evaluate("(t) => cdpr.seek(t)", t)
+    page.wait_for_function(READY)
+
+
+def area(page, label):
+    return page.locator(".plot", has_text=label).first.locator(".area")
+
+
+def test_the_space_bar_plays_and_stops_and_arrows_step(page):
+    page.keyboard.press("Space")
+    page.wait_for_function("() => cdpr.time > 0.2")
+    page.keyboard.press("Space")
+    there = page.evaluate("cdpr.time")
+    assert page.locator("#now").inner_text() == f"{there:.3f} s"
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    assert 0.0 < page.evaluate("cdpr.time") < 0.05
+    page.keyboard.press("Shift+ArrowRight")
+    assert 0.1 < page.evaluate("cdpr.time") < 0.3
+
+
+def test_a_click_in_a_plot_seeks_and_the_scene_follows(page, run):
+    box = area(page, "cable tension (N)").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_function(READY)
+    t = page.evaluate("cdpr.time")
+    assert 0.8 < t < 1.2
+    drawn = page.evaluate("Array.from(cdpr.stage.pictures[0].pose)")
+    row = round(t / run.header.control_step)
+    assert drawn[12:15] == pytest.approx(run.position[row], abs=2e-3)
+    assert float(page.locator("#slider").input_value()) == pytest.approx(t)
+
+
+def test_platform_and_cables_are_of_one_row(page, run):
+    for t in (0.3, 1.5):
+        seek(page, t)
+        picture = page.evaluate("(({pose, tips}) => ({pose: Array.from(pose), tips}))(cdpr.stage.pictures[0])")
+        pose = np.array(picture["pose"]).reshape(4, 4).T
+        B = np.array(run.header.anchors)[:, 3:]
+        assert np.array(picture["tips"]) == pytest.approx(B @ pose[:3, :3].T + pose[:3, 3], abs=1e-5)
+        # Rows are drawn at no more than 60 Hz, and from one to the next the platform goes straight on.
+        assert pose[:3, 3] == pytest.approx(run.position[round(t / run.header.control_step)], abs=1e-3)
+
+
+def test_a_cable_is_broken_from_its_event_on(page):
+    seek(page, 0.9985)
+    assert page.evaluate("Array.from(cdpr.stage.pictures[0].state)")[1] != 4
+    seek(page, 1.0005)
+    assert page.evaluate("Array.from(cdpr.stage.pictures[0].state)")[1] == 4
+
+
+def test_hovering_tells_values(page, run):
+    plot = page.locator(".plot", has_text="cable tension (N)").first
+    box = plot.locator(".area").bounding_box()
+    page.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + 20)
+    page.wait_for_function("() => cdpr.hover !== null && !cdpr.waiting")
+    row = round(page.evaluate("cdpr.hover") / run.header.control_step)
+    told = [float(text) for text in plot.locator(".series b").all_inner_texts()]
+    assert told == pytest.approx(run.tension[row], rel=0.02)
+
+
+def test_dragging_zooms_all_plots_and_a_double_click_shows_all(page):
+    plot = area(page, "cable tension (N)")
+    box = plot.bounding_box()
+    middle = box["y"] + 0.5 * box["height"]
+    page.mouse.move(box["x"] + 0.4 * box["width"], middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], middle, steps=4)
+    page.mouse.up()
+    low, high = page.evaluate("cdpr.window")
+    assert 0.6 < low < 0.9
+    assert 1.1 < high < 1.4
+    assert page.get_by_text("Whole time").is_visible()
+    plot.dblclick()
+    assert page.evaluate("cdpr.window") == [0, 2]
+
+
+def test_a_series_is_switched_off_in_all_plots_of_cables(page):
+    before = page.evaluate("cdpr.hidden.size")
+    page.locator(".plot", has_text="cable tension (N)").first.get_by_role("button", name=re.compile("cable_3")).click()
+    pressed = page.locator('.series button[aria-pressed="false"]')
+    assert before == 0
+    assert pressed.count() == 3  # tension, length and rate
+    assert all("cable_3" in text for text in pressed.all_inner_texts())
+
+
+def test_an_event_leads_to_its_time(page):
+    page.locator("button[data-time]").first.click()
+    assert page.evaluate("cdpr.time") == 1.0
+
+
+@pytest.mark.parametrize("page", [{"part": ""}, {"part": "#flat"}], indirect=True)
+def test_the_scene_is_drawn_fast_enough_with_and_without_webgl(page, request):
+    flat = "#flat" in page.url
+    assert page.evaluate("cdpr.stage.painter.constructor.name") == ("FlatPainter" if flat else "GlPainter")
+    assert page.evaluate(FRAMES, 1500) > FRAMES_A_SECOND
+    box = page.locator(".screen").bounding_box()
+    colours = set(zip(*[iter(pixels(page, box))] * 3, strict=True))
+    assert len(colours) > 20
+
+
+def pixels(page, box):
+    """Bytes of red, green and blue of a part of the page."""
+    image = page.screenshot(clip=box)
+    return page.evaluate(
+        """async (data) => {
+          const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
+          const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+          const canvas = new OffscreenCanvas(image.width, image.height), c = canvas.getContext("2d");
+          c.drawImage(image, 0, 0);
+          return Array.from(c.getImageData(0, 0, image.width, image.height).data).filter((_, i) => i % 4 !== 3);
+        }""",
+        b64encode(image).decode(),
+    )
+
+
+@pytest.mark.parametrize("page", [{"color_scheme": "dark"}], indirect=True)
+def test_in_the_dark_the_ground_is_dark(page):
+    assert page.evaluate("cdpr.dark")
+    ground = page.evaluate("getComputedStyle(document.querySelector('figure')).backgroundColor")
+    assert ground == "rgb(21, 24, 29)"
+
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
+
+
+@pytest.mark.parametrize("page", [PHONE], indirect=True)
+def test_a_phone_shows_it_without_scrolling_sideways_and_a_finger_seeks(page):
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    plot = area(page, "cable tension (N)")
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + 0.6 * box["height"])
+    assert 0.9 < page.evaluate("cdpr.time") < 1.5
+    assert page.locator(".play").is_visible()  # the transport stays in view
+
+
+@pytest.mark.parametrize("page", [{"reduced_motion": "reduce"}], indirect=True)
+def test_who_wants_less_motion_gets_no_loop(page):
+    assert page.evaluate("[cdpr.loop, cdpr.playing]") == [False, False]
+
+
+def test_on_paper_it_has_two_pages_without_yaml(page):
+    text = page.pdf(format="A4", prefer_css_page_size=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", text)) == 2
+    page.emulate_media(media="print")
+    shown = SimpleNamespace(**{key: page.locator(f"#{key}").is_visible() for key in ("tensions", "scenario", "pose")})
+    assert shown == SimpleNamespace(tensions=True, scenario=False, pose=False)
+    assert page.locator("#tensions svg[role=img]").is_visible()
+    assert not page.locator(".transport").is_visible()
