@@ -151,7 +151,7 @@ def test_an_event_leads_to_its_time(page):
     assert page.evaluate("cdpr.time") == 1.0
 
 
-@pytest.mark.parametrize("page", [{"part": ""}, {"part": "#flat"}], indirect=True)
+@pytest.mark.parametrize("page", [{"part": "#gl"}, {"part": "#flat"}], indirect=True)
 def test_the_scene_is_drawn_fast_enough_with_and_without_webgl(page, request):
     flat = "#flat" in page.url
     assert page.evaluate("cdpr.stage.painter.constructor.name") == ("FlatPainter" if flat else "GlPainter")

@@ -73,8 +73,8 @@ void main() {
 }`;
 
 class GlPainter {
-  constructor(canvas) {
-    const gl = canvas.getContext("webgl2", { antialias: false, alpha: true, premultipliedAlpha: true });
+  constructor(canvas, inSoftware) {
+    const gl = canvas.getContext("webgl2", { antialias: false, failIfMajorPerformanceCaveat: !inSoftware });
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
     this.canvas = canvas;

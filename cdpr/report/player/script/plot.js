@@ -128,6 +128,7 @@ class Plot {
     for (const series of this.panel.series) if (!this.hidden(series)) this.curve(c, series);
     c.restore();
     this.names(c);
+    this.shown = null;
     this.follow();
   }
 
@@ -260,9 +261,12 @@ class Plot {
   // The line at the time, and at the cursor with dots; values go to the legend.
   follow() {
     if (!this.size) return;
+    const hover = this.state.hover, t = hover ?? this.state.time;
+    const shown = [Math.round(this.x(this.state.time)), hover, this.dragged, this.state.playing ? 0 : t].join();
+    if (shown === this.shown) return; // the line has not moved by a pixel
+    this.shown = shown;
     const c = this.top.getContext("2d"), dark = this.state.dark ? 1 : 0;
     c.clearRect(0, 0, ...this.size);
-    const hover = this.state.hover, t = hover ?? this.state.time;
     this.upright(c, this.state.time, this.data.colours.ink[dark], 1.6);
     if (hover !== null) this.upright(c, hover, this.data.colours.soft[dark], 1);
     for (const { series, value } of this.entries) {

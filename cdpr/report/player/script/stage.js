@@ -1,5 +1,7 @@
 // The scene on the page: canvas, labels, legend and what hands do to the camera.
 
+const MOST_SORTED = 5000; // triangles that a plain canvas draws at 20 frames a second
+
 class Stage {
   constructor(root, data, state) {
     this.root = root;
@@ -19,10 +21,12 @@ class Stage {
     this.resize();
   }
 
+  // Without a graphics card a plain canvas is the faster one, until there are too many triangles to sort.
   makePainter() {
+    const triangles = this.films.reduce((sum, film) => sum + (film.corners ? film.corners.corners.length / 18 : 0), 0);
     if (!location.hash.includes("flat")) {
       try {
-        const painter = new GlPainter(this.canvas);
+        const painter = new GlPainter(this.canvas, location.hash.includes("gl") || triangles > MOST_SORTED);
         this.canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.replace(); });
         return painter;
       } catch { this.fresh(); }
@@ -121,6 +125,10 @@ class Stage {
 
   write(labels) {
     const c = this.paper.getContext("2d"), view = this.camera.matrix(), dark = this.state.dark ? 1 : 0;
+    const told = [dark, this.paper.width, this.paper.height, this.options.numbers, view.join(),
+      ...labels.map(({ text, at }) => text + at.map((x) => x.toFixed(3)))].join();
+    if (told === this.told) return;
+    this.told = told;
     c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     c.clearRect(0, 0, ...this.camera.size);
     c.textAlign = "center";

@@ -1,0 +1,72 @@
+"""How large a page of a minute is, how long it takes to write, and how fast a browser without a graphics card draws it.
+
+    python benchmarks/page.py [--seconds 60]
+
+The browser is a Chromium of the system with --disable-gpu, 1200x800, driven by Playwright (extra `test`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import cdpr
+from cdpr.report.pages import run as pages
+from cdpr.report.pages.still import still
+from cdpr.report.plots import histories
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "browser"))
+from chromium import FRAMES, browser, executable
+
+TABLES = ("summary", "provenance", "events", "cables", "scenario")
+
+LARGEST, SLOWEST, LATEST, FEWEST = 1.5, 0.3, 2.0, 20.0  # MB, s, s, frames a second
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60.0, help="of simulated time")
+    seconds = parser.parse_args().seconds
+    run = cdpr.simulate("cable_break", overrides={"simulation.duration": seconds})
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "report.html"
+        pages.write_report(run, path)  # fonts and the like are read once
+        whole = min(timed(run, lambda: pages.write_report(run, path)) for _ in range(3))
+        player = whole - min(timed(run, lambda: stills(run)) for _ in range(3))
+        print(f"page of {seconds:g} s: {path.stat().st_size / 1e6:.2f} MB (at most {LARGEST:g})")
+        print(f"written in {whole:.2f} s of a core, of which for what plays {player:.2f} s (at most {SLOWEST:g})")
+        if executable() is None:
+            print("there is no Chromium on this machine")
+            return
+        with browser() as found:
+            for part, name in (("", "as it comes"), ("#gl", "WebGL"), ("#flat", "plain canvas")):
+                page = found.new_page(viewport={"width": 1200, "height": 800})
+                start = time.perf_counter()
+                page.goto(path.as_uri() + part)
+                page.wait_for_function("() => window.cdpr && window.cdpr.stage.pictures && !window.cdpr.waiting")
+                first = time.perf_counter() - start
+                rate = max(page.evaluate(FRAMES, 3000) for _ in range(3))
+                print(f"{name}: first picture after {first:.2f} s ({LATEST:g}), {rate:.0f} frames/s ({FEWEST:g})")
+                page.close()
+
+
+def stills(run: cdpr.Run) -> None:
+    """Draw what a page would hold that does not play."""
+    for drawing in pages.drawings(run):
+        still(run, drawing.panels and drawing.panels(run), drawing.name, drawing.title)
+    pages.page("", "", pages.tables.banner(run), {}, [getattr(pages.tables, name)(run) for name in TABLES])
+
+
+def timed(run: cdpr.Run, act: object) -> float:
+    """Processor seconds of a call, with nothing known of the run."""
+    histories._KNOWN.clear()
+    start = time.process_time()
+    act()  # type: ignore[operator]
+    return time.process_time() - start
+
+
+if __name__ == "__main__":
+    main()
