@@ -56,6 +56,7 @@ class Header:
     columns: tuple[Column, ...] = ()  # what the rows hold beyond `cdpr.columns.FIRST`
     frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
+    path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the desired path that the scenario foresees
     believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
 
     @property
@@ -97,7 +98,9 @@ class Header:
     def from_dict(cls, data: dict[str, Any]) -> Header:
         """Undo `to_dict` after a passage through JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
-        tables: dict[str, Any] = {key: data[key] for key in ("anchors", "bounds", "broken", "frame") if key in data}
+        tables: dict[str, Any] = {
+            key: data[key] for key in ("anchors", "bounds", "broken", "frame", "path") if key in data
+        }
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
         exits = tuple(data.get("exits", ()))
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
@@ -113,6 +116,7 @@ NEWER: dict[str, object] = {
     "columns": (),
     "frame": (),
     "colours": {},
+    "path": (),
     "believed": "",
 }
 

@@ -79,7 +79,7 @@ def _runs(column: Column, layout: Layout, kind: str) -> tuple[slice, ...]:
     return slice(place.start + 1, place.stop), slice(place.start, place.start + 1)
 
 
-def ros_pose(layout: Layout) -> tuple[slice, ...]:
-    """Columns of position and attitude in the order of ROS: x, y, z; x, y, z, w."""
+def ros_pose(layout: Layout, which: str = "") -> tuple[slice, ...]:
+    """Columns of position and attitude, or of those "desired_", in the order of ROS: x, y, z; x, y, z, w."""
     kind, fields = "geometry_msgs/Pose", layout.fields
-    return *_runs(fields["position"], layout, kind), *_runs(fields["orientation"], layout, kind)
+    return *_runs(fields[f"{which}position"], layout, kind), *_runs(fields[f"{which}orientation"], layout, kind)

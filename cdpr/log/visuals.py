@@ -21,7 +21,8 @@ from cdpr.view.pictures import weight_range
 
 TRANSFORM_RATE = 60.0  # Hz of simulation time, at most
 MARKER_RATE = 30.0
-_CUBE, _SPHERE, _CYLINDER, _LINE_LIST = 1, 2, 3, 5  # visualization_msgs/Marker
+PATH_RATE = 1.0  # it does not change: only for who joins later
+_CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5  # visualization_msgs/Marker
 _AT_ORIGIN = {"orientation": {"w": 1.0}}
 MARKED = {
     State.SLACK: colours.SLACK.dark,
@@ -32,7 +33,11 @@ _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
 def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
-    """Return /tf and /cdpr/markers, on the channels from `channel` on; they follow from the rows."""
+    """Return /tf, /cdpr/markers and, where a path is foreseen, /cdpr/desired_path, on the channels from `channel` on.
+
+    They follow from the rows and the header. Logs of earlier versions have no path in theirs, and no desired pose among
+    the markers.
+    """
     layout = header.layout
     transform = Topic(
         "/tf",
@@ -43,7 +48,8 @@ def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
     )
     every = _every(TRANSFORM_RATE, header)
     frames = Group((transform,), channel, layout.width, every, np.ascontiguousarray)
-    return frames, _markers(header, channel + 1)
+    groups = frames, _markers(header, channel + 1)
+    return groups if len(header.path) < 2 else (*groups, _path(header, channel + 2))
 
 
 def _markers(header: Header, channel: int) -> Group:
@@ -59,9 +65,10 @@ def _markers(header: Header, channel: int) -> Group:
         "colors": [{}] * (2 * m),
     }
     markers: list[dict[str, Any]] = [cables]
-    # A source row: 2 m points, 2 m colours (four float32 stand in two float64), pose of the platform.
-    points, colours, pose = slice(0, 6 * m), slice(6 * m, 10 * m), slice(10 * m, 10 * m + 7)
-    columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (points,), "markers.0.colors": (colours,)}
+    # A source row: 2 m points, 2 m colours (four float32 stand in two float64), pose of the platform, desired pose.
+    points, colour, pose = slice(0, 6 * m), slice(6 * m, 10 * m), slice(10 * m, 10 * m + 7)
+    desired = slice(pose.stop, pose.stop + 7)
+    columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (points,), "markers.0.colors": (colour,)}
     if header.shape is not None:
         kind, size, middle = _platform(header.shape)
         platform = {"ns": "platform", "type": kind, "scale": _xyz(size), "color": _colour(header, "platform")}
@@ -75,6 +82,10 @@ def _markers(header: Header, channel: int) -> Group:
         frame = {"ns": "frame", "type": _LINE_LIST, "pose": _AT_ORIGIN, "color": _colour(header, "frame")}
         corners = [_xyz(edge[end : end + 3]) for edge in header.frame for end in (0, 3)]
         markers.append({**STAMPED, **frame, "scale": cables["scale"], "points": corners})
+    if header.path and header.shape is not None and not any(middle):
+        ghost = {**platform, "ns": "desired", "color": {**_parts(colours.DESIRED.dark), "a": 0.3}}
+        columns[f"markers.{len(markers)}.pose"] = (desired,)
+        markers.append({**STAMPED, **ghost})
     topic = Topic(
         "/cdpr/markers",
         "visualization_msgs/MarkerArray",
@@ -83,7 +94,7 @@ def _markers(header: Header, channel: int) -> Group:
         stamps=tuple(f"markers.{i}.header.stamp" for i in range(len(markers))),
     )
     every = _every(MARKER_RATE, header)
-    return Group((topic,), channel, pose.stop, every, lambda rows: _marker_rows(header, rows))
+    return Group((topic,), channel, desired.stop, every, lambda rows: _marker_rows(header, rows))
 
 
 def _platform(shape: dict[str, Any]) -> tuple[int, list[float], list[float]]:
@@ -107,7 +118,28 @@ def _colour(header: Header, part: str) -> dict[str, float]:
     """The colour of a part, grey unless it is given."""
     if part not in header.colours:
         return _GREY
-    return {**dict(zip("rgb", colours.parts(header.colours[part]), strict=True)), "a": 1.0}
+    return {**_parts(header.colours[part]), "a": 1.0}
+
+
+def _parts(colour: str) -> dict[str, float]:
+    return dict(zip("rgb", colours.parts(colour), strict=True))
+
+
+def _path(header: Header, channel: int) -> Group:
+    """The desired path as one line, the same each time."""
+    line = {
+        **STAMPED,
+        "ns": "desired path",
+        "type": _LINE_STRIP,
+        "pose": _AT_ORIGIN,
+        "scale": {"x": 0.006 * header.characteristic_length},
+        "color": {**_parts(colours.DESIRED.dark), "a": 1.0},
+        "points": [_xyz(point) for point in header.path],
+    }
+    topic = Topic(
+        "/cdpr/desired_path", "visualization_msgs/MarkerArray", {"markers": [line]}, {}, ("markers.0.header.stamp",)
+    )
+    return Group((topic,), channel, 0, _every(PATH_RATE, header), lambda rows: np.empty((len(rows), 0)))
 
 
 def _every(rate: float, header: Header) -> int:
@@ -127,10 +159,11 @@ def _marker_rows(header: Header, rows: Array) -> Array:
         tension=rows[:, fields["cable_tension"]] if "cable_tension" in fields else command,
         command=command,
     )
-    source = np.empty((n, 10 * m + 7))
+    source = np.empty((n, 10 * m + 14))
     points = source[:, : 6 * m].reshape(n, m, 2, 3)
     colour = source[:, 6 * m : 10 * m].view(np.float32).reshape(n, m, 2, 4)
-    np.concatenate([rows[:, run] for run in ros_pose(layout)], axis=1, out=source[:, 10 * m :])
+    poses = (*ros_pose(layout), *ros_pose(layout, "desired_"))
+    np.concatenate([rows[:, run] for run in poses], axis=1, out=source[:, 10 * m :])
     points[:] = shown.ends
     colour[:] = _cable_colours(header, shown)[:, :, None]
     return source

@@ -31,6 +31,8 @@ from cdpr.simulation.settings import Settings
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")
 
+PATH_POINTS = 121  # of the desired path that viewers draw
+
 
 def build(scenario: Scenario) -> Parts:
     """Make robot, trajectory, controller, solver and backend, the backend in the scenario's initial state.
@@ -126,8 +128,21 @@ def make_header(scenario: Scenario) -> Header:
         columns=columns_of(scenario),
         frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
         colours=robot.colours,
+        path=desired_path(scenario),
         believed=scenario.belief,
     )
+
+
+def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
+    """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place."""
+    simulation = scenario.simulation
+    wanted = redirected(scenario.trajectory.make(), scenario.events, simulation.control_step)
+    points: list[tuple[float, ...]] = []
+    for t in np.linspace(0.0, simulation.steps * simulation.control_step, PATH_POINTS):
+        point = tuple(round(x, 6) for x in wanted.sample(float(t))[:3].tolist())  # micrometres
+        if not points or point != points[-1]:
+            points.append(point)
+    return tuple(points)
 
 
 def plugins_of(scenario: Scenario) -> tuple[str, str, str]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import zlib
+from dataclasses import replace
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from log_cases import make_header, make_rows, write_log
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Chunk, ChunkIndex, MessageIndex
@@ -21,9 +24,12 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
+from cdpr.log.reader import load_run
 from cdpr.log.run import Header
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.view import colours
+from cdpr.view.pictures import weight_range
 
 FULL_RATE = {
     "/clock": "rosgraph_msgs/msg/Clock",
@@ -253,8 +259,52 @@ def test_pictures(tmp_path: Path) -> None:
     np.testing.assert_array_equal(points[:, 0], anchors[:, :3])
     placed = rows[34, columns["position"]] + anchors[:, 3:] @ R.T
     np.testing.assert_allclose(points[:, 1], placed, rtol=1e-12, atol=1e-9)
-    colours = [[c.r, c.g, c.b, c.a] for c in cables.colors]
-    assert colours == [[0, 0, 1, 1]] * 2 + [[0.5, 1, 0.5, 1]] * 2 + [[1, 0, 0, 1]] * 2
+    found = [[c.r, c.g, c.b, c.a] for c in cables.colors]
+    low, high = weight_range(header.subject, header.mass * float(np.linalg.norm(header.gravity)))
+    middle = colours.tension_colours(np.array([np.log(50.5 / low) / np.log(high / low)]))[0]
+    limit = [*colours.parts(colours.LIMIT.dark), 1.0]
+    expected = [limit] * 2 + [[*middle, 1.0]] * 2 + [limit] * 2
+    assert found == [pytest.approx(colour, abs=1e-6) for colour in expected]
+
+
+def test_the_desired_path_and_pose_are_drawn_too(tmp_path: Path) -> None:
+    """And logs of earlier versions, which have neither, stay whole: their headers hold no path."""
+    path = ((0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.5, 0.25, 1.5))
+    header = replace(make_header(3), path=path)
+    rows = make_rows(header, 3000)
+    log = write_log(tmp_path / "log.mcap", header, rows)
+    with log.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        lines = [content.markers for *_, content in reader.iter_decoded_messages(["/cdpr/desired_path"])]
+    with log.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        *_, drawn = next(iter(reader.iter_decoded_messages(["/cdpr/markers"])))
+    assert len(lines) == 3  # one a second
+    assert [tuple(xyz(point)) for point in lines[0][0].points] == list(path)
+    *_, ghost = drawn.markers
+    assert ghost.ns == "desired"
+    assert xyz(ghost.pose.position) == rows[0, header.layout.columns["desired_position"]].tolist()
+    assert load_run(log).header.path == path
+    assert "path" not in make_header(3).to_dict()
+
+
+def test_the_layout_for_foxglove_names_what_a_log_holds() -> None:
+    layout = json.loads((ROOT / "docs" / "foxglove.json").read_text())
+    panels = layout["configById"]
+    assert set(re.findall(r'"([A-Za-z0-9]+![a-z_]+)"', json.dumps(layout["layout"]))) == set(panels)
+    paths = [path["value"] for panel in panels.values() for path in panel.get("paths", ())]
+    topics = [topic for panel in panels.values() for topic in panel.get("topics", ())]
+    known = {**FULL_RATE, **PICTURES, "/cdpr/desired_path": "visualization_msgs/msg/MarkerArray"}
+    store = get_typestore(Stores.LATEST)
+    assert set(topics) <= set(known)
+    assert paths
+    for path in paths:
+        topic, *fields = re.sub(r"\[\d+\]|\.@\w+", "", path).split(".")
+        kind = known[topic]
+        for field in fields:
+            names = {name: described for name, described in store.fielddefs[kind][1]}
+            assert field in names, path
+            kind = str(names[field][1][0]) if isinstance(names[field][1], tuple) else ""
 
 
 @pytest.mark.parametrize("step", [1 / 3000, 0.01, 1 / 60, 0.1])

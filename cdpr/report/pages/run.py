@@ -20,8 +20,8 @@ from cdpr.report.player.assets import stage
 from cdpr.report.player.data import page_data
 from cdpr.report.player.scenes import scene_of_run
 from cdpr.report.plots import run as plots
+from cdpr.report.plots.histories import histories
 from cdpr.report.plots.panel import Panel
-from cdpr.report.plots.pictures import frames, pictures_of
 from cdpr.report.text.sentence import sentence
 
 SPACE = "Robot"  # the figure that shows it in space
@@ -54,7 +54,6 @@ def render(run: Run) -> str:
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
         chosen = drawings(run) if len(run.rows) else []
         data = player_data(run, chosen) if len(run.rows) else None
-        way = pictures_of(run, frames(run)).position if len(run.rows) else np.empty((0, 3))
         figures = {drawing.name: _figure(run, drawing, data) for drawing in chosen}
         parts = {
             "Events": section("events", tables.events(run)),
@@ -65,7 +64,7 @@ def render(run: Run) -> str:
             f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run)}\n</section>\n'
             f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
         )
-        banner = tables.banner(run, sentence(run, way))
+        banner = tables.banner(run, sentence(run, histories(run).outline.position))
     subtitle = (
         f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
         f"controller {head.controller}, tension solver {head.solver}{_date(run)}"
