@@ -134,12 +134,14 @@ def _path(header: Header, channel: int) -> Group:
         "pose": _AT_ORIGIN,
         "scale": {"x": 0.006 * header.characteristic_length},
         "color": {**_parts(colours.DESIRED.dark), "a": 1.0},
-        "points": [_xyz(point) for point in header.path],
+        "points": [{}] * len(header.path),
     }
-    topic = Topic(
-        "/cdpr/desired_path", "visualization_msgs/MarkerArray", {"markers": [line]}, {}, ("markers.0.header.stamp",)
-    )
-    return Group((topic,), channel, 0, _every(PATH_RATE, header), lambda rows: np.empty((len(rows), 0)))
+    points = np.array(header.path).ravel()
+    columns = {"markers.0.points": (slice(0, len(points)),)}
+    stamps = ("markers.0.header.stamp",)
+    topic = Topic("/cdpr/desired_path", "visualization_msgs/MarkerArray", {"markers": [line]}, columns, stamps)
+    every = _every(PATH_RATE, header)
+    return Group((topic,), channel, len(points), every, lambda rows: np.tile(points, (len(rows), 1)))
 
 
 def _every(rate: float, header: Header) -> int:

@@ -27,11 +27,13 @@ from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.schedule import redirected
 from cdpr.simulation.settings import Settings
+from cdpr.view.path import thinned
 
 # What always takes part in the arithmetic of a run.
 LIBRARIES = ("numpy", "numba")
 
-PATH_POINTS = 121  # of the desired path that viewers draw
+PATH_POINTS = 201  # at which the desired path is taken, for viewers ...
+PATH_TOLERANCE = 1e-3  # ... and by which share of the robot's characteristic length it may be drawn beside it
 
 
 def build(scenario: Scenario) -> Parts:
@@ -137,12 +139,12 @@ def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
     """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place."""
     simulation = scenario.simulation
     wanted = redirected(scenario.trajectory.make(), scenario.events, simulation.control_step)
-    points: list[tuple[float, ...]] = []
-    for t in np.linspace(0.0, simulation.steps * simulation.control_step, PATH_POINTS):
-        point = tuple(round(x, 6) for x in wanted.sample(float(t))[:3].tolist())  # micrometres
-        if not points or point != points[-1]:
-            points.append(point)
-    return tuple(points)
+    times = np.linspace(0.0, simulation.steps * simulation.control_step, PATH_POINTS)
+    path = np.array([wanted.sample(float(t))[:3] for t in times])
+    path = thinned(path, PATH_TOLERANCE * scenario.robot.characteristic_length)
+    if len(path) == 2 and np.array_equal(*path):
+        path = path[:1]
+    return tuple(tuple(point) for point in path.round(6).tolist())  # micrometres
 
 
 def plugins_of(scenario: Scenario) -> tuple[str, str, str]:

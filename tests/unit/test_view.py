@@ -13,6 +13,7 @@ from cdpr.model import rotations
 from cdpr.report.plots.pictures import MOST, frames, pictures_of
 from cdpr.scenario import load_robot
 from cdpr.view import State, Subject, colours, pictures, solid
+from cdpr.view.path import thinned
 from cdpr.view.pictures import weight_range
 from cdpr.view.shapes import radius_around
 
@@ -154,3 +155,14 @@ def test_the_range_that_is_known_before_a_run_holds_usual_tensions_apart(weight,
     shares = np.log(np.array(tension) / low) / np.log(high / low)
     assert 0.0 < shares[0] < shares[1] < 1.0
     assert shares[1] - shares[0] > 0.25
+
+
+def test_a_path_keeps_its_corners_and_no_more():
+    t = np.linspace(0.0, 1.0, 50)[:, None]
+    legs = np.concatenate([t * [1.0, 0.0, 0.0], [1.0, 0.0, 0.0] + t * [0.0, 2.0, 0.0]])
+    assert thinned(legs, 1e-9).tolist() == [[0, 0, 0], [1, 0, 0], [1, 2, 0]]
+    circle = np.stack([np.cos(6.3 * t[:, 0]), np.sin(6.3 * t[:, 0]), 0.0 * t[:, 0]], axis=1)
+    few = thinned(circle, 0.02)
+    assert len(few) < 25
+    there = np.linspace(few[:-1], few[1:], 20).reshape(-1, 3)
+    assert np.linalg.norm(circle[:, None] - there, axis=2).min(axis=1).max() < 0.03
