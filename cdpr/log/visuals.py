@@ -137,7 +137,7 @@ def _path(header: Header, channel: int) -> Group:
         "points": [{}] * len(header.path),
     }
     points = np.array(header.path).ravel()
-    columns = {"markers.0.points": (slice(0, len(points)),)}
+    columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (slice(0, len(points)),)}
     stamps = ("markers.0.header.stamp",)
     topic = Topic("/cdpr/desired_path", "visualization_msgs/MarkerArray", {"markers": [line]}, columns, stamps)
     every = _every(PATH_RATE, header)

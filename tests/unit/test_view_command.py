@@ -1,0 +1,71 @@
+"""`cdpr view`: pages of runs, robots and motions."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from command_line import cdpr_here
+from conftest import ROOT
+
+import cdpr
+
+SCENARIOS = ROOT / "scenarios"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    for name, gain in (("one", 100.0), ("other", 50.0)):
+        cdpr.simulate("caroca", out=folder / name, overrides={"simulation.duration": 0.1, "controller.kp": gain})
+    return folder
+
+
+def shown(tmp_path, *arguments):
+    """What the page of these arguments shows, and its text."""
+    page = tmp_path / "page.html"
+    done = cdpr_here("view", *arguments, "--no-open", "--out", page)
+    assert done.stdout.strip() == str(page)
+    text = page.read_text()
+    block = re.search(r'<script type="application/json" id="data">(.*?)</script>', text)
+    assert block
+    return json.loads(block[1]), text
+
+
+def test_a_run(runs, tmp_path):
+    data, text = shown(tmp_path, runs / "one")
+    assert len(data["scenes"]) == 1
+    assert {"tensions", "errors", "pose", "energy"} <= set(data["figures"])
+    assert "in 0.1 s the platform of caroca" in text
+
+
+def test_several_runs_over_one_another_with_their_differences(runs, tmp_path):
+    data, text = shown(tmp_path, runs / "one", runs / "other")
+    assert [scene["label"] for scene in data["scenes"]] == ["one", "other"]
+    assert {"differences1", "pose1", "tension1"} <= set(data["figures"])
+    assert text.index('id="verdict"') < text.index('id="stage"')
+
+
+def test_a_robot_stands_still(tmp_path):
+    data, text = shown(tmp_path, SCENARIOS / "robots" / "cogiro.yaml", "--pose", "0,0,2")
+    (scene,) = data["scenes"]
+    assert scene["time"]["n"] == 1
+    assert 'id="slider"' not in text[: text.index("<script")]  # nothing to play
+    assert "degrees of freedom" in text
+
+
+def test_a_scenario_moves_without_being_simulated(tmp_path):
+    data, text = shown(tmp_path, SCENARIOS / "cogiro_pulleys.yaml", "--set", "simulation.duration=1")
+    (scene,) = data["scenes"]
+    assert data["span"] == [0.0, 1.0]
+    assert len(scene["outlines"]["sizes"]) == 8  # pulleys
+    assert {"tensions", "lengths", "motion"} <= set(data["figures"])
+    assert 'id="slider"' in text[: text.index("<script")]
+
+
+def test_what_cannot_be_shown_is_told(runs, tmp_path):
+    done = cdpr_here("view", runs / "one", "--pose", "0,0,1", "--no-open", code=2)
+    assert "finished runs are shown as they are: leave out --pose and --set" in done.stderr
+    done = cdpr_here("view", tmp_path / "nothing.yaml", "--no-open", code=2)
+    assert "nothing.yaml" in done.stderr
