@@ -10,9 +10,9 @@ under it. The unwound length changes by the first of the winch's numbers for eac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from cdpr.errors import CdprError
 from cdpr.model import Cable
 
 # What a robot file may say of all cables or of one, in the order in which it is told.
@@ -23,6 +23,33 @@ MOST = 8  # numbers that a part may have
 
 
 @dataclass(frozen=True)
+class Number:
+    """One of the numbers of a cable that the kernels of its part take.
+
+    Attributes:
+        name: where a cable has it, "cable" or "winch" and its key; an exported FMU calls its parameter so.
+        unit: as FMUs write it.
+        text: what it is.
+        positive: whether it must be greater than 0.
+    """
+
+    name: str
+    unit: str
+    text: str
+    positive: bool = False
+
+    def of(self, cable: Cable) -> float:
+        """Return it; CdprError where the cable has none."""
+        owner, _, key = self.name.partition(".")
+        holder = cable if owner == "cable" else getattr(cable, owner)
+        value = None if holder is None else getattr(holder, key)
+        if value is None:
+            lacking = owner if holder is None else key
+            raise CdprError(f"cable '{cable.name}' has no {lacking}, which its cable model needs")
+        return float(value)
+
+
+@dataclass(frozen=True)
 class Part:
     """A winch or a span.
 
@@ -30,13 +57,13 @@ class Part:
         needs: properties of a cable that it must have.
         uses: others that it takes notice of.
         kernels: module of what compiled code calls, see below; empty for one that has no need of any.
-        numbers: what its kernels take, at most MOST numbers of one cable.
+        numbers: what its kernels take of a cable, at most MOST.
     """
 
     needs: tuple[str, ...] = ()
     uses: tuple[str, ...] = ()
     kernels: str = ""
-    numbers: Callable[[Cable], Sequence[float]] = lambda cable: ()
+    numbers: tuple[Number, ...] = ()
 
 
 @dataclass(frozen=True)

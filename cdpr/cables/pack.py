@@ -8,7 +8,7 @@ from importlib import import_module
 
 from cdpr.cables import chain_of
 from cdpr.cables.chain import MOST, Part
-from cdpr.model import Robot
+from cdpr.model import Cable, Robot
 from cdpr.model.address import NUMBER, PAIR, ROW, address
 from cdpr.model.robot import Array, frozen_array
 
@@ -33,8 +33,14 @@ def pack(robot: Robot) -> Array:
     for cable in robot.cables:
         chain = chain_of(robot, cable)
         calls = [*_addresses(chain.winch, ("held", "turn")), *_addresses(chain.span, ("pull", "rest"))]
-        numbers = [*_filled(chain.winch.numbers(cable)), *_filled(chain.span.numbers(cable))]
-        rows.append([0.0 if robot.unilateral else -math.inf, *calls, *numbers])
+        rows.append(
+            [
+                0.0 if robot.unilateral else -math.inf,
+                *calls,
+                *_numbers(chain.winch, cable),
+                *_numbers(chain.span, cable),
+            ]
+        )
     return frozen_array(rows)
 
 
@@ -45,5 +51,5 @@ def _addresses(part: Part, names: Sequence[str]) -> list[float]:
     return [address(getattr(module, name), SIGNATURES[name]) for name in names]
 
 
-def _filled(numbers: Sequence[float]) -> list[float]:
-    return [*numbers, *[0.0] * (MOST - len(numbers))]
+def _numbers(part: Part, cable: Cable) -> list[float]:
+    return [*(number.of(cable) for number in part.numbers), *[0.0] * (MOST - len(part.numbers))]

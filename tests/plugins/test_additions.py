@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import ROOT
+from fmu.driver import Driver
 from mcap.reader import make_reader
 
 from cdpr.log.reader import load_run
@@ -163,9 +164,10 @@ def carry(row, P, V):
 SPRING = '''\
 """A spring of constant stiffness in each cable."""
 
-from cdpr.cables.chain import Span
+from cdpr.cables.chain import Number, Span
 
-SPRING = Span(needs=("axial_stiffness",), kernels="cdpr.cables.spring.kernels", numbers=lambda c: [c.axial_stiffness])
+STIFFNESS = Number("cable.axial_stiffness", "N", "stiffness", positive=True)
+SPRING = Span(needs=("axial_stiffness",), kernels="cdpr.cables.spring.kernels", numbers=(STIFFNESS,))
 '''
 
 SPRING_KERNELS = """\
@@ -181,6 +183,18 @@ def pull(numbers, length, unwound, stretching, lowest):
 @kernel
 def rest(numbers, length, tension):
     return length - tension / numbers[0]
+"""
+
+SPRING_IN_C = """\
+#include "parts.h"
+
+double spring_pull(const double *numbers, double length, double unwound, double stretching, double lowest) {
+    const double tension = numbers[0] * (length - unwound);
+    (void)stretching;
+    return tension < lowest ? lowest : tension;
+}
+
+double spring_rest(const double *numbers, double length, double tension) { return length - tension / numbers[0]; }
 """
 
 COLUMN = """    Column("speed", 1, "m/s", "Speed of the origin"),
@@ -351,6 +365,23 @@ def test_parts_of_cables(tree):
     np.testing.assert_allclose(told.length[:, 0], np.hypot(tips[:, 1] + 2.0, tips[:, 2] - 3.5), atol=1e-6)
     assert told.header.cable_model == "sprung"
     assert (told.cable_tension > 50.0).all()
+
+    # Neither has C. An FMU is not made of less than the robot; with its C beside it, the part is in it.
+    fmu = ("fmu", "export", winch, "-o", folder / "parts.fmu", "--force", "--with-winch", "--json")
+    refused = run(*fmu, "--set", ring)
+    assert refused.returncode == 2
+    assert "cable 'cable_1': the exit ring has no C (ring.c beside its kernels)" in refused.stderr
+    refused = run(*fmu, "--set", sprung)
+    assert refused.returncode == 2
+    assert "cable 'cable_1': the span of model sprung has no C (spring.c beside its kernels)" in refused.stderr
+    (folder / "cdpr" / "cables" / "spring" / "spring.c").write_text(SPRING_IN_C)
+    done = run(*fmu, "--set", sprung)
+    assert done.returncode == 0, done.stderr
+    with Driver(folder / "parts.fmu") as driver:
+        driver.set("command", np.full(8, 300.0))
+        stretch = driver.get("cable_length") - driver.get("unstretched_length")
+        np.testing.assert_allclose(driver.get("cable_tension"), 1e5 * stretch, rtol=1e-9)
+        np.testing.assert_allclose(driver.get("cable_tension"), 300.0, rtol=1e-9)
 
 
 def test_a_solver_a_controller_and_a_backend(tree):
