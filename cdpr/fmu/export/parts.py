@@ -82,25 +82,15 @@ def part_table() -> str:
     prototypes, rows = [], {"Exit": ["{NULL, NULL}"], "Winch": ["{.held = NULL}"], "Span": ["{.pull = NULL}"]}
     for kind in exits():
         name = name_in_c(kind.kernels)
-        prototypes += [
-            f"Vector {name}_leave(const double *row, Vector P, double *wound);",
-            f"Vector {name}_carry(const double *row, Vector P, Vector V);",
-        ]
+        prototypes.append(f"Leave {name}_leave;\nCarry {name}_carry;")
         rows["Exit"].append(f"{{{name}_leave, {name}_carry}}")
     for winch in winches():
         name = name_in_c(winch.kernels)
-        prototypes += [
-            f"Held {name}_held(const double *numbers, double command, double rate, double swing);",
-            f"double {name}_turn(const double *numbers, double command, double tension, double speed);",
-        ]
+        prototypes.append(f"Hold {name}_held;\nTurn {name}_turn;")
         rows["Winch"].append(f"{{{name}_held, {name}_turn, {str(winch.immediate).lower()}, {taken(winch)}}}")
     for span in spans():
         name = name_in_c(span.kernels)
-        prototypes += [
-            f"double {name}_pull(const double *numbers, double length, double unwound, double stretching, "
-            "double lowest);",
-            f"double {name}_rest(const double *numbers, double length, double tension);",
-        ]
+        prototypes.append(f"Pull {name}_pull;\nRest {name}_rest;")
         rows["Span"].append(f"{{{name}_pull, {name}_rest, {taken(span)}}}")
     rows["Number"] = [
         f'{{"{number.name}", "{number.unit}", {str(number.positive).lower()}}}' for number in numbers

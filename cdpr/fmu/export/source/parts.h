@@ -14,15 +14,22 @@
    many those of a winch or a span. */
 enum { NUMBERS = 3, EXIT_NUMBERS = 16, PART_NUMBERS = 8 };
 
-/* P is the anchor on the platform, world axes, and V its velocity. */
-typedef struct {
-    Vector (*leave)(const double *row, Vector P, double *wound); /* the exit point; what lies on it, unless NULL */
-    Vector (*carry)(const double *row, Vector P, Vector V);      /* velocity of the exit point */
-} Exit;
-
 typedef struct {
     double tension, mass;
 } Held;
+
+/* P is the anchor on the platform, world axes, and V its velocity. */
+typedef Vector Leave(const double *row, Vector P, double *wound); /* the exit point; what lies on it, unless NULL */
+typedef Vector Carry(const double *row, Vector P, Vector V);      /* velocity of the exit point */
+typedef Held Hold(const double *numbers, double command, double rate, double swing);
+typedef double Turn(const double *numbers, double command, double tension, double speed);
+typedef double Pull(const double *numbers, double length, double unwound, double stretching, double lowest);
+typedef double Rest(const double *numbers, double length, double tension);
+
+typedef struct {
+    Leave *leave;
+    Carry *carry;
+} Exit;
 
 /* Indices into ALL_NUMBERS of what a part takes. */
 typedef struct {
@@ -31,15 +38,15 @@ typedef struct {
 
 /* The first number is how much cable goes with a unit of the winch's coordinate. */
 typedef struct {
-    Held (*held)(const double *numbers, double command, double rate, double swing);
-    double (*turn)(const double *numbers, double command, double tension, double speed);
+    Hold *held;
+    Turn *turn;
     bool immediate; /* the tension is the command */
     Taken taken;
 } Winch;
 
 typedef struct {
-    double (*pull)(const double *numbers, double length, double unwound, double stretching, double lowest);
-    double (*rest)(const double *numbers, double length, double tension);
+    Pull *pull;
+    Rest *rest;
     Taken taken;
 } Span;
 
