@@ -5,7 +5,8 @@ stretch, the drum goes with the cable: the winch tells the tension, free of what
 accelerates, and that inertia as a mass along the cable. The platform is solved for with these masses,
 (M + sum m_i w_i w_i^T) twist' = ..., w_i the cable's column of W, and they take their part of the tension. A span that
 stretches makes the tension itself, from the cable's length and how much of it has been unwound; the winch then turns
-under it. The unwound length changes by the first of the winch's numbers for each unit by which its coordinate turns.
+under it. One that bends, as a heavy cable does, also makes the force on the platform, which is then not along the
+chord. The unwound length changes by the first of the winch's numbers for each unit by which its coordinate turns.
 """
 
 from __future__ import annotations
@@ -89,7 +90,17 @@ class Span(Part):
     of this length of which so much, m, is unwound, when it stretches by so much a second, m/s, not below the lowest;
     `rest(numbers, length, tension)`, the unwound length at which it has this tension. One without kernels does not
     stretch.
+
+    Those of one that bends take the chord (3,), m, from the platform to the exit, world axes, and the length of cable
+    on the exit in place of the length, and gravity (3,), m/s^2, last: `pull(numbers, chord, wound, unwound, stretching,
+    lowest, gravity)`, the force on the platform and last the tension at the winch, four numbers, N; `rest(numbers,
+    chord, wound, tension, gravity)`.
+
+    Attributes:
+        bends: whether its force on the platform may have another direction than the chord.
     """
+
+    bends: bool = False
 
 
 @dataclass(frozen=True)

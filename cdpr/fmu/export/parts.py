@@ -23,8 +23,9 @@ def winches() -> list[Winch]:
 
 
 def spans() -> list[Span]:
-    """Return the spans with C; one that does not stretch needs none, and has the kind 0."""
-    return [part for part in dict.fromkeys(chain.span for chain in MODELS.values()) if in_c(part.kernels)]
+    """Return the spans with C; one that does not stretch needs none, and has the kind 0. None that bends is known."""
+    parts = dict.fromkeys(chain.span for chain in MODELS.values() if not chain.span.bends)
+    return [part for part in parts if in_c(part.kernels)]
 
 
 def numbers_of(parts: Sequence[Part]) -> list[Number]:
