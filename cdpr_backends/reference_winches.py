@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.pack import PULL, WINCH
+from cdpr.cables.pack import REST, WINCH
 from cdpr.mechanics.body_frame import BodyFrame, from_platform, to_platform
 from cdpr.mechanics.geometry import cable_geometry
 from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, settle, speeding
@@ -143,6 +143,6 @@ def slopes(fixed: Fixed, live: Live, slope: Array) -> None:
         slope[13] -= live.tension[i] * live.rate[i]
         if fixed.stretches:
             slope[14 + i], slope[14 + m + i] = 0.0, 0.0
-            if fixed.cables[i, PULL] != 0.0:
+            if fixed.cables[i, REST] != 0.0:
                 slope[14 + i] = -fixed.cables[i, WINCH] * live.winch[m + i]
                 slope[14 + m + i] = speeding(fixed, live, i)

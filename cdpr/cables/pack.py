@@ -14,9 +14,9 @@ from cdpr.model.address import LED, NUMBER, PAIR, ROW, VECTOR, address
 from cdpr.model.robot import Array, frozen_array
 
 # Columns of a row: the lowest tension there can be, 0 or, for rigid legs, minus infinity; addresses of the kernels, 0
-# where there are none; 1 where the span bends; the winch's numbers, the first of which is cable per unit of its
-# coordinate; the span's.
-LOWEST, HELD, TURN, PULL, REST, BENDS = range(6)
+# where there are none: of a span that bends PULL is 0 and BENT_PULL is not, and all that stretch have a REST; the
+# winch's numbers, the first of which is cable per unit of its coordinate; the span's.
+LOWEST, HELD, TURN, PULL, BENT_PULL, REST = range(6)
 WINCH = 6
 SPAN = WINCH + MOST
 END = SPAN + MOST
@@ -40,8 +40,9 @@ def pack(robot: Robot) -> Array:
     rows = []
     for cable in robot.cables:
         chain = chain_of(robot, cable)
-        spanned = _addresses(chain.span, BENT if chain.span.bends else STRAIGHT)
-        calls = [*_addresses(chain.winch, DRIVE), *spanned, float(chain.span.bends)]
+        pull, rest = _addresses(chain.span, BENT if chain.span.bends else STRAIGHT)
+        pulls = (0.0, pull) if chain.span.bends else (pull, 0.0)
+        calls = [*_addresses(chain.winch, DRIVE), *pulls, rest]
         rows.append(
             [
                 0.0 if robot.unilateral else -math.inf,

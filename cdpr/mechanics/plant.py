@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdpr.cables import chain_of
-from cdpr.cables.pack import BENDS, BENT, DRIVE, HELD, LOWEST, PULL, REST, SPAN, STRAIGHT, TURN, WINCH, pack
+from cdpr.cables.pack import BENT, BENT_PULL, DRIVE, HELD, LOWEST, PULL, REST, SPAN, STRAIGHT, TURN, WINCH, pack
 from cdpr.mechanics.body_frame import BodyFrame, applied_wrench
 from cdpr.mechanics.geometry import cable_geometry, chord, exit_point_and_length, tip, wrench_matrix_rate
 from cdpr.model import Robot
@@ -117,6 +117,7 @@ def settle(fixed: Fixed, live: Live) -> None:
     pull(fixed, live)
 
 
+@apart
 @kernel
 def moved(live: Live) -> float:
     """Return the work, J, of `beside` on the way from `place` to `body`, and make that the place."""
@@ -137,7 +138,7 @@ def step(fixed: Fixed, live: Live, h: float) -> None:
         m = fixed.cables.shape[0]
         winch = live.winch
         for i in range(m):
-            if fixed.cables[i, PULL] != 0.0:
+            if fixed.cables[i, REST] != 0.0:
                 winch[m + i] += h * speeding(fixed, live, i)
                 winch[i] -= h * fixed.cables[i, WINCH] * winch[m + i]
 
@@ -158,12 +159,11 @@ def start(fixed: Fixed, live: Live) -> None:
     for i in range(m):
         row = fixed.cables[i]
         live.winch[i], live.winch[m + i] = 0.0, 0.0
-        if row[PULL] != 0.0:
-            if row[BENDS] != 0.0:
-                _, away, wound = run(fixed, live, i)
-                live.winch[i] = bent_rest(row[REST], row[SPAN:], away, wound, live.command[i], vector(fixed.gravity, 0))
-            else:
+        if row[REST] != 0.0:
+            if row[PULL] != 0.0:
                 live.winch[i] = rest(row[REST], row[SPAN:], live.length[i], live.command[i])
+            else:
+                live.winch[i] = unwind(fixed, live, i)
             live.winch[m + i] = -live.rate[i] / row[WINCH]
 
 
@@ -201,20 +201,38 @@ def run(fixed: Fixed, live: Live, i: int) -> tuple[Vector, Vector, float]:
     return b, away, E[3]
 
 
+@apart
 @kernel
-def bend(fixed: Fixed, live: Live, i: int, stretching: float) -> float:
-    """Return the tension of a bent cable at its winch; add to `beside` by what its force differs from that one's."""
+def unwind(fixed: Fixed, live: Live, i: int) -> float:
+    """Return the unwound length at which the tension of a bent cable is its command."""
     row = fixed.cables[i]
-    b, away, wound = run(fixed, live, i)
+    _, away, wound = run(fixed, live, i)
+    unwound: float = bent_rest(row[REST], row[SPAN:], away, wound, live.command[i], vector(fixed.gravity, 0))
+    return unwound
+
+
+@apart
+@kernel
+def bend(fixed: Fixed, live: Live) -> None:
+    """Write the tensions of bent cables at their winches, and into `beside` what their forces differ from these by."""
+    m = fixed.cables.shape[0]
     gravity = vector(fixed.gravity, 0)
-    end = bent_pull(row[PULL], row[SPAN:], away, wound, live.winch[i], stretching, row[LOWEST], gravity)
-    tension: float = end[3]
-    f = (end[0] - tension * live.W[0, i], end[1] - tension * live.W[1, i], end[2] - tension * live.W[2, i])
-    c = cross(b, f)
-    for j in range(3):
-        live.beside[j] += f[j]
-        live.beside[3 + j] += c[j]
-    return tension
+    for j in range(6):
+        live.beside[j] = 0.0
+    for i in range(m):
+        row = fixed.cables[i]
+        if row[BENT_PULL] == 0.0:
+            continue
+        b, away, wound = run(fixed, live, i)
+        stretching = live.rate[i] + row[WINCH] * live.winch[m + i]
+        end = bent_pull(row[BENT_PULL], row[SPAN:], away, wound, live.winch[i], stretching, row[LOWEST], gravity)
+        live.light[i] = end[3]
+        live.tension[i] = end[3]
+        f = (end[0] - end[3] * live.W[0, i], end[1] - end[3] * live.W[1, i], end[2] - end[3] * live.W[2, i])
+        c = cross(b, f)
+        for j in range(3):
+            live.beside[j] += f[j]
+            live.beside[3 + j] += c[j]
 
 
 @kernel
@@ -222,19 +240,13 @@ def tell(fixed: Fixed, live: Live) -> bool:
     """Write tensions free of the drums' inertia, and what that is along the cables; tell whether any has some."""
     m = fixed.cables.shape[0]
     swinging, heavy = False, False
-    if fixed.bends:
-        for j in range(6):
-            live.beside[j] = 0.0
     for i in range(m):
         row = fixed.cables[i]
         live.mass[i] = 0.0
         if row[PULL] != 0.0:
             unwound, stretching = live.winch[i], live.rate[i] + row[WINCH] * live.winch[m + i]
-            if row[BENDS] != 0.0:
-                live.light[i] = bend(fixed, live, i, stretching)
-            else:
-                live.light[i] = pulled(row[PULL], row[SPAN:], live.length[i], unwound, stretching, row[LOWEST])
-        else:
+            live.light[i] = pulled(row[PULL], row[SPAN:], live.length[i], unwound, stretching, row[LOWEST])
+        elif row[REST] == 0.0:
             if not swinging:
                 wrench_matrix_rate(fixed.lines, live.body, live.W_rate)
                 swinging = True
@@ -244,6 +256,8 @@ def tell(fixed: Fixed, live: Live) -> bool:
             live.light[i], live.mass[i] = held(row[HELD], row[WINCH:SPAN], live.command[i], live.rate[i], swing)
             heavy = heavy or live.mass[i] != 0.0
         live.tension[i] = live.light[i]
+    if fixed.bends:
+        bend(fixed, live)
     return heavy
 
 
