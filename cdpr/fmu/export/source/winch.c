@@ -1,4 +1,4 @@
-/* A platform, free or guided, on cables with winches: cdpr/cables/plant.py, integrated as `reference` does.
+/* A platform, free or guided, on cables with winches: cdpr/mechanics/plant.py, integrated as `reference` does.
    SPDX-License-Identifier: Apache-2.0
 
    Rigid cables carry the drums with them, so these add to the inertia of the platform. */
