@@ -129,6 +129,7 @@ def command(options, *more):
     return subprocess.run([sys.executable, "-m", "cdpr", *arguments], capture_output=True, text=True, timeout=120)
 
 
+@pytest.mark.slow
 def test_printing_stays_off_stdout(options, tmp_path):
     done = command(options("print"), "--json", f"--out={tmp_path / 'run'}")
     assert done.returncode == 0, done.stderr
