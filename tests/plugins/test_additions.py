@@ -432,14 +432,14 @@ def test_parts_of_cables(tree):
 
     # Neither has C. An FMU is not made of less than the robot; with its C beside it, the part is in it.
     fmu = ("fmu", "export", winch, "-o", folder / "parts.fmu", "--force", "--with-winch", "--json")
-    refused = run(*fmu, "--set", ring)
+    refused = run(*fmu, "--set", ring, NUMBA_DISABLE_JIT="1")
     assert refused.returncode == 2
     assert "cable 'cable_1': the exit ring has no C (ring.c beside its kernels)" in refused.stderr
-    refused = run(*fmu, "--set", sprung)
+    refused = run(*fmu, "--set", sprung, NUMBA_DISABLE_JIT="1")
     assert refused.returncode == 2
     assert "cable 'cable_1': the span of model sprung has no C (spring.c beside its kernels)" in refused.stderr
     (folder / "cdpr" / "cables" / "spring" / "spring.c").write_text(SPRING_IN_C)
-    done = run(*fmu, "--set", sprung)
+    done = run(*fmu, "--set", sprung, NUMBA_DISABLE_JIT="1")
     assert done.returncode == 0, done.stderr
     with Driver(folder / "parts.fmu") as driver:
         driver.set("command", np.full(8, 300.0))
@@ -524,7 +524,7 @@ def test_a_span_that_bends(tree):
     short = ("--set", "simulation.duration=0.02", "--no-report", "--json", "--out", folder / "heavy")
     done = run("run", winch, *heavy, *short, NUMBA_DISABLE_JIT="1")
     assert done.returncode == 0, done.stderr
-    refused = run("fmu", "export", winch, "-o", folder / "heavy.fmu", "--with-winch", *heavy)
+    refused = run("fmu", "export", winch, "-o", folder / "heavy.fmu", "--with-winch", *heavy, NUMBA_DISABLE_JIT="1")
     assert refused.returncode == 2
     assert "the span of model heavy has no C" in refused.stderr
 
