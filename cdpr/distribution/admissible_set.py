@@ -15,6 +15,7 @@ from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
+from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array, frozen_array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.null_space import RANK_TOLERANCE
@@ -29,7 +30,7 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Admissible:
+class Admissible(Frozen):
     """The tensions { t = particular + basis x : t_min <= t <= t_max } of m cables that balance a wrench.
 
     n are the robot's degrees of freedom, r the dimension of the null space: m - n, more where W is singular, fewer

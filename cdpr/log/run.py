@@ -14,6 +14,7 @@ from cdpr.log.event import Event
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Bounds
 from cdpr.model import rotations
+from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array, read_only
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ class Quantity(property):
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(Frozen):
     """One run, K rows of a robot with m cables; row k was sampled at time k * control_step.
 
     Where the scenario's `log.step` thins the log, row k was sampled at k * log_step, the last one at the end of the
@@ -223,6 +224,16 @@ class Run:
     def cable_tension(self) -> Array:
         """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
         return self["tension" if self.header.ideal_cables else "cable_tension"]
+
+    @property
+    def true_wrench(self) -> Array:
+        """Wrench that the cables exert in truth, (K, 6), N and N m, world, about the origin.
+
+        AttributeError where the controller knows the robot as it is: there this is no quantity of its own.
+        """
+        if "true_wrench" not in self.header.layout.fields:
+            raise AttributeError("true_wrench: recorded only where the scenario says `believed`; see `wrench`, `residual`")
+        return self["true_wrench"]
 
     @property
     def potential_change(self) -> Array:

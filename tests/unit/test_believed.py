@@ -48,7 +48,9 @@ def test_to_believe_the_truth_changes_no_bit(file, controller):
     assert np.ascontiguousarray(run.rows[:, :width]).tobytes() == plain.rows.tobytes()
     assert run.rows.shape[1] == width + 6
     assert (plain.header.believed, run.header.believed) == ("", "the robot as it is")
-    assert "true_wrench" not in plain.header.layout.fields
+    assert np.array_equal(run.true_wrench, run["true_wrench"])
+    with pytest.raises(AttributeError, match="recorded only where the scenario says `believed`"):
+        _ = plain.true_wrench
     assert "believed" not in plain.header.to_dict()
 
 
