@@ -232,7 +232,7 @@ class Run(Frozen):
         AttributeError where the controller knows the robot as it is: there this is no quantity of its own.
         """
         if "true_wrench" not in self.header.layout.fields:
-            raise AttributeError("true_wrench: recorded only where the scenario says `believed`; see `wrench`, `residual`")
+            raise AttributeError("true_wrench: recorded only where the scenario says `believed`; see `wrench`")
         return self["true_wrench"]
 
     @property

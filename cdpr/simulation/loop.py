@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -22,7 +21,8 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import FAULTS, NO_LENGTH, acceleration_bounds, believe, exert, observe, without_length
+from cdpr.simulation.faults import told
+from cdpr.simulation.observe import acceleration_bounds, believe, exert, observe
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
@@ -408,8 +408,8 @@ class Loop:
             if reach.add(time, length, rate):
                 here = Reach(*limited)
                 here.add(time, length, rate)
-                told = "; ".join(one.text(names) for one in here.told())
-                raise BeyondLimits(f"{told}; the scenario says limits: stop")
+                left = "; ".join(one.text(names) for one in here.told())
+                raise BeyondLimits(f"{left}; the scenario says limits: stop")
 
         return distribute_within
 
@@ -419,13 +419,7 @@ class Loop:
 
     def _check(self, fault: int) -> None:
         if fault:
-            state = self.parts.backend.state
-            why = without_length(self.parts.robot, state) if fault == NO_LENGTH else ""
-            raise Diverged(
-                f"{FAULTS[fault]}{why} (position {_brief(state[:3])} m, velocity {_brief(state[7:10])} m/s, "
-                f"angular velocity {_brief(state[10:])} rad/s)"
-            )
-
-
-def _brief(values: Array) -> str:
-    return "[" + ", ".join(f"{value:.4g}" if math.isfinite(value) else str(value) for value in values) + "]"
+            parts, k = self.parts, self.count
+            state = self.layout.span("position", "angular_velocity")
+            before = self._rows[(k - 1) % len(self._rows), state] if k else None
+            raise Diverged(told(fault, parts.robot, parts.believed, parts.backend.state, before, parts.control_step))

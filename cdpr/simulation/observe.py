@@ -12,7 +12,7 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
-from cdpr.model.rotations import matrix
+from cdpr.simulation.faults import LENGTH_MIN, NO_LENGTH, NO_LENGTH_BELIEVED, NOT_FINITE
 
 # Faster than any cable robot by two orders: whoever gets there has diverged.
 SPEED_MAX = 1e3  # m/s
@@ -25,19 +25,6 @@ NORM_TOLERANCE = 1e-6
 # factor, for schemes that do not know the velocity in between; plus what round-off and attitude maps leave.
 JUMP_FACTOR = 2.0
 JUMP_SPEED = 1e-6  # m/s and rad/s
-
-LENGTH_MIN = 1e-9  # m; the direction of a shorter cable is rounding
-
-NO_LENGTH = 5
-
-FAULTS = {
-    1: "the state is not finite",
-    2: "the attitude quaternion is not of unit length",
-    3: "the platform moves absurdly fast",
-    4: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
-    NO_LENGTH: "a cable has no length",
-    6: "a cable has no length where the controller believes its ends to be",
-}
 
 
 def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
@@ -54,14 +41,6 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
     ratio = (moments[2] - moments[0]) / moments[0]
     weight = float(np.linalg.norm(gravity))
     return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio])
-
-
-def without_length(robot: Robot, state: Array) -> str:
-    """Tell which cables' exits stand in their way at a state (13,), and how; "" where none does."""
-    tips = state[:3] + robot.anchors[:, 3:] @ matrix(state[3:7]).T
-    ways = zip(robot.cables, tips, strict=True)
-    told = [(one.name, one.exit.obstacle(one.frame.tolist(), tip.tolist())) for one, tip in ways if one.exit]
-    return "".join(f": of '{name}' {why}" for name, why in told if why)
 
 
 @kernel
@@ -91,7 +70,7 @@ def observe(
     fault = 0
     for i in range(13):
         if not math.isfinite(live[i]):
-            fault = 1
+            fault = NOT_FINITE
     if fault == 0:
         q = quaternion(live, 3)
         if abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) > NORM_TOLERANCE:
@@ -145,7 +124,7 @@ def believe(lines: Array, state: Array, W: Array, length: Array, rate: Array) ->
     cable_geometry(lines, state, W, length, rate)
     for i in range(length.shape[0]):
         if not length[i] > LENGTH_MIN:
-            return 6
+            return NO_LENGTH_BELIEVED
     return 0
 
 
