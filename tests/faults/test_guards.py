@@ -11,8 +11,8 @@ from conftest import ROOT
 import cdpr
 from cdpr.errors import Diverged
 from cdpr.simulation.build import build
-from cdpr.simulation.loop import Loop
 from cdpr.simulation.faults import FAULTS as FAULT_TEXTS
+from cdpr.simulation.loop import Loop
 from cdpr.simulation.observe import acceleration_bounds, observe
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
