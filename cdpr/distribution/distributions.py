@@ -27,7 +27,8 @@ from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.policy import action
-from cdpr.tension.stage import TensionStage
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, TensionStage
 
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
@@ -242,19 +243,17 @@ def _compiled(task: _Task, jobs: int) -> None:
 def _row_by_row(task: _Task) -> None:
     """Fill tension and report by a solver that is Python."""
     robot, m = task.robot, task.robot.m
-    W, w, t, row, spare = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(m)
-    state, ways = np.zeros(13), lines(robot)
-    solve, name = task.solver.solve, type(task.solver).__name__
-    stage = TensionStage(robot, solve, name, task.respects_bounds, "best_effort", W, w, t, row)
+    live, spare, state, ways = Present.of(m), np.zeros(m), np.zeros(13), lines(robot)
+    stage = TensionStage(robot, Asked(task.solver.solve, type(task.solver).__name__, task.respects_bounds), live)
     task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
     for k, at in enumerate(task.pose):
         state[:7] = at
         state[3:7] /= np.linalg.norm(at[3:])
-        geometry.cable_geometry(ways, state, W, spare, spare)
+        geometry.cable_geometry(ways, state, live.W, spare, spare)
         given = task.wrench
-        w[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
-        stage.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]
+        live.wrench[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
+        stage.cables.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]
         stage.forget()
-        if np.isfinite(W).all() and np.isfinite(w).all() and (low <= high).all():
+        if np.isfinite(live.W).all() and np.isfinite(live.wrench).all() and (low <= high).all():
             stage.distribute()
-            task.tension[k], task.report[k] = t, row
+            task.tension[k], task.report[k] = live.tension, live.report

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 
 from cdpr.cables import COMMANDED
-from cdpr.columns import FIRST, Column
+from cdpr.columns import BELIEVED, FIRST, Column
 from cdpr.lazy import late
 from cdpr.log.event import Event
 from cdpr.log.layout import Layout
@@ -104,15 +104,23 @@ NEWER: dict[str, object] = {
 FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits")
 
 
-_FIRST = {column.name: column for column in FIRST}
+_OWN = {column.name: column for column in (*FIRST, *BELIEVED)}
 
 
 class Quantity(property):
-    """An array of a run by the name of its column, documented by the table of columns."""
+    """An array of a run by the name of its column, documented by the table of columns.
+
+    AttributeError where the run has no such column, as those of a belief where the controller knows the robot.
+    """
 
     def __init__(self, name: str) -> None:
-        super().__init__(lambda run: run[name])
-        self.__doc__ = _FIRST[name].sentence
+        def read(run: Run) -> Array:
+            if name not in run.header.layout.fields:
+                raise AttributeError(f"{name}: recorded only where the scenario says `believed`")
+            return run[name]
+
+        super().__init__(read)
+        self.__doc__ = _OWN[name].sentence
 
     if TYPE_CHECKING:
 
@@ -171,6 +179,8 @@ class Run(Frozen):
     potential = Quantity("potential")
     cable_work = Quantity("cable_work")
     external_work = Quantity("external_work")
+    true_wrench = Quantity("true_wrench")
+    true_room = Quantity("true_room")
 
     def __post_init__(self) -> None:
         """Protect the rows: who edits a result edits a copy."""
@@ -224,16 +234,6 @@ class Run(Frozen):
     def cable_tension(self) -> Array:
         """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
         return self["tension" if self.header.ideal_cables else "cable_tension"]
-
-    @property
-    def true_wrench(self) -> Array:
-        """Wrench that the cables exert in truth, (K, 6), N and N m, world, about the origin.
-
-        AttributeError where the controller knows the robot as it is: there this is no quantity of its own.
-        """
-        if "true_wrench" not in self.header.layout.fields:
-            raise AttributeError("true_wrench: recorded only where the scenario says `believed`; see `wrench`")
-        return self["true_wrench"]
 
     @property
     def potential_change(self) -> Array:

@@ -13,8 +13,9 @@ import numpy as np
 
 from cdpr.cables.lines import lines
 from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
+from cdpr.log.beyond import Beyond
 from cdpr.log.layout import Layout
-from cdpr.mechanics.reach import Reach, bounds_of
+from cdpr.mechanics.reach import bounds_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.controller import Output
@@ -22,13 +23,16 @@ from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.faults import told
+from cdpr.simulation.loads import Loads
 from cdpr.simulation.observe import acceleration_bounds, believe, exert, observe
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
-from cdpr.tension.stage import TensionStage
+from cdpr.tension.overdraw import true_room
+from cdpr.tension.present import Cables, Present
+from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
@@ -79,26 +83,18 @@ class Loop:
         self.status = layout.columns["status"].start
         self.wrench = view("wrench")
         self.tension = view("tension")
+        self.report = view("status", "at_limit")
         W = self.W = np.zeros((6, robot.m))
+        self.live = Present(W, self.wrench, self.tension, self.report)
+        self.cables = Cables.of(parts.controlled, None if parts.believed is None else robot)
         self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         self.sample = parts.trajectory.sampler(self.desired)
-        self.report = view("status", "at_limit")
         parts.controller.connect(self.report)
         parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
         self.stage = self._stage(parts.output)
         self.out = self._written(self.stage)
-        self.schedule = Schedule(
-            parts.events,
-            parts.control_step,
-            robot,
-            self.stage,
-            self.tension,
-            self.wrench,
-            view("status"),
-            view("external"),
-            backend.external,
-            parts.settings,
-        )
+        loads = Loads(view("external"), backend.external)
+        self.schedule = Schedule(parts.events, parts.control_step, robot, self.stage, loads, parts.settings)
         bounds = acceleration_bounds(robot, backend.gravity)
         plant = (bounds, backend.highest, backend.external, backend.state)
         energies = view("kinetic", "external_work")
@@ -327,14 +323,12 @@ class Loop:
         self.count, self.time, self.due = snapshot.count, snapshot.time, snapshot.due
 
     def _stage(self, output: Output) -> TensionStage | CommandStage:
-        """Make what takes the output of a controller; a second one shares limits and held cables with the first."""
-        parts, live = self.parts, (self.W, self.wrench, self.tension, self.report)
-        first: TensionStage | CommandStage | None = getattr(self, "stage", None)
-        shared = (None, None) if first is None else (first.limits, first.held)
+        """Make what takes the output of a controller; all share the cables."""
+        parts = self.parts
         if output == "command":
-            return CommandStage(parts.controlled, parts.policy, *live, *shared)
-        solve, name = parts.solver.solve, parts.solver_name
-        return TensionStage(parts.controlled, solve, name, parts.respects_bounds, parts.policy, *live, *shared)
+            return CommandStage(parts.controlled, parts.policy, self.live, self.cables)
+        asked = Asked(parts.solver.solve, parts.solver_name, parts.respects_bounds, parts.policy)
+        return TensionStage(parts.controlled, asked, self.live, self.cables)
 
     def _written(self, stage: TensionStage | CommandStage) -> Array:
         """What is written for a stage: commands (m,) or the wrench (6,)."""
@@ -347,7 +341,7 @@ class Loop:
             distribute = self._reading(distribute)
         if self.parts.believed is not None:
             distribute = self._exerting(distribute)
-        if self.parts.limits == "stop" and bounds_of(self.parts.robot):
+        if self.parts.limits == "stop":
             distribute = self._within(distribute)
         return distribute
 
@@ -373,15 +367,17 @@ class Loop:
         self.observe, self.observe_start = after(self.observe), after(self.observe_start)
 
     def _exerting(self, distribute: Callable[[], None]) -> Callable[[], None]:
-        """Write what the cables exert in truth, too."""
+        """Write what the cables exert in truth, too, and how far their commands are from their true limits."""
         tension = self.tension if self.parts.ideal_cables else self.view("cable_tension")
         exerted = partial(exert, self.true_W, tension, self.view("true_wrench"))
+        measured = partial(true_room, self.cables.true_limits, self.tension, self.cables.held, self.view("true_room"))
 
         def distribute_and_exert() -> None:
             try:
                 distribute()
             finally:  # a sample that tells why there are no tensions tells what they do, too
                 exerted()
+                measured()
 
         return distribute_and_exert
 
@@ -398,20 +394,21 @@ class Loop:
 
     def _within(self, distribute: Callable[[], None]) -> Callable[[], None]:
         """End the run at the first sample at which a cable leaves its limits."""
-        robot, length, rate, time = self.parts.robot, self.view("length")[None], self.view("rate")[None], self.row[:1]
-        bounds, names = bounds_of(robot), [cable.name for cable in robot.cables]
-        limited = bounds, robot.m, broken(self.parts.events, names, self.parts.control_step)
-        reach = Reach(*limited)
+        parts, row = self.parts, self.row[None]
+        names = [cable.name for cable in parts.robot.cables]
+        limits = np.array([parts.robot.tension_min, parts.robot.tension_max])
+        about = self.layout, bounds_of(parts.robot), limits, broken(parts.events, names, parts.control_step)
+        beyond = Beyond(*about)
 
         def distribute_within() -> None:
             distribute()
-            if reach.add(time, length, rate):
-                here = Reach(*limited)
-                here.add(time, length, rate)
+            if beyond.add(row):
+                here = Beyond(*about)
+                here.add(row)
                 left = "; ".join(one.text(names) for one in here.told())
                 raise BeyondLimits(f"{left}; the scenario says limits: stop")
 
-        return distribute_within
+        return distribute_within if beyond.any else distribute
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state
