@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,30 +46,60 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
     return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio])
 
 
+class Body(NamedTuple):
+    """What moves, of a robot with m cables."""
+
+    lines: Array  # as `cdpr.cables.lines` says
+    inertial: Array  # (13,), as `Robot.inertial`
+    gravity: Array  # (3,), m/s^2
+    bounds: Array  # (6,), as `acceleration_bounds` says
+
+
+class Plant(NamedTuple):
+    """What a backend shows, live."""
+
+    state: Array  # (13,)
+    external: Array  # (6,), what acted in the control period before, N and N m
+    highest: Array  # (m,), N, no tension was above it; with ideal cables it is what they had
+
+
+class Seen(NamedTuple):
+    """What is computed from it, in the present sample."""
+
+    state: Array  # (13,)
+    W: Array  # (6, m)
+    length: Array  # (m,), m
+    rate: Array  # (m,), m/s
+    energies: Array  # (4,), J: kinetic, potential, and the works so far of ideal cables and of the external wrench
+
+
+def observing(body: Body, plant: Plant, seen: Seen, period: float) -> Callable[[], int]:
+    """Return what writes what is `seen` of the plant, and returns 0 or a key of FAULTS.
+
+    State and lengths in it are before those of one control `period` (s) ago. A tension that is held does exactly
+    tension times shortening; a period of 0 sets the works to 0. (To take bundles apart anew costs a kernel five times
+    what this one costs: it takes their arrays.)
+    """
+    return partial(observe, *body, *plant, *seen, period)
+
+
 @kernel
 def observe(
     lines: Array,
     inertial: Array,
     gravity: Array,
-    period: float,
     bounds: Array,
-    highest: Array,
-    external: Array,
     live: Array,
+    external: Array,
+    highest: Array,
     state: Array,
     W: Array,
     length: Array,
     rate: Array,
     energies: Array,
+    period: float,
 ) -> int:
-    """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
-
-    `state` (13,) and `length` hold those of one control `period` (s) ago, `state` becomes a copy of `live`; `bounds`
-    are as `acceleration_bounds` says; `external` (6,) acted in between, and no tension above `highest` (m,), which with
-    ideal cables is what they had. `energies` (4,) becomes kinetic and potential energy, and the work so far of ideal
-    cables and external wrench, J: a tension that is held does exactly tension times shortening. A period of 0 sets the
-    works to 0.
-    """
+    """Do what `observing` says; the arrays are those of `Body`, `Plant` and `Seen`, in their order."""
     fault = 0
     for i in range(13):
         if not math.isfinite(live[i]):
