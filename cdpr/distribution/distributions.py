@@ -207,28 +207,31 @@ class _Task:
 
 def _compiled(task: _Task, jobs: int) -> None:
     """Fill tension and report by a solver's kernel, in threads: it takes no lock, and rows are independent."""
-    from cdpr.distribution.batch import distribute_rows
+    from cdpr.distribution.batch import Common, Rows, Way, distribute_rows
 
     robot, solver = task.robot, task.solver
     assert isinstance(solver, CompiledSolver)
-    fixed = (
-        solver.kernel,
-        solver.parameters,
-        solver.work.shape,
-        (box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
-        action("best_effort", task.respects_bounds),
-        lines(robot).copy(),
-        np.array(robot.rows),
-        robot.inertial.copy(),
-        task.gravity,
-        np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
+    rows, columns = solver.work.shape
+    way = Way(
+        parameters=solver.parameters,
+        size=(rows, columns),
+        action=action("best_effort", task.respects_bounds),
+        spare=(box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
+    )
+    common = Common(
+        lines=lines(robot).copy(),
+        rows=np.array(robot.rows),
+        inertial=robot.inertial.copy(),
+        gravity=task.gravity,
+        weights=np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
     )
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
 
     def part(start: int) -> None:
         rows = slice(start, start + CHUNK)
         limits = task.limits if len(task.limits) == 1 else task.limits[rows]
-        distribute_rows(*fixed, limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+        given = Rows(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+        distribute_rows(solver.kernel, way, common, given)
 
     starts = range(0, len(task.pose), CHUNK)
     if jobs == 1 or len(starts) < 2:
