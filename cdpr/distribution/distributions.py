@@ -106,15 +106,15 @@ def distribute(
     single = all(np.ndim(values) < 2 for values in arguments if values is not None)
     limits = np.ascontiguousarray(np.stack(np.broadcast_arrays(low, high), axis=1))
     task = _Task(
-        robot,
-        chosen,
-        respects_bounds,
-        checked(gravity, (3,), "gravity"),
-        _repeated(pose, count),
-        None if wrench is None else _repeated(wrench, count),
-        limits if len(limits) == 1 else _repeated(limits, count),
-        np.empty((count, robot.m)),
-        np.empty((count, 4)),
+        robot=robot,
+        solver=chosen,
+        respects_bounds=respects_bounds,
+        gravity=checked(gravity, (3,), "gravity"),
+        pose=_repeated(pose, count),
+        wrench=None if wrench is None else _repeated(wrench, count),
+        limits=limits if len(limits) == 1 else _repeated(limits, count),
+        tension=np.empty((count, robot.m)),
+        report=np.empty((count, 4)),
     )
     if isinstance(chosen, CompiledSolver):
         _compiled(task, len(os.sched_getaffinity(0)) if jobs is None else int(jobs))

@@ -91,4 +91,14 @@ def survey(
         distribute()
         wrench[k], tension[k], reports[k] = live.wrench, live.tension, live.report
     status, residual, margin, _ = reports.T
-    return Survey(time, desired, length, rate, wrench, tension, status, residual, margin)
+    return Survey(
+        time=time,
+        desired=desired,
+        length=length,
+        rate=rate,
+        wrench=wrench,
+        tension=tension,
+        status=status,
+        residual=residual,
+        margin=margin,
+    )
