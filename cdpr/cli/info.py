@@ -58,14 +58,15 @@ def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | No
     }
     scene = Scene.of_robot(robot, np.zeros(1), at[None])
     if scenario is not None:
+        from cdpr.simulation.loads import Loads
         from cdpr.simulation.schedule import Schedule, redirected
 
         simulation = scenario.simulation
         steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
         events, period = scenario.events, simulation.control_step
 
-        def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
-            return Schedule(events, period, robot, stage, tension, wrench, status, external, np.zeros(6))
+        def happens(stage: TensionStage, external: Array) -> Schedule:
+            return Schedule(events, period, robot, stage, Loads(external, np.zeros(6)))
 
         trajectory = redirected(scenario.trajectory.make(), events, period)
         time = steps * period

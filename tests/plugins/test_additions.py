@@ -264,13 +264,13 @@ COLUMN = """    Column("speed", 1, "m/s", "Speed of the origin"),
 """
 
 MEASURED = """
-        speed, distribute_only = view("speed"), self.distribute
+        speed, velocity, distribute_only = self.view("speed"), self.view("velocity"), distribute
 
         def measure_and_distribute() -> None:
-            speed[0] = math.sqrt(float(self.state[7:10] @ self.state[7:10]))
+            speed[0] = np.sqrt(velocity @ velocity)
             distribute_only()
 
-        self.distribute = measure_and_distribute
+        distribute = measure_and_distribute
 """
 
 
@@ -379,8 +379,8 @@ def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
     add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
-    place = "        self.distribute = self._through(self.stage)\n\n"  # as the loop is made
-    add(None, "", "cdpr/simulation/loop.py", written=(MEASURED, place))
+    place = "            distribute = self._exerting(distribute)\n"  # what completes a sample
+    add(None, "", "cdpr/simulation/sample.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")
     # The table is among the sources of kernels, as plugins import it: not to compile them anew for twenty steps.
