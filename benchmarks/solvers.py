@@ -23,7 +23,8 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import registry
 from cdpr.tension import distribute
-from cdpr.tension.stage import TensionStage
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import OK
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
@@ -60,10 +61,10 @@ def costs() -> None:
             tension, solve = np.zeros(robot.m), make(name, robot).solve
             functions[f"{label}{name}"] = lambda solve=solve, given=given, tension=tension: solve(*given, tension)
     for label, scale in (("qp with the stage's checks", 1.0), ("infeasible, answered by the policy", 100.0)):
-        W, wrench, tension, report = np.zeros((6, 8)), np.zeros(6), np.zeros(8), np.zeros(4)
-        W[:], wrench[:] = feasible(caroca)
-        wrench *= scale
-        stage = TensionStage(caroca, make("qp", caroca).solve, "qp", True, "best_effort", W, wrench, tension, report)
+        live = Present.of(caroca.m)
+        live.W[:], live.wrench[:] = feasible(caroca)
+        live.wrench *= scale
+        stage = TensionStage(caroca, Asked(make("qp", caroca).solve, "qp"), live)
         functions[label] = stage.distribute
     found = medians(functions)
     for name, value in found.items():

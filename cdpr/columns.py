@@ -179,6 +179,12 @@ BELIEVED: tuple[Column, ...] = (
         "Wrench that the cables exert in truth, about the origin: W tension of the sample",
         WORLD,
     ),
+    Column(
+        "true_room",
+        CABLES,
+        "N",
+        "Room of each command within its limits in truth, negative beyond, NaN for what broke or jammed",
+    ),
 )
 # Besides, in runs of this version: a new column is a line here. Until it is written it reads as NaN.
 LATER: tuple[Column, ...] = ()

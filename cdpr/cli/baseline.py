@@ -59,8 +59,10 @@ def check(folder: str, jobs: int, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps([dataclasses.asdict(one) for one in found], indent=1))
     else:
-        width = max(len(one.name) for one in found)
-        for one in found:
-            click.echo(f"{one.name:<{width}}  {one.outcome}{f': {one.detail}' if one.detail else ''}")
+        from cdpr.report.text.aligned import table
+
+        told = [(one.name, f"{one.outcome}{f': {one.detail}' if one.detail else ''}") for one in found]
+        for line in table(told, left=2, indent=""):
+            click.echo(line)
     if not all(one.agrees for one in found):
         raise click.exceptions.Exit(ExitCode.DISAGREES)

@@ -14,7 +14,6 @@ from cdpr.hush import hushed
 
 # Robots of all redundancies from 0 to 6, suspended and held, in space and in a plane.
 ROBOTS = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
-WIDTH = 120  # columns of text
 
 
 @click.group("bench")
@@ -105,32 +104,19 @@ def _options(changes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
 
 def _print(figures: dict[str, Any]) -> None:
     """Print one table per robot, then what could not be asked and what the columns say."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
+    from cdpr.report.text.aligned import table, wrapped
     from cdpr.report.text.bench import COLUMNS, MEANING, MISLED, NOTHING, cells, facts
 
-    # In a narrower terminal lines wrap; squeezed columns would lose figures. Colours would be escaped, see cli.streams.
-    console = Console(width=WIDTH, color_system=None)
     shown = [(robot, COLUMNS) for robot in figures["robots"]] + [(robot, MISLED) for robot in figures["adversaries"]]
     for robot, columns in shown:
-        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
-        table.add_column("solver", overflow="fold")
-        for title in columns:
-            table.add_column(title.replace(" ", "\n"), justify="right", overflow="fold", no_wrap=True)
-        for row in robot["results"]:
-            found = cells(row, columns) or [NOTHING] * len(columns)
-            table.add_row(*map(Text, (row["solver"], *found)))
-        console.print(Text.assemble((robot["name"], "bold"), f": {facts(robot)}"))
-        console.print(table)
-        for row in robot["results"]:
-            if row["outcome"] == "failed":
-                console.print(Text(f"{row['solver']} failed: {row['detail']}"))
-        console.print()
+        told = wrapped(f"{robot['name']}: {facts(robot)}", 0)
+        rows = [[row["solver"], *(cells(row, columns) or [NOTHING] * len(columns))] for row in robot["results"]]
+        told += table([["solver", *columns], *rows], indent="", ruled=True)
+        told += [f"{row['solver']} failed: {row['detail']}" for row in robot["results"] if row["outcome"] == "failed"]
+        for line in (*told, ""):
+            click.echo(line)
     for solver in figures["solvers"]:
         if solver["problem"]:
-            console.print(Text(f"not asked: {solver['problem']}"))
-    for title, meaning in MEANING.items():
-        console.print(Text(f"{title:<11}{meaning}"))
+            click.echo(f"not asked: {solver['problem']}")
+    for line in table(MEANING.items(), left=2, indent=""):
+        click.echo(line)

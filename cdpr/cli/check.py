@@ -27,6 +27,7 @@ def command(role: Role, name: str, as_json: bool) -> None:
 
     The exit code is 7 if any check fails. Times inform and are never judged.
     """
+    from cdpr.report.text.aligned import table
     from cdpr.testing import check_plugin
 
     with hushed():
@@ -35,10 +36,12 @@ def command(role: Role, name: str, as_json: bool) -> None:
         rows = [dataclasses.asdict(result) for result in results]
         click.echo(json.dumps({"role": role, "name": name, "checks": rows}, indent=2))
     else:
-        width = max(len(result.id) for result in results)
-        for result in results:
-            remark = result.reason if result.outcome == "passed" else result.detail
-            click.echo(f"{result.outcome:<8}  {result.id:<{width}}  {result.seconds:5.2f} s  {remark}")
+        lines = [
+            (one.outcome, one.id, f"{one.seconds:5.2f} s", one.reason if one.outcome == "passed" else one.detail)
+            for one in results
+        ]
+        for line in table(lines, left=4, indent=""):
+            click.echo(line)
         counts = Counter(result.outcome for result in results)
         click.echo(f"{role} '{name}': " + ", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
     if any(result.outcome == "failed" for result in results):

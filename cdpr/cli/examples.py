@@ -23,12 +23,12 @@ def command(context: click.Context, as_json: bool) -> None:
         rows = [{"name": one.name, "kind": one.kind, "shows": one.shows, "file": str(one.path)} for one in found]
         click.echo(json.dumps(rows, indent=2))
         return
-    width = max(len(one.name) for one in found)
+    from cdpr.report.text.aligned import table
+
     for kind, title in ROLES.items():
         click.echo(title)
-        for one in found:
-            if one.kind == kind:
-                click.echo(f"  {one.name:<{width}}  {one.shows}")
+        for line in table([(one.name, one.shows) for one in found if one.kind == kind], left=2):
+            click.echo(line)
 
 
 @command.command("copy")

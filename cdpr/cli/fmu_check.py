@@ -36,15 +36,15 @@ def command(file: str, robot: str | None, role: Role | None, as_json: bool) -> N
     """
     from cdpr.fmu.read.archive import open_archive
     from cdpr.fmu.read.describe import check
+    from cdpr.report.text.aligned import table
 
     archive = open_archive(file)
     results = list(check(archive, *((None, role, None) if robot is None else load(robot, file, role))))
     if as_json:
         click.echo(json.dumps({"file": file, "checks": [dataclasses.asdict(each) for each in results]}, indent=2))
     else:
-        width = max(len(each.id) for each in results)
-        for each in results:
-            click.echo(f"{each.outcome:<8}{each.id:<{width}}  {each.detail}".rstrip())
+        for line in table([(each.outcome, each.id, each.detail) for each in results], left=3, indent=""):
+            click.echo(line)
     if any(each.outcome == "failed" for each in results):
         raise click.exceptions.Exit(ExitCode.BAD_INPUT)
 

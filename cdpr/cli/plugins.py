@@ -39,11 +39,12 @@ def command(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({**{f"{role}s": rows[role] for role in ROLES}, "problems": found.problems}, indent=2))
     else:
+        from cdpr.report.text.aligned import table
+
         for role in ROLES:
             click.echo(f"{role}s")
-            width = max((len(row["name"]) for row in rows[role]), default=0)
-            for row in rows[role]:
-                click.echo(f"  {row['name']:<{width}}  {_description(row)}")
+            for line in table([(row["name"], _description(row)) for row in rows[role]], left=2):
+                click.echo(line)
         for problem in found.problems:
             click.echo(f"problem: {problem}", err=True)
 

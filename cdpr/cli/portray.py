@@ -17,6 +17,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins.registry import registry
 from cdpr.report.plots.survey import survey_pictures
 from cdpr.scenario import Scenario
+from cdpr.simulation.loads import Loads
 from cdpr.simulation.schedule import Schedule, redirected
 from cdpr.tension.stage import TensionStage
 from cdpr.view import Pictures, Subject, pictures
@@ -53,8 +54,8 @@ def _follow(scenario: Scenario, gravity: Array, solve: Any) -> Survey:
     simulation, events, period = scenario.simulation, scenario.events, scenario.simulation.control_step
     steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
 
-    def happens(stage: TensionStage, tension: Array, wrench: Array, status: Array, external: Array) -> Schedule:
-        return Schedule(events, period, scenario.robot, stage, tension, wrench, status, external, np.zeros(6))
+    def happens(stage: TensionStage, external: Array) -> Schedule:
+        return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))
 
     trajectory = redirected(scenario.trajectory.make(), events, period)
     time = steps * period

@@ -15,6 +15,7 @@ from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
+from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array, frozen_array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 from cdpr.tension.null_space import RANK_TOLERANCE
@@ -29,7 +30,7 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Admissible:
+class Admissible(Frozen):
     """The tensions { t = particular + basis x : t_min <= t <= t_max } of m cables that balance a wrench.
 
     n are the robot's degrees of freedom, r the dimension of the null space: m - n, more where W is singular, fewer
@@ -106,7 +107,18 @@ def admissible_of(problem: Problem) -> Admissible:
         basis, span = frozen_array(np.empty((m, 0))), frozen_array(np.full((m, 2), np.nan))
         idle = _frozen(np.zeros(m, dtype=np.int64))
         return Admissible(
-            False, False, W, wanted, nothing, basis, None, span, -np.inf, nothing, idle, frozen_array(sensitivity)
+            reachable=False,
+            feasible=False,
+            W=W,
+            wrench=wanted,
+            particular=nothing,
+            basis=basis,
+            vertices=None,
+            range=span,
+            margin=-np.inf,
+            safest=nothing,
+            active=idle,
+            sensitivity=frozen_array(sensitivity),
         )
     c, N = problem.general
     margin, safest = (np.nan, nothing) if problem.safest is None else (problem.safest[0], c + N @ problem.safest[1])
@@ -114,18 +126,18 @@ def admissible_of(problem: Problem) -> Admissible:
     active = np.where(free & (safest - low <= near), -1, np.where(free & (high - safest <= near), 1, 0))
     corners = _corners(problem, c, N)
     return Admissible(
-        True,
-        problem.feasible,
-        W,
-        wanted,
-        frozen_array(c),
-        frozen_array(N),
-        corners,
-        frozen_array(problem.ranges),
-        margin,
-        frozen_array(safest),
-        _frozen(active),
-        frozen_array(sensitivity),
+        reachable=True,
+        feasible=problem.feasible,
+        W=W,
+        wrench=wanted,
+        particular=frozen_array(c),
+        basis=frozen_array(N),
+        vertices=corners,
+        range=frozen_array(problem.ranges),
+        margin=margin,
+        safest=frozen_array(safest),
+        active=_frozen(active),
+        sensitivity=frozen_array(sensitivity),
     )
 
 

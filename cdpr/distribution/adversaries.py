@@ -129,7 +129,17 @@ def adversaries(robot: Robot, count: int, seed: int) -> Adversaries:
             vectors[k] *= scale
     for array in (W, wrench, low, high):
         array.flags.writeable = False  # no solver can change what the next one is asked
-    return Adversaries(robot, W, wrench, low, high, feasible, solution, certificate, kind)
+    return Adversaries(
+        robot=robot,
+        W=W,
+        wrench=wrench,
+        low=low,
+        high=high,
+        feasible=feasible,
+        solution=solution,
+        certificate=certificate,
+        kind=kind,
+    )
 
 
 def _matrix(moments: NDArray[np.bool_], m: int, rng: np.random.Generator) -> tuple[Array, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -17,44 +18,58 @@ from cdpr.tension.checks import accept, select
 from cdpr.tension.policy import fall_back
 from cdpr.tension.status import BAD_INPUT, OK
 
+
+class Way(NamedTuple):
+    """How each row is answered, beside the solver's kernel."""
+
+    parameters: Array  # of the solver, as its kernel takes them
+    size: tuple[int, int]  # shape of the kernel's work space
+    action: int  # what `fall_back` does where the answer fails the checks
+    spare: tuple[int, int]  # shape of the work space of `fall_back`
+
+
+class Common(NamedTuple):
+    """What all rows have in common: n degrees of freedom, m cables."""
+
+    lines: Array  # as `cdpr.cables.lines` says
+    rows: NDArray[np.int64]  # (n,), of a wrench, as `select` takes them
+    inertial: Array  # (13,), as `Robot.inertial`
+    gravity: Array  # (3,), m/s^2
+    weights: Array  # (n,), as `judge` takes them
+
+
+class Rows(NamedTuple):
+    """K problems and their answers."""
+
+    limits: Array  # (K, 2, m), N, or (1, 2, m) for all
+    poses: Array  # (K, 7), quaternions of any length
+    wrenches: Array  # (K, 6), N and N m; or (0, 6): what holds the platform still against gravity
+    tension: Array  # (K, m), N, written
+    report: Array  # (K, 4), written, as `judge` says
+
+
 VECTOR, MATRIX, CUBE = (types.Array(types.float64, dimensions, "C") for dimensions in (1, 2, 3))
 INDICES = types.Array(types.int64, 1, "C")
 SIZE = types.UniTuple(types.int64, 2)
 KERNEL = types.FunctionType(types.int64(MATRIX, *[VECTOR] * 5, MATRIX))
+WAY = types.NamedTuple((VECTOR, SIZE, types.int64, SIZE), Way)
+COMMON = types.NamedTuple((MATRIX, INDICES, VECTOR, VECTOR, VECTOR), Common)
+ROWS = types.NamedTuple((CUBE, *[MATRIX] * 4), Rows)
 
 
 # The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
-@threaded_kernel(
-    types.void(KERNEL, VECTOR, SIZE, SIZE, types.int64, MATRIX, INDICES, *[VECTOR] * 3, CUBE, *[MATRIX] * 4)
-)
-def distribute_rows(
-    kernel: Callable[..., int],
-    parameters: Array,
-    size: tuple[int, int],
-    spare: tuple[int, int],
-    action: int,
-    lines: Array,
-    rows: NDArray[np.int64],
-    inertial: Array,
-    gravity: Array,
-    weights: Array,
-    limits: Array,
-    poses: Array,
-    wrenches: Array,
-    tension: Array,
-    report: Array,
-) -> None:
-    """Fill tension (K, m) and report (K, 4) for poses (K, 7), whose quaternions are normalised.
+@threaded_kernel(types.void(KERNEL, WAY, COMMON, ROWS))
+def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows) -> None:
+    """Fill tension and report of all rows.
 
-    `kernel`, `parameters` and the shape of its work space, `size`, are a compiled solver's; `action` and the shape of
-    its work space, `spare`, as `fall_back` says, `rows` as `select`, `weights` and `report` as `judge`. `limits` are
-    (K, 2, m), or (1, 2, m) for all. Without `wrenches` (K, 6) the platform is held still against `gravity`. A row with
-    an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
+    A row with an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
     """
+    lines, rows, weights, poses, wrenches = common.lines, common.rows, common.weights, given.poses, given.wrenches
+    limits, tension, report, parameters = given.limits, given.tension, given.report, way.parameters
     m, n = lines.shape[0], rows.shape[0]
     W6, wrench6, W, wrench = np.empty((6, m)), np.empty(6), np.empty((n, m)), np.empty(n)
     state, lengths, rates, answer = np.zeros(13), np.empty(m), np.empty(m), np.empty(m)
-    work, spare_work = np.empty(size), np.empty(spare)
+    work, spare_work = np.empty(way.size), np.empty(way.spare)
     still = (0.0, 0.0, 0.0)
     for k in range(poses.shape[0]):
         state[:7] = poses[k]
@@ -70,14 +85,16 @@ def distribute_rows(
         if wrenches.shape[0] > 0:
             wrench6[:] = wrenches[k]
         else:
-            kernels.inverse_dynamics(inertial, gravity, kernels.quaternion(state, 3), still, still, still, wrench6)
+            kernels.inverse_dynamics(
+                common.inertial, common.gravity, kernels.quaternion(state, 3), still, still, still, wrench6
+            )
         select(rows, W6, wrench6, W, wrench)
         status = kernel(W, wrench, own[0], own[1], answer, parameters, work) if sound else BAD_INPUT
         answered = status == OK
         if answered:
             status = accept(W, wrench, weights, own, answer, tension[k], report[k])
         if status != OK:
-            doing = action if answered else 0
+            doing = way.action if answered else 0
             if not sound or not fall_back(
                 doing, status, W, wrench, weights, own, answer, tension[k], report[k], spare_work
             ):

@@ -96,7 +96,8 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
     elif margin < -LIMIT_TOLERANCE * newton(problem.limits):
         true = not contestant.respects_bounds
         reason = f"{'asks for no limits and' if true else 'says OK, but'} goes {-margin:.4g} N beyond them"
-    return Answer(name, status, reason, true, tension, residual, margin, int(at_limit), seconds)
+    judged = {"residual": residual, "margin": margin}
+    return Answer(name, status, reason, true, tension, at_limit=int(at_limit), seconds=seconds, **judged)
 
 
 def _time(solve: Solve, arguments: tuple[Array, Array, Array, Array], tension: Array) -> float:

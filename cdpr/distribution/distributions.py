@@ -27,7 +27,8 @@ from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.policy import action
-from cdpr.tension.stage import TensionStage
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, TensionStage
 
 # Rows that a thread takes at a time: some milliseconds of work, so that all cores are busy until the end.
 CHUNK = 4096
@@ -105,15 +106,15 @@ def distribute(
     single = all(np.ndim(values) < 2 for values in arguments if values is not None)
     limits = np.ascontiguousarray(np.stack(np.broadcast_arrays(low, high), axis=1))
     task = _Task(
-        robot,
-        chosen,
-        respects_bounds,
-        checked(gravity, (3,), "gravity"),
-        _repeated(pose, count),
-        None if wrench is None else _repeated(wrench, count),
-        limits if len(limits) == 1 else _repeated(limits, count),
-        np.empty((count, robot.m)),
-        np.empty((count, 4)),
+        robot=robot,
+        solver=chosen,
+        respects_bounds=respects_bounds,
+        gravity=checked(gravity, (3,), "gravity"),
+        pose=_repeated(pose, count),
+        wrench=None if wrench is None else _repeated(wrench, count),
+        limits=limits if len(limits) == 1 else _repeated(limits, count),
+        tension=np.empty((count, robot.m)),
+        report=np.empty((count, 4)),
     )
     if isinstance(chosen, CompiledSolver):
         _compiled(task, len(os.sched_getaffinity(0)) if jobs is None else int(jobs))
@@ -206,28 +207,31 @@ class _Task:
 
 def _compiled(task: _Task, jobs: int) -> None:
     """Fill tension and report by a solver's kernel, in threads: it takes no lock, and rows are independent."""
-    from cdpr.distribution.batch import distribute_rows
+    from cdpr.distribution.batch import Common, Rows, Way, distribute_rows
 
     robot, solver = task.robot, task.solver
     assert isinstance(solver, CompiledSolver)
-    fixed = (
-        solver.kernel,
-        solver.parameters,
-        solver.work.shape,
-        (box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
-        action("best_effort", task.respects_bounds),
-        lines(robot).copy(),
-        np.array(robot.rows),
-        robot.inertial.copy(),
-        task.gravity,
-        np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
+    rows, columns = solver.work.shape
+    way = Way(
+        parameters=solver.parameters,
+        size=(rows, columns),
+        action=action("best_effort", task.respects_bounds),
+        spare=(box.work_rows(robot.n, robot.m), max(robot.n, robot.m)),
+    )
+    common = Common(
+        lines=lines(robot).copy(),
+        rows=np.array(robot.rows),
+        inertial=robot.inertial.copy(),
+        gravity=task.gravity,
+        weights=np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
     )
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
 
     def part(start: int) -> None:
         rows = slice(start, start + CHUNK)
         limits = task.limits if len(task.limits) == 1 else task.limits[rows]
-        distribute_rows(*fixed, limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+        given = Rows(limits, task.pose[rows], wrench[rows], task.tension[rows], task.report[rows])
+        distribute_rows(solver.kernel, way, common, given)
 
     starts = range(0, len(task.pose), CHUNK)
     if jobs == 1 or len(starts) < 2:
@@ -242,19 +246,17 @@ def _compiled(task: _Task, jobs: int) -> None:
 def _row_by_row(task: _Task) -> None:
     """Fill tension and report by a solver that is Python."""
     robot, m = task.robot, task.robot.m
-    W, w, t, row, spare = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(m)
-    state, ways = np.zeros(13), lines(robot)
-    solve, name = task.solver.solve, type(task.solver).__name__
-    stage = TensionStage(robot, solve, name, task.respects_bounds, "best_effort", W, w, t, row)
+    live, spare, state, ways = Present.of(m), np.zeros(m), np.zeros(13), lines(robot)
+    stage = TensionStage(robot, Asked(task.solver.solve, type(task.solver).__name__, task.respects_bounds), live)
     task.tension[:], task.report[:] = np.nan, (Status.BAD_INPUT, np.nan, np.nan, np.nan)
     for k, at in enumerate(task.pose):
         state[:7] = at
         state[3:7] /= np.linalg.norm(at[3:])
-        geometry.cable_geometry(ways, state, W, spare, spare)
+        geometry.cable_geometry(ways, state, live.W, spare, spare)
         given = task.wrench
-        w[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
-        stage.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]
+        live.wrench[:] = dynamics.required_wrench(robot, state, task.gravity) if given is None else given[k]
+        stage.cables.limits[:] = low, high = task.limits[k if len(task.limits) > 1 else 0]
         stage.forget()
-        if np.isfinite(W).all() and np.isfinite(w).all() and (low <= high).all():
+        if np.isfinite(live.W).all() and np.isfinite(live.wrench).all() and (low <= high).all():
             stage.distribute()
-            task.tension[k], task.report[k] = t, row
+            task.tension[k], task.report[k] = live.tension, live.report

@@ -15,7 +15,8 @@ from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.properties import check_lengths
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, Robot
-from cdpr.tension.stage import Solve, TensionStage
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, Solve, TensionStage
 
 
 class Happening(Protocol):
@@ -30,8 +31,8 @@ class Happening(Protocol):
         """Let happen what is due at sample k; return the sample that is due next, negative where there is none."""
 
 
-# From the stage, the tensions (m,), the wrench (6,), the status (1,) and the external wrench (6,), all live.
-Happens = Callable[[TensionStage, Array, Array, Array, Array], Happening]
+# From the stage and the external wrench (6,), live.
+Happens = Callable[[TensionStage, Array], Happening]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +73,9 @@ def survey(
     """
     time, desired = checked(time, (None,), "time"), checked(desired, (len(time), 19), "desired")
     gravity, count, m = checked(gravity, (3,), "gravity"), len(time), robot.m
-    W, w, t, report, external = np.zeros((6, m)), np.zeros(6), np.zeros(m), np.zeros(4), np.zeros(6)
-    stage = TensionStage(robot, solve, "survey", True, "best_effort", W, w, t, report)
-    happening = happens(stage, t, w, report[:1], external) if happens else None
+    live, external = Present.of(m), np.zeros(6)
+    stage = TensionStage(robot, Asked(solve, "survey"), live)
+    happening = happens(stage, external) if happens else None
     distribute = happening.distribute if happening else stage.distribute
     due = happening.begin() if happening else -1
     numbers = np.arange(count) if samples is None else samples
@@ -83,11 +84,21 @@ def survey(
     for k, row in enumerate(desired):
         while happening and 0 <= due <= numbers[k]:
             due = happening.act(due)
-        geometry.cable_geometry(ways, row[:13].copy(), W, length[k], rate[k])
+        geometry.cable_geometry(ways, row[:13].copy(), live.W, length[k], rate[k])
         if not (length[k] >= tolerances.LENGTH).all():
             check_lengths(robot, row[:7])
-        w[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
+        live.wrench[:] = required_wrench(robot, row[:13], gravity, row[13:16], row[16:19]) - external
         distribute()
-        wrench[k], tension[k], reports[k] = w, t, report
+        wrench[k], tension[k], reports[k] = live.wrench, live.tension, live.report
     status, residual, margin, _ = reports.T
-    return Survey(time, desired, length, rate, wrench, tension, status, residual, margin)
+    return Survey(
+        time=time,
+        desired=desired,
+        length=length,
+        rate=rate,
+        wrench=wrench,
+        tension=tension,
+        status=status,
+        residual=residual,
+        margin=margin,
+    )

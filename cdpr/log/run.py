@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.cables import COMMANDED, read_exits
-from cdpr.columns import FIRST, Column
+from cdpr.columns import BELIEVED, FIRST, Column
 from cdpr.lazy import late
 from cdpr.log.event import Event
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Bounds
 from cdpr.model import rotations
+from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array, read_only
 from cdpr.view import Subject
 
@@ -125,15 +126,23 @@ NEWER: dict[str, object] = {
 FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits")
 
 
-_FIRST = {column.name: column for column in FIRST}
+_OWN = {column.name: column for column in (*FIRST, *BELIEVED)}
 
 
 class Quantity(property):
-    """An array of a run by the name of its column, documented by the table of columns."""
+    """An array of a run by the name of its column, documented by the table of columns.
+
+    AttributeError where the run has no such column, as those of a belief where the controller knows the robot.
+    """
 
     def __init__(self, name: str) -> None:
-        super().__init__(lambda run: run[name])
-        self.__doc__ = _FIRST[name].sentence
+        def read(run: Run) -> Array:
+            if name not in run.header.layout.fields:
+                raise AttributeError(f"{name}: recorded only where the scenario says `believed`")
+            return run[name]
+
+        super().__init__(read)
+        self.__doc__ = _OWN[name].sentence
 
     if TYPE_CHECKING:
 
@@ -145,7 +154,7 @@ class Quantity(property):
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(Frozen):
     """One run, K rows of a robot with m cables; row k was sampled at time k * control_step.
 
     Where the scenario's `log.step` thins the log, row k was sampled at k * log_step, the last one at the end of the
@@ -192,6 +201,8 @@ class Run:
     potential = Quantity("potential")
     cable_work = Quantity("cable_work")
     external_work = Quantity("external_work")
+    true_wrench = Quantity("true_wrench")
+    true_room = Quantity("true_room")
 
     def __post_init__(self) -> None:
         """Protect the rows: who edits a result edits a copy."""

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.log.beyond import Beyond
 from cdpr.log.run import Header, Run
-from cdpr.mechanics.reach import EXCEEDED, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
 
@@ -30,8 +30,8 @@ def summarise(run: Run) -> dict[str, Any]:
     sample to the next; a cable that is broken does not count any more. `infeasible_steps` are samples whose wrench no
     tensions within the limits balance, as the solver says; `unanswered_steps` those at which it had no valid answer.
     `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
-    wound faster. All samples are counted. Of a thinned log that stands alone only the rows in it can be: then
-    `samples` is `logged_samples`.
+    wound faster, and where the controller believes the robot to be another, told to pull less or more. All samples are
+    counted. Of a thinned log that stands alone only the rows in it can be: then `samples` is `logged_samples`.
     """
     counted = run.counted
     if counted is None:
@@ -52,6 +52,12 @@ def summarise(run: Run) -> dict[str, Any]:
     return figures
 
 
+def beyond_of(header: Header) -> Beyond:
+    """Return what counts where the cables of a run leave their limits."""
+    limits = np.array([header.tension_min, header.tension_max])
+    return Beyond(header.layout, header.bounds, limits, header.broken)
+
+
 class Tally:
     """Counts the samples of a run as they come, in pieces of any size, to the same bits.
 
@@ -60,14 +66,14 @@ class Tally:
 
     Attributes:
         count: how many samples were counted.
-        reach: where cables left their lengths and speeds.
+        beyond: where cables left their limits.
     """
 
     def __init__(self, header: Header, samples: int) -> None:
         self._header = header
         self._status = np.empty(samples, np.int8)
         self._squares = np.empty((2, samples))  # of the norms of position and orientation error
-        self.reach = Reach(header.bounds, len(header.cables), header.broken)
+        self.beyond = beyond_of(header)
         self.count = 0
         self._start: Array | None = None  # the first row
         self._before: Array | None = None  # the tensions of the last sample
@@ -83,7 +89,7 @@ class Tally:
     def amend(self, header: Header) -> None:
         """Go by a header in which other cables break, after the samples that were counted."""
         self._header = header
-        self.reach.lose(header.broken)
+        self.beyond.lose(header.broken)
 
     def add(self, rows: Array) -> None:
         """Count the samples that follow, (n, width)."""
@@ -104,7 +110,7 @@ class Tally:
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
             self._look("step", np.abs(np.diff(held, axis=0))[sound[len(sound) - len(held) + 1 :]])
             self._look("cable tension", part.cable_tension[sound])
-            self.reach.add(*map(np.ascontiguousarray, (part.time, part.length, part.rate)))
+            self.beyond.add(rows)
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
@@ -146,9 +152,8 @@ class Tally:
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()
-        if self.reach.any:
-            found = {one.name: one.samples for one in self.reach.told()}
-            figures["beyond_limits_steps"] = {name: found.get(name, 0) for name, *_ in EXCEEDED}
+        if self.beyond.any:
+            figures["beyond_limits_steps"] = self.beyond.counts()
         return figures
 
     def _look(self, name: str, values: Array) -> None:

@@ -30,7 +30,7 @@ Bounds = tuple[tuple[float | None, ...], ...]  # shortest, longest, fastest of e
 class Exceeded:
     """One kind of limit that was left."""
 
-    name: str  # shorter, longer or faster
+    name: str
     words: str
     cables: tuple[int, ...]  # which left it, the worst first
     first: int  # number of the first sample at which one did
@@ -46,7 +46,7 @@ class Exceeded:
         which, digits = names[self.cables[0]], 4
         while digits < DIGITS and float(f"{self.worst:.{digits}g}") == self.limit:
             digits += 1
-        value = f"{'down' if self.name == 'shorter' else 'up'} to {self.worst:.{digits}g}"
+        value = f"{'down' if self.worst < self.limit else 'up'} to {self.worst:.{digits}g}"
         return f"{self.words} than allowed: {which} {value} of {self.limit:g} {self.unit}{more} ({count})"
 
 

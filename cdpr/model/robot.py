@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.model.frozen import Frozen
 from cdpr.model.shapes import Frame, Shape
 
 Array = NDArray[np.float64]
@@ -64,7 +65,7 @@ class Winch:
 
 
 @dataclass(frozen=True, eq=False)
-class Cable:
+class Cable(Frozen):
     """One cable between the frame and the platform.
 
     The optional properties are None where unknown; a cable model that needs one asks for it.
@@ -88,7 +89,7 @@ class Cable:
 
 
 @dataclass(frozen=True, eq=False)
-class Platform:
+class Platform(Frozen):
     """The moving rigid body."""
 
     mass: float  # kg
@@ -104,7 +105,7 @@ class Platform:
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(Frozen):
     """A cable-driven parallel robot: a platform, m cables and the n directions that the cables control."""
 
     name: str

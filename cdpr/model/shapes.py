@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.model.frozen import Frozen
+
 
 @dataclass(frozen=True)
 class Box:
@@ -64,7 +66,7 @@ Shape = Box | Sphere | Cylinder | Mesh
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(Frozen):
     """The frame that carries the cables' exits."""
 
     edges: NDArray[np.float64]  # (k, 6): two ends each, m, world

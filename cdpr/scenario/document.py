@@ -60,10 +60,16 @@ class Document:
         return self.keys.get(path) or self.mark(path)
 
     def put(self, path: Path, value: Any, mark: Mark) -> None:
-        """Set the value at `path`, whose parent exists."""
+        """Set the value at `path`, whose parent exists.
+
+        A list stands from then on where its item was set: what is wrong with it as a whole came from there.
+        """
         self._forget(path, self.get(path))
         self.get(path[:-1])[path[-1]] = value
         self.keys[path] = self.values[path] = mark
+        while isinstance(path[-1], int):
+            path = path[:-1]
+            self.values[path] = mark
 
     def drop(self, path: Path) -> None:
         """Remove the key at `path`."""

@@ -112,6 +112,9 @@ def apply(document: Document, change: Change, problems: Problems) -> None:
         if i == len(change.path) - 1:
             document.put(path, change.value, change.mark)
         elif isinstance(node, dict) and node.get(str(key)) is None:
+            if str(item := change.path[i + 1]).isdecimal():
+                problems.add(change.mark, path, f"there is no item [{item}]: no list is given here")
+                return
             document.put(path, {}, change.mark)
         node = node[key]
 

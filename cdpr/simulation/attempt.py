@@ -27,7 +27,8 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.mechanics.reach import Reach
+from cdpr.log.summary import beyond_of
+from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
@@ -188,7 +189,7 @@ class Attempt:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
             events += tension_events(self.recorder.status, self.header.control_step, self.parts)
-            events += limit_events(self._reach(rows), self.header)
+            events += limit_events(self._exceeded(rows), self.header)
             events += self.session.told(samples)
             if self.folder is not None and self.session:
                 try:
@@ -235,16 +236,14 @@ class Attempt:
             counted=counted,
         ), error
 
-    def _reach(self, rows: Array | LogRows) -> Reach:
-        """Where cables left their limits, of all samples."""
+    def _exceeded(self, rows: Array | LogRows) -> list[Exceeded]:
+        """Which limits cables left, of all samples."""
         assert self.recorder is not None
         if self.recorder.tally is not None:
-            return self.recorder.tally.reach
-        header, columns = self.header, self.header.layout.columns
-        reach = Reach(header.bounds, len(header.cables), header.broken)
-        length, rate = (np.ascontiguousarray(rows[:, columns[name]]) for name in ("length", "rate"))
-        reach.add(np.ascontiguousarray(rows[:, columns["time"]][:, 0]), length, rate)
-        return reach
+            return self.recorder.tally.beyond.told()
+        beyond = beyond_of(self.header)
+        beyond.add(np.asarray(rows))
+        return beyond.told()
 
 
 def _moving(events: Sequence[ScenarioEvent]) -> list[int]:

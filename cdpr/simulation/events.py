@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cdpr.log.event import Event
 from cdpr.log.run import Header
-from cdpr.mechanics.reach import Reach
+from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.parts import Parts
@@ -49,9 +49,9 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts) -> li
     return events
 
 
-def limit_events(reach: Reach, header: Header) -> list[Event]:
+def limit_events(exceeded: Sequence[Exceeded], header: Header) -> list[Event]:
     """One event for each kind of limit that cables left."""
-    return [Event(one.first * header.control_step, "limit", one.text(header.cables)) for one in reach.told()]
+    return [Event(one.first * header.control_step, "limit", one.text(header.cables)) for one in exceeded]
 
 
 def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:

@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Where the external wrench (6,) stands: N and N m at the platform's origin, world axes, live."""
+
+    row: Array  # in the present sample
+    plant: Array  # in the backend
 
 
 @kernel

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from time import monotonic
 from typing import Any
 
 import numpy as np
 
-from cdpr.cables.lines import lines
-from cdpr.errors import BackendDied, BeyondLimits, Diverged, Infeasible, PluginError, SimulationStopped
-from cdpr.log.layout import Layout
-from cdpr.mechanics.reach import Reach, bounds_of
-from cdpr.model import Robot
+from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, SimulationStopped
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
-from cdpr.scenario.events import ScenarioEvent, broken
-from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import FAULTS, NO_LENGTH, acceleration_bounds, believe, exert, observe, without_length
+from cdpr.scenario.events import ScenarioEvent
+from cdpr.simulation.faults import told
+from cdpr.simulation.loads import Loads
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
+from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.command import CommandStage
-from cdpr.tension.stage import TensionStage
+from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
@@ -66,55 +61,20 @@ class Loop:
         self.count, self.last, self.time, self.due = 0, 0, 0.0, 0
         self.decide: Callable[..., None]
         self.advance: Callable[[], None]
-        robot, backend = parts.robot, parts.backend
-        layout = Layout(robot.m, parts.ideal_cables, parts.columns)
-        self.layout, self.row = layout, np.zeros(layout.width)
-        hand_out(layout, self.row, {"backend": backend, "controller": parts.controller, "solver": parts.solver})
-        self._outside: dict[Output, tuple[TensionStage | CommandStage, Array, Callable[[], None]]] = {}
-        view = self.view
-        self.state = view("position", "angular_velocity")
-        self.desired = view("desired_position", "desired_angular_acceleration")
+        self.present = present = Sample(parts)
+        self.layout, self.row = present.layout, present.row
+        self.state, self.desired = present.state, present.desired
+        self.wrench, self.tension, self.W = present.live.wrench, present.live.tension, present.live.W
         # What the controller sees of them it cannot change.
         self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
-        self.status = layout.columns["status"].start
-        self.wrench = view("wrench")
-        self.tension = view("tension")
-        W = self.W = np.zeros((6, robot.m))
-        self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         self.sample = parts.trajectory.sampler(self.desired)
-        self.report = view("status", "at_limit")
-        parts.controller.connect(self.report)
-        parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
+        self._outside: dict[Output, tuple[TensionStage | CommandStage, Array, Callable[[], None]]] = {}
         self.stage = self._stage(parts.output)
         self.out = self._written(self.stage)
-        self.schedule = Schedule(
-            parts.events,
-            parts.control_step,
-            robot,
-            self.stage,
-            self.tension,
-            self.wrench,
-            view("status"),
-            view("external"),
-            backend.external,
-            parts.settings,
-        )
-        bounds = acceleration_bounds(robot, backend.gravity)
-        plant = (bounds, backend.highest, backend.external, backend.state)
-        energies = view("kinetic", "external_work")
-        results = (self.state, self.true_W, view("length"), view("rate"), energies)
-        body = (lines(robot), robot.inertial, backend.gravity)
-        self.observe: Callable[[], int] = partial(observe, *body, parts.control_step, *plant, *results)
-        self.observe_start: Callable[[], int] = partial(observe, *body, 0.0, *plant, *results)  # no time has passed
-        if not parts.ideal_cables:
-            self._add_winches(energies[2:3])
-        if parts.believed is not None:
-            self._add_belief(parts.believed)
+        loads = Loads(present.view("external"), parts.backend.external)
+        self.schedule = Schedule(parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings)
+        self.observe, self.observe_start = present.looking(parts.control_step), present.looking(0.0)
         self.distribute = self._through(self.stage)
-
-    def view(self, first: str, last: str | None = None) -> Array:
-        """Return the present sample's columns from the field `first` to `last`, live."""
-        return self.row[self.layout.span(first, last or first)]
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -133,7 +93,7 @@ class Loop:
                     f"the controller wrote no {parts.output}: `control` must write into the array it is given"
                 )
             self.stage.distribute()
-            if self.row[self.status] not in ANSWERS and not self.stage.answered:
+            if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
                 raise PluginError(
                     f"solver '{parts.solver_name}' wrote no tensions, or NaN: `solve` must write "
                     "into the array it is given"
@@ -313,7 +273,7 @@ class Loop:
         Raises PluginError where a part of the loop cannot take one.
         """
         parts, backend = self.parts, self.parts.backend
-        live = save((self.row, self.W, self.true_W, backend.command, backend.external))
+        live = save((self.row, self.W, self.present.true_W, backend.command, backend.external))
         own = [part.snapshot() for part in (backend, parts.controller, parts.solver, self.stage, self.schedule)]
         return Moment(self.count, self.time, self.due, live, own)
 
@@ -323,18 +283,16 @@ class Loop:
         owners = (backend, parts.controller, parts.solver, self.stage, self.schedule)
         for part, taken in zip(owners, snapshot.own, strict=True):
             part.restore(taken)
-        put_back(snapshot.live, (self.row, self.W, self.true_W, backend.command, backend.external))
+        put_back(snapshot.live, (self.row, self.W, self.present.true_W, backend.command, backend.external))
         self.count, self.time, self.due = snapshot.count, snapshot.time, snapshot.due
 
     def _stage(self, output: Output) -> TensionStage | CommandStage:
-        """Make what takes the output of a controller; a second one shares limits and held cables with the first."""
-        parts, live = self.parts, (self.W, self.wrench, self.tension, self.report)
-        first: TensionStage | CommandStage | None = getattr(self, "stage", None)
-        shared = (None, None) if first is None else (first.limits, first.held)
+        """Make what takes the output of a controller; all share the cables."""
+        parts = self.parts
         if output == "command":
-            return CommandStage(parts.controlled, parts.policy, *live, *shared)
-        solve, name = parts.solver.solve, parts.solver_name
-        return TensionStage(parts.controlled, solve, name, parts.respects_bounds, parts.policy, *live, *shared)
+            return CommandStage(parts.controlled, parts.policy, self.present.live, self.present.cables)
+        asked = Asked(parts.solver.solve, parts.solver_name, parts.respects_bounds, parts.policy)
+        return TensionStage(parts.controlled, asked, self.present.live, self.present.cables)
 
     def _written(self, stage: TensionStage | CommandStage) -> Array:
         """What is written for a stage: commands (m,) or the wrench (6,)."""
@@ -342,76 +300,7 @@ class Loop:
 
     def _through(self, stage: TensionStage | CommandStage) -> Callable[[], None]:
         """What completes a sample, given what is written for the stage."""
-        distribute = self.schedule.through(stage)
-        if not self.parts.ideal_cables:
-            distribute = self._reading(distribute)
-        if self.parts.believed is not None:
-            distribute = self._exerting(distribute)
-        if self.parts.limits == "stop" and bounds_of(self.parts.robot):
-            distribute = self._within(distribute)
-        return distribute
-
-    def _add_winches(self, cable_work: Array) -> None:
-        """Read the work (1,) that only the plant knows where cables are not ideal."""
-        look, backend = self.observe, self.parts.backend
-
-        def look_and_read() -> int:
-            fault = look()
-            cable_work[0] = backend.cable_work()
-            return fault
-
-        self.observe = look_and_read
-
-    def _add_belief(self, believed: Robot) -> None:
-        """Make W, which the stage works with, that of the believed robot at the true state."""
-        spare = np.zeros(believed.m), np.zeros(believed.m)
-        think = partial(believe, lines(believed), self.state, self.W, *spare)
-
-        def after(look: Callable[[], int]) -> Callable[[], int]:
-            return lambda: look() or think()
-
-        self.observe, self.observe_start = after(self.observe), after(self.observe_start)
-
-    def _exerting(self, distribute: Callable[[], None]) -> Callable[[], None]:
-        """Write what the cables exert in truth, too."""
-        tension = self.tension if self.parts.ideal_cables else self.view("cable_tension")
-        exerted = partial(exert, self.true_W, tension, self.view("true_wrench"))
-
-        def distribute_and_exert() -> None:
-            try:
-                distribute()
-            finally:  # a sample that tells why there are no tensions tells what they do, too
-                exerted()
-
-        return distribute_and_exert
-
-    def _reading(self, distribute: Callable[[], None]) -> Callable[[], None]:
-        """Read the tensions (m,), too, that only the plant knows where cables are not ideal."""
-        backend, tension, cable_tension = self.parts.backend, self.tension, self.view("cable_tension")
-
-        def distribute_and_read() -> None:
-            distribute()
-            backend.command[...] = tension
-            backend.read_tension(cable_tension)
-
-        return distribute_and_read
-
-    def _within(self, distribute: Callable[[], None]) -> Callable[[], None]:
-        """End the run at the first sample at which a cable leaves its limits."""
-        robot, length, rate, time = self.parts.robot, self.view("length")[None], self.view("rate")[None], self.row[:1]
-        bounds, names = bounds_of(robot), [cable.name for cable in robot.cables]
-        limited = bounds, robot.m, broken(self.parts.events, names, self.parts.control_step)
-        reach = Reach(*limited)
-
-        def distribute_within() -> None:
-            distribute()
-            if reach.add(time, length, rate):
-                here = Reach(*limited)
-                here.add(time, length, rate)
-                told = "; ".join(one.text(names) for one in here.told())
-                raise BeyondLimits(f"{told}; the scenario says limits: stop")
-
-        return distribute_within
+        return self.present.completing(self.schedule.through(stage), self.parts.events)
 
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state
@@ -419,13 +308,7 @@ class Loop:
 
     def _check(self, fault: int) -> None:
         if fault:
-            state = self.parts.backend.state
-            why = without_length(self.parts.robot, state) if fault == NO_LENGTH else ""
-            raise Diverged(
-                f"{FAULTS[fault]}{why} (position {_brief(state[:3])} m, velocity {_brief(state[7:10])} m/s, "
-                f"angular velocity {_brief(state[10:])} rad/s)"
-            )
-
-
-def _brief(values: Array) -> str:
-    return "[" + ", ".join(f"{value:.4g}" if math.isfinite(value) else str(value) for value in values) + "]"
+            parts, k = self.parts, self.count
+            state = self.layout.span("position", "angular_velocity")
+            before = self._rows[(k - 1) % len(self._rows), state] if k else None
+            raise Diverged(told(fault, parts.robot, parts.believed, parts.backend.state, before, parts.control_step))

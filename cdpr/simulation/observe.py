@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +15,7 @@ from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
-from cdpr.model.rotations import matrix
+from cdpr.simulation.faults import LENGTH_MIN, NO_LENGTH, NO_LENGTH_BELIEVED, NOT_FINITE
 
 # Faster than any cable robot by two orders: whoever gets there has diverged.
 SPEED_MAX = 1e3  # m/s
@@ -25,19 +28,6 @@ NORM_TOLERANCE = 1e-6
 # factor, for schemes that do not know the velocity in between; plus what round-off and attitude maps leave.
 JUMP_FACTOR = 2.0
 JUMP_SPEED = 1e-6  # m/s and rad/s
-
-LENGTH_MIN = 1e-9  # m; the direction of a shorter cable is rounding
-
-NO_LENGTH = 5
-
-FAULTS = {
-    1: "the state is not finite",
-    2: "the attitude quaternion is not of unit length",
-    3: "the platform moves absurdly fast",
-    4: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
-    NO_LENGTH: "a cable has no length",
-    6: "a cable has no length where the controller believes its ends to be",
-}
 
 
 def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
@@ -56,12 +46,41 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
     return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio])
 
 
-def without_length(robot: Robot, state: Array) -> str:
-    """Tell which cables' exits stand in their way at a state (13,), and how; "" where none does."""
-    tips = state[:3] + robot.anchors[:, 3:] @ matrix(state[3:7]).T
-    ways = zip(robot.cables, tips, strict=True)
-    told = [(one.name, one.exit.obstacle(one.frame.tolist(), tip.tolist())) for one, tip in ways if one.exit]
-    return "".join(f": of '{name}' {why}" for name, why in told if why)
+class Body(NamedTuple):
+    """What moves, of a robot with m cables."""
+
+    lines: Array  # as `cdpr.cables.lines` says
+    inertial: Array  # (13,), as `Robot.inertial`
+    gravity: Array  # (3,), m/s^2
+    bounds: Array  # (6,), as `acceleration_bounds` says
+
+
+class Plant(NamedTuple):
+    """What a backend shows, live."""
+
+    state: Array  # (13,)
+    external: Array  # (6,), what acted in the control period before, N and N m
+    highest: Array  # (m,), N, no tension was above it; with ideal cables it is what they had
+
+
+class Seen(NamedTuple):
+    """What is computed from it, in the present sample."""
+
+    state: Array  # (13,)
+    W: Array  # (6, m)
+    length: Array  # (m,), m
+    rate: Array  # (m,), m/s
+    energies: Array  # (4,), J: kinetic, potential, and the works so far of ideal cables and of the external wrench
+
+
+def observing(body: Body, plant: Plant, seen: Seen, period: float) -> Callable[[], int]:
+    """Return what writes what is `seen` of the plant, and returns 0 or a key of FAULTS.
+
+    State and lengths in it are before those of one control `period` (s) ago. A tension that is held does exactly
+    tension times shortening; a period of 0 sets the works to 0. (To take bundles apart anew costs a kernel five times
+    what this one costs: it takes their arrays.)
+    """
+    return partial(observe, *body, *plant, *seen, period)
 
 
 @kernel
@@ -69,29 +88,22 @@ def observe(
     lines: Array,
     inertial: Array,
     gravity: Array,
-    period: float,
     bounds: Array,
-    highest: Array,
-    external: Array,
     live: Array,
+    external: Array,
+    highest: Array,
     state: Array,
     W: Array,
     length: Array,
     rate: Array,
     energies: Array,
+    period: float,
 ) -> int:
-    """Write wrench matrix (6, m), lengths and rates (m,) at the state `live` (13,); return 0 or a key of FAULTS.
-
-    `state` (13,) and `length` hold those of one control `period` (s) ago, `state` becomes a copy of `live`; `bounds`
-    are as `acceleration_bounds` says; `external` (6,) acted in between, and no tension above `highest` (m,), which with
-    ideal cables is what they had. `energies` (4,) becomes kinetic and potential energy, and the work so far of ideal
-    cables and external wrench, J: a tension that is held does exactly tension times shortening. A period of 0 sets the
-    works to 0.
-    """
+    """Do what `observing` says; the arrays are those of `Body`, `Plant` and `Seen`, in their order."""
     fault = 0
     for i in range(13):
         if not math.isfinite(live[i]):
-            fault = 1
+            fault = NOT_FINITE
     if fault == 0:
         q = quaternion(live, 3)
         if abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) > NORM_TOLERANCE:
@@ -145,7 +157,7 @@ def believe(lines: Array, state: Array, W: Array, length: Array, rate: Array) ->
     cable_geometry(lines, state, W, length, rate)
     for i in range(length.shape[0]):
         if not length[i] > LENGTH_MIN:
-            return 6
+            return NO_LENGTH_BELIEVED
     return 0
 
 

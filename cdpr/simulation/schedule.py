@@ -11,9 +11,8 @@ import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.model import Robot
-from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
-from cdpr.simulation.loads import write_loads
+from cdpr.simulation.loads import Loads, write_loads
 from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import TensionStage
@@ -28,13 +27,18 @@ class Schedule:
     """Changes the plant and the tension stage at the samples at which something happens.
 
     A fault acts on the plant through the tension that the stage imposes after it has distributed; the distribution
-    learns of it by limits that lock the cable. tension (m,), wrench (6,), status (1,) and external (6,) are those of
-    the present row, `push` (6,) is the backend's external wrench; `settings` are the options that events may change,
-    None where no controller takes part.
+    learns of it by limits that lock the cable.
+
+    Args:
+        events: what is to happen.
+        step: control period, s.
+        robot: whose cables they name.
+        stage: what distributes; its live arrays are those of the present sample.
+        loads: where external wrenches act.
+        settings: the options that events may change, None where no controller takes part.
 
     Attributes:
         distribute: what the loop calls in place of the stage's own.
-
     """
 
     def __init__(
@@ -43,20 +47,16 @@ class Schedule:
         step: float,
         robot: Robot,
         stage: TensionStage | CommandStage,
-        tension: Array,
-        wrench: Array,
-        status: Array,
-        external: Array,
-        push: Array,
+        loads: Loads,
         settings: Settings | None = None,
     ) -> None:
         self._stage, self._step = stage, step
         self._settings = settings
-        self._tension, self._wrench, self._status, self._external, self._push = tension, wrench, status, external, push
-        self._limits = stage.limits.copy()
+        self._loads = loads
+        self._first = stage.cables.copy()
         self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
-        self._loads = np.zeros((0, 10))
+        self._swings = np.zeros((0, 10))
         self._todo: dict[int, list[Action]]
         self.plan(events)
 
@@ -65,14 +65,14 @@ class Schedule:
         step = self._step
         swings = [swing for event in events if (swing := event.swing(step)) is not None]
         rows = [(swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude) for swing in swings]
-        acted, self._loads = len(self._loads) > 0, np.array(rows, dtype=float).reshape(-1, 10)
+        acted, self._swings = len(self._swings) > 0, np.array(rows, dtype=float).reshape(-1, 10)
         if acted and not rows:
-            self._push[:] = self._external[:] = 0.0
+            self._loads.plant[:] = self._loads.row[:] = 0.0
         todo = [(time, partial(do, self)) for event in events for time, do in event.actions(step)]
         self._todo = {}
         for time, do in sorted(todo, key=lambda row: row[0]):
             self._todo.setdefault(first_sample(time, step), []).append(do)
-        changes = self._loads[:, :2].ravel()
+        changes = self._swings[:, :2].ravel()
         self._due = sorted({*self._todo, *(int(k) for k in changes[np.isfinite(changes)])})
         self._overrides = any(event.overrides for event in events)
         self.distribute = self.through(self._stage)
@@ -83,35 +83,33 @@ class Schedule:
 
     def snapshot(self) -> object:
         """Return what has happened to cables, power and options so far."""
-        limits, held, locked = self._stage.limits.copy(), self._stage.held.copy(), self._locked.copy()
         settings = None if self._settings is None else self._settings.snapshot()
-        return self._imposing, self._power, limits, held, locked, settings
+        return self._imposing, self._power, self._stage.cables.copy(), self._locked.copy(), settings
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        *rest, settings = snapshot
-        self._imposing, self._power, self._stage.limits[:], self._stage.held[:], self._locked[:] = rest
+        self._imposing, self._power, cables, self._locked[:], settings = snapshot
+        self._stage.cables.put(cables)
         if self._settings is not None:
             self._settings.restore(settings)
 
     def begin(self) -> int:
         """Put everything back; return the sample at which `act` is due, or NEVER."""
         self._imposing, self._power = False, True
-        self._stage.limits[:] = self._limits
-        self._stage.held[:] = np.nan
+        self._stage.cables.put(self._first)
         self._locked[:] = False
         if self._settings is not None:
             self._settings.reset()
-        if len(self._loads):
-            self._push[:] = 0.0
-        self._external[:] = self._push
+        if len(self._swings):
+            self._loads.plant[:] = 0.0
+        self._loads.row[:] = self._loads.plant
         return self._due[0] if self._due else NEVER
 
     def warm_up(self) -> None:
         """Call what only events need, so that it does not compile in the loop."""
         if self._due:
             self._stage.impose()
-            write_loads(self._loads, 0, self._external)
+            write_loads(self._swings, 0, self._loads.row)
 
     def act(self, k: int) -> int:
         """Let happen what is due at sample k, before it is computed; return the sample that is due next."""
@@ -128,9 +126,9 @@ class Schedule:
     def push(self, k: int) -> int:
         """Write the external wrench of sample k; return the sample that is due next."""
         swinging = False
-        if len(self._loads):
-            swinging = write_loads(self._loads, k, self._external)
-            self._push[:] = self._external
+        if len(self._swings):
+            swinging = write_loads(self._swings, k, self._loads.row)
+            self._loads.plant[:] = self._loads.row
         if swinging:
             return k + 1
         following = bisect_right(self._due, k)
@@ -139,26 +137,27 @@ class Schedule:
     def hold(self, cable: str, tension: float | None) -> None:
         """From now on a cable has this tension (N), where None is given that of the sample before."""
         at = self._cables[cable]
-        self._stage.held[at] = self._tension[at] if tension is None else tension
+        self._stage.cables.held[at] = self._stage.live.tension[at] if tension is None else tension
         self._imposing = True
 
     def lock(self, cable: str) -> None:
         """The distribution learns which tension a cable is held at."""
         at = self._cables[cable]
-        self._stage.limits[:, at] = self._stage.held[at]
+        self._stage.cables.limits[:, at] = self._stage.cables.held[at]
         self._locked[at] = True
 
     def limit(self, cable: str | None, low: float | None, high: float | None) -> None:
         """Change the limits (N) of one cable or all, but not of those that the distribution knows to be held."""
         at = slice(None) if cable is None else self._cables[cable]
-        free = ~self._locked[at]
-        for row, value in zip(self._stage.limits[:, at], (low, high), strict=True):
-            if value is not None:
-                row[free] = value
+        cables, free = self._stage.cables, ~self._locked[at]
+        for limits in (cables.limits, cables.true_limits):
+            for row, value in zip(limits[:, at], (low, high), strict=True):
+                if value is not None:
+                    row[free] = value
 
     def cut_power(self) -> None:
         """The power fails: only jammed cables keep their tension."""
-        held = self._stage.held
+        held = self._stage.cables.held
         held[np.isnan(held)] = 0.0
         self._power, self._imposing = False, True
 
@@ -171,7 +170,7 @@ class Schedule:
         if self._power:
             stage.distribute()
         else:  # nothing is asked of the cables any more
-            self._wrench[:] = self._status[:] = 0.0
+            stage.live.wrench[:] = stage.live.status[:] = 0.0
         if self._imposing:
             stage.impose()
 

@@ -13,6 +13,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, hold, newton, room
 from cdpr.tension.policy import Policy
+from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
 BEYOND = "the controller's command is beyond the tension limits"
@@ -22,41 +23,33 @@ class CommandStage:
     """Turns a controller's commands into tensions, once per control step, without distributing anything.
 
     Args:
-        robot: gives the limits.
+        robot: gives the limits, unless `cables` does.
         policy: `stop` ends the run at a command beyond the limits; otherwise it is clipped and counted, with the
             status NOT_FOUND: the controller's answer failed the check.
-        W: (6, m) wrench matrix, live.
-        wrench: (6,) result: what the cables exert, W @ tension.
-        tension: (m,) result, N.
-        report: (4,) result: status, residual (always 0 N: no wrench was wanted), margin (N), cables at a limit.
-        limits: (2, m) lower and upper limits, N, live; the robot's unless given.
-        held: (m,) tensions, N, that `impose` gives the cables whatever was commanded; NaN for those that are free, all
-            unless given.
+        live: of the present sample; wrench (what the cables exert, W @ tension), tension and report are results, and
+            the residual is always 0 N: no wrench was wanted.
+        cables: what is allowed and imposed; the robot's limits, and all cables free, unless given.
 
     Attributes:
         command: (m,) where the controller writes, N. What it says to a locked cable, whose limits are equal, does not
             matter.
-        limits, held: as given.
+        live, cables: as given.
     """
 
     def __init__(
         self,
         robot: Robot,
         policy: Policy,
-        W: Array,
-        wrench: Array,
-        tension: Array,
-        report: Array,
-        limits: Array | None = None,
-        held: Array | None = None,
+        live: Present,
+        cables: Cables | None = None,
     ) -> None:
         self.command = np.zeros(robot.m)
         self._stop = policy == "stop"
-        self.limits = np.array([robot.tension_min, robot.tension_max]) if limits is None else limits
-        self.held = np.full(robot.m, np.nan) if held is None else held
-        result = (self.limits, W, tension, wrench, report)
+        self.live = live
+        self.cables = cables = cables or Cables.of(robot)
+        result = (cables.limits, live.W, live.tension, live.wrench, live.report)
         self._take = partial(take, self.command, *result)
-        self._impose = partial(impose, self.held, *result)
+        self._impose = partial(impose, cables.held, *result)
 
     answered = True  # there is no solver to be asked
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -14,6 +15,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.checks import accept, impose, select
 from cdpr.tension.policy import Policy, action, fall_back
+from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status
 
 Solve = Callable[[Array, Array, Array, Array, Array], int]
@@ -26,50 +28,47 @@ MEANING = {
 }
 
 
+@dataclass(frozen=True)
+class Asked:
+    """Who is asked for tensions, and what to do where there is no admissible answer."""
+
+    solve: Solve  # the solver's bound method
+    name: str  # the solver's, for messages
+    respects_bounds: bool = True  # what the solver declares
+    # The nearest wrench within the limits (or, from a solver that respects none, its answer clipped), the previous
+    # tensions, or stop.
+    policy: Policy = "best_effort"
+
+
 class TensionStage:
     """Turns a wrench into tensions, once per control step.
 
     Args:
-        robot: gives the limits, and as its degrees of freedom the directions in which the wrench is to be balanced.
-        solve: the solver's bound method.
-        name: the solver's name, for messages.
-        respects_bounds: what the solver declares.
-        policy: what to do where the solver has no admissible answer: the nearest wrench within the limits (or, from a
-            solver that respects none, its answer clipped), the previous tensions, or stop.
-        W: (6, m) wrench matrix, live. The solver gets the rows of these directions.
-        wrench: (6,) wanted wrench, live; likewise.
-        tension: (m,) result.
-        report: (4,) status, residual (N), margin (N), cables at a limit.
-        limits: (2, m) lower and upper limits, N, live; the robot's unless given.
-        held: (m,) tensions, N, that `impose` gives the cables whatever was distributed; NaN for those that are free,
-            all unless given.
+        robot: gives as its degrees of freedom the directions in which the wrench is to be balanced, and the limits,
+            unless `cables` does.
+        asked: the solver, and what to do where it has no answer.
+        live: of the present sample; tension and report are results. Of W and wrench, the wanted one, the solver gets
+            the rows of these directions.
+        cables: what is allowed and imposed; the robot's limits, and all cables free, unless given.
 
     Attributes:
-        limits, held: as given.
+        live, cables: as given.
         answered: whether the solver has written anything into its answer where it had to be replaced.
     """
 
     def __init__(
         self,
         robot: Robot,
-        solve: Solve,
-        name: str,
-        respects_bounds: bool,
-        policy: Policy,
-        W: Array,
-        wrench: Array,
-        tension: Array,
-        report: Array,
-        limits: Array | None = None,
-        held: Array | None = None,
+        asked: Asked,
+        live: Present,
+        cables: Cables | None = None,
     ) -> None:
-        self._name = name
-        self._stop = policy == "stop"
-        self._tension = tension
+        self._name = asked.name
+        self._stop = asked.policy == "stop"
         self.answered = False
-        if limits is None:
-            limits = np.array([robot.tension_min, robot.tension_max])
-        self.limits = limits
+        self.live = live
+        self.cables = cables = cables or Cables.of(robot)
+        W, wrench, limits = live.W, live.wrench, cables.limits
         rows = robot.rows
         weights = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows]
         self._select = None
@@ -78,15 +77,16 @@ class TensionStage:
             self._select = partial(select, np.array(rows), W, wrench, free_W, free_wrench)
             W, wrench = free_W, free_wrench
         self._answer = answer = np.full(robot.m, np.nan)
-        self.held = np.full(robot.m, np.nan) if held is None else held
         # The solver cannot change what its answer is checked against.
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
-        self._solve = partial(solve, *given, answer)
-        self._accept = partial(accept, W, wrench, weights, limits, answer, tension, report)
-        self._impose = partial(impose, self.held, W, wrench, weights, limits, tension, report)
+        self._solve = partial(asked.solve, *given, answer)
+        result = live.tension, live.report
+        self._accept = partial(accept, W, wrench, weights, limits, answer, *result)
+        self._impose = partial(impose, cables.held, W, wrench, weights, limits, *result)
         spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
-        self._actions = action(policy, True), action(policy, respects_bounds)  # without an answer, and with one
-        self._arguments = (W, wrench, weights, limits, answer, tension, report, spare)
+        # Without an answer, and with one.
+        self._actions = action(asked.policy, True), action(asked.policy, asked.respects_bounds)
+        self._arguments = (W, wrench, weights, limits, answer, *result, spare)
 
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.
@@ -125,7 +125,7 @@ class TensionStage:
 
     def follow(self) -> None:
         """Take the present tensions, which somebody else chose, for its answer of the step before."""
-        self._answer[:] = self._tension
+        self._answer[:] = self.live.tension
 
     def snapshot(self) -> object:
         """Return what future answers depend on beside limits and held cables: the answer before."""
@@ -149,4 +149,4 @@ class TensionStage:
             if status == Status.INFEASIBLE:
                 raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
             raise Unanswered(f"solver '{self._name}' gave no valid answer: {MEANING[status]} (policy stop)")
-        self._answer[:] = self._tension  # what the solver finds as the tensions of the step before
+        self._answer[:] = self.live.tension  # what the solver finds as the tensions of the step before

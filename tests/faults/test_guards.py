@@ -11,9 +11,9 @@ from conftest import ROOT
 import cdpr
 from cdpr.errors import Diverged
 from cdpr.simulation.build import build
+from cdpr.simulation.faults import FAULTS as FAULT_TEXTS
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.observe import FAULTS as FAULT_TEXTS
-from cdpr.simulation.observe import acceleration_bounds, observe
+from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, observing
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 MOVING = 20  # steps; at rest in its initial pose a reset body differs from a sound one by its clock only
@@ -93,7 +93,7 @@ def test_each_fault_is_found_in_its_own_step(backend, fault):
     scenario = cdpr.load_scenario(
         CAROCA, backend=backend, overrides={"simulation.duration": 1.5, "trajectory.duration": 1.5}
     )
-    for when in np.random.default_rng(1).integers(MOVING, 1400, 12):
+    for when in np.random.default_rng(1).integers(MOVING, 1400, 6):
         parts = build(scenario)
         plant = Faulty(parts.backend, fault, when)
         loop = Loop(dataclasses.replace(parts, backend=plant))
@@ -120,10 +120,9 @@ def test_a_cable_without_length_is_found():
     anchors = robot.anchors.copy()
     state = np.concatenate([anchors[0, :3] - anchors[0, 3:], [1, 0, 0, 0], np.zeros(6)])
     W, lengths, rates = np.zeros((6, 8)), np.zeros(8), np.zeros(8)
-    bounds = acceleration_bounds(robot, np.zeros(3))
-    plant = (bounds, np.zeros(8), np.zeros(6), state)
-    results = (state.copy(), W, lengths, rates, np.zeros(4))
-    fault = observe(anchors, robot.inertial, np.zeros(3), 0.0, *plant, *results)
+    body = Body(anchors, robot.inertial, np.zeros(3), acceleration_bounds(robot, np.zeros(3)))
+    seen = Seen(state.copy(), W, lengths, rates, np.zeros(4))
+    fault = observing(body, Plant(state, np.zeros(6), np.zeros(8)), seen, 0.0)()
     assert FAULT_TEXTS[fault] == "a cable has no length"
 
 

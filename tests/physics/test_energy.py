@@ -12,7 +12,7 @@ from plants import installed
 import cdpr
 from cdpr.mechanics.energy import energy, external_work
 from cdpr.model import rotations
-from cdpr.simulation.observe import acceleration_bounds, observe
+from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, observing
 
 FIRST_ORDER = installed("mujoco", "bullet", "dart")
 TILTED = np.array([1.0, -2.0, -9.0])
@@ -77,12 +77,12 @@ def test_works_are_sums_of_exact_parts(offset_robot):
     after[3:7] = before[3:7]
     command, external = rng.uniform(10.0, 90.0, 8), np.concatenate([rng.normal(size=3), np.zeros(3)])
     state, W, length, rate, energies = before.copy(), np.zeros((6, 8)), np.zeros(8), np.zeros(8), np.full(4, 7.0)
-    plant_arrays = (acceleration_bounds(offset_robot, GRAVITY), command, external)
-    results = (state, W, length, rate, energies)
-    observe(offset_robot.anchors, offset_robot.inertial, GRAVITY, 0.0, *plant_arrays, before, *results)
+    body = Body(offset_robot.anchors, offset_robot.inertial, GRAVITY, acceleration_bounds(offset_robot, GRAVITY))
+    seen = Seen(state, W, length, rate, energies)
+    observing(body, Plant(before, external, command), seen, 0.0)()
     assert tuple(energies[2:]) == (0.0, 0.0)
     first = length.copy()
-    observe(offset_robot.anchors, offset_robot.inertial, GRAVITY, 1.0, *plant_arrays, after, *results)
+    observing(body, Plant(after, external, command), seen, 1.0)()
     assert energies[2] == pytest.approx(command @ (first - length), rel=1e-12)
     assert energies[3] == pytest.approx(external[:3] @ (after - before)[:3], rel=1e-12)
 

@@ -15,6 +15,7 @@ from cdpr.errors import Diverged
 from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.plugins import Controller
 from cdpr.report.pages.run import render
+from cdpr.report.text.reservations import reservations
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build
 from cdpr.tension import Status
@@ -46,9 +47,11 @@ def test_to_believe_the_truth_changes_no_bit(file, controller):
     run = cdpr.simulate(file, controller=controller, overrides={**SHORT, "believed": {}})
     width = plain.rows.shape[1]
     assert np.ascontiguousarray(run.rows[:, :width]).tobytes() == plain.rows.tobytes()
-    assert run.rows.shape[1] == width + 6
+    assert run.rows.shape[1] == width + 6 + plain.tension.shape[1]
     assert (plain.header.believed, run.header.believed) == ("", "the robot as it is")
-    assert "true_wrench" not in plain.header.layout.fields
+    assert np.array_equal(run.true_wrench, run["true_wrench"])
+    with pytest.raises(AttributeError, match="recorded only where the scenario says `believed`"):
+        _ = plain.true_wrench
     assert "believed" not in plain.header.to_dict()
 
 
@@ -168,7 +171,9 @@ def test_a_believed_cable_without_length_ends_the_run():
     fall = {"controller.kp": 0, "controller.kd": 0, "world.gravity": [0, 0, 0], "simulation.control_step": 0.01}
     duration = {"simulation.duration": 0.1, "simulation.physics_step": 0.01, "solver.infeasible": "hold_tension"}
     slack = {"robot.tension.min": 0, "solver.type": "pseudo_inverse", "robot.unilateral": False}
-    with pytest.raises(Diverged, match="no length where the controller believes its ends to be"):
+    with pytest.raises(
+        Diverged, match="where the controller believes its ends to be: of 'cable_1' its ends lie in one point"
+    ):
         cdpr.simulate(CAROCA, overrides={**motion, **fall, **duration, **slack, **changes})
 
 
@@ -229,3 +234,52 @@ def test_an_exported_plant_is_the_true_one(tmp_path, monkeypatch):
     for name, changes in (("true", ()), ("believed", ("--set", "believed.platform.mass=140"))):
         cdpr_here("fmu", "export", CAROCA, *changes, "-o", f"{name}.fmu", "--source-only")
     assert (tmp_path / "true.fmu").read_bytes() == (tmp_path / "believed.fmu").read_bytes()
+
+
+# caroca's cables hold the platform with up to 457 N: more than some may, which the controller does not know.
+WEAK = {**SHORT, "robot.tension.max": 400, "believed.tension.max": 10000}
+
+
+def test_commands_beyond_the_true_limits_are_counted_and_told():
+    run = cdpr.simulate(CAROCA, overrides=WEAK)
+    beyond = run["tension"] > 400.0
+    assert beyond.any(axis=1).all()
+    assert not beyond.all()
+    assert run.summary()["beyond_limits_steps"] == {"slacker": 0, "tighter": 101}
+    assert np.array_equal(run["true_room"], np.minimum(run.tension - 50.0, 400.0 - run.tension))
+    worst = run.header.cables[int(run.tension.max(axis=0).argmax())]
+    told = f"cables told to pull more than allowed: {worst} up to {run.tension.max():.4g} of 400 N, and "
+    assert next(event.text for event in run.events if event.kind == "limit").startswith(told)
+    assert list(reservations(run)) == ["101 of 101 samples had cables told to pull more than allowed"]
+
+
+def test_so_they_are_of_a_log_that_is_thinned_and_on_disk(tmp_path):
+    run = cdpr.simulate(CAROCA, overrides={**WEAK, "log.step": 0.01}, out=tmp_path / "run")
+    assert len(run.rows) == 11
+    assert run.summary()["beyond_limits_steps"] == {"slacker": 0, "tighter": 101}
+
+
+def test_limits_stop_where_they_are_left(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = (f"--set={key}={value}" for key, value in (WEAK | {"limits": "stop"}).items())
+    done = cdpr_here("run", CAROCA, *given, "--out", "run", "--no-report", code=4)
+    assert "t = 0 s: cables told to pull more than allowed: " in done.stderr
+    assert cdpr.load_run("run").status == "beyond_limits"
+
+
+def test_what_broke_or_what_an_event_allows_is_not_beyond():
+    looser = {"type": "limits", "time": 0.02, "max": 500}
+    cut = {"type": "cable_break", "time": 0.05, "cable": 1}
+    run = cdpr.simulate(CAROCA, overrides={**WEAK, "events": [looser, cut]})
+    assert run.summary()["beyond_limits_steps"]["tighter"] == 20
+    assert np.isnan(run["true_room"][50:, 0]).all()
+    assert run.summary()["beyond_limits_steps"]["slacker"] == 0
+    with cdpr.Simulation(CAROCA, overrides=WEAK) as sim:
+        sim.limits(max=500)
+        here = sim.snapshot()
+        sim.step(3)
+        sim.limits(max=9000)
+        sim.restore(here)
+        while not sim.done:
+            sim.step()
+        assert sim.run().summary()["beyond_limits_steps"]["tighter"] == 0

@@ -16,7 +16,7 @@ from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
 from cdpr.cli import cli
-from cdpr.columns import CABLES, FIRST, TOPICS, WINCHED, Column
+from cdpr.columns import BELIEVED, CABLES, FIRST, LATER, TOPICS, WINCHED, Column
 from cdpr.errors import LogError, PluginError
 from cdpr.lazy import LATE, late
 from cdpr.log.export import column_names, export
@@ -96,7 +96,8 @@ def test_every_column_is_an_attribute_of_a_run_with_the_words_of_the_table():
         assert same_bits(value, run[column.name])
         assert value.shape == ((4,) if column.width == 1 else (4, column.width or 3))
     assert {column.name for column in WINCHED} == {"cable_tension"}
-    assert isinstance(Run.cable_tension, property)
+    for column in (*WINCHED, *BELIEVED, *LATER):
+        assert isinstance(getattr(Run, column.name), property)
 
 
 def test_every_column_has_a_place_in_a_message_that_has_it():

@@ -17,6 +17,7 @@ from cdpr.simulation.build import build
 from cdpr.simulation.loop import Loop
 from cdpr.tension import Status
 from cdpr.tension.command import CommandStage
+from cdpr.tension.present import Present
 from cdpr_controllers import CableLengthOptions
 from cdpr_controllers.cable_length import CableLength
 
@@ -32,7 +33,7 @@ class Bench:
         self.robot = make_robot(crossed_box(np.random.default_rng(0), 8), limits=(LOW, HIGH))
         self.W = kinematics.wrench_matrix(self.robot, kinematics.make_state([0, 0, 2.0]))
         self.wrench, self.tension, self.report = np.full(6, np.nan), np.zeros(8), np.full(4, np.nan)
-        self.stage = CommandStage(self.robot, policy, self.W, self.wrench, self.tension, self.report)
+        self.stage = CommandStage(self.robot, policy, Present(self.W, self.wrench, self.tension, self.report))
 
 
 def test_commands_within_the_limits_pass_as_they_are():

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
 from cdpr.errors import Diverged, ScenarioError
+from cdpr.simulation.faults import NOT_FINITE, told
 
 PLANAR = str(ROOT / "scenarios" / "planar.yaml")
 WINCHES = str(ROOT / "scenarios" / "winch_fmu.yaml")
@@ -59,6 +61,22 @@ def test_actuators_say_which_models_they_replace_and_what_they_use():
 def test_a_run_into_a_pulley_says_so():
     with pytest.raises(Diverged, match=r"a cable has no length: of 'cable_1' its anchor .* lies within its pulley"):
         cdpr.simulate(PLANAR, backend="mujoco", overrides={**IN_THE_WAY, **INTO})
+
+
+@pytest.mark.parametrize("period", [0.001, 0.05])
+def test_so_does_one_in_which_a_stage_between_two_samples_is_the_first_to_meet_it(period):
+    into = (
+        r"^t = 0.7\d+ s: the state is not finite; a cable has no length where the platform was going: of 'cable_1' its "
+    )
+    with pytest.raises(Diverged, match=into + r"anchor .* lies within its pulley \(the sample before: position \[-1.3"):
+        cdpr.simulate(PLANAR, overrides={**IN_THE_WAY, **INTO, "simulation.control_step": period})
+
+
+def test_a_state_that_is_not_finite_names_no_cable_that_is_not_in_the_way():
+    robot = cdpr.load_robot(ROOT / "scenarios" / "robots" / "cogiro_pulleys.yaml")
+    before = np.concatenate([robot.home, [0.1, 0, 0, 0, 0, 0.1]])
+    text = told(NOT_FINITE, robot, None, np.full(13, np.nan), before, 0.001)
+    assert text.startswith("the state is not finite (the sample before: position [0, 0, ")
 
 
 def test_a_motion_into_a_pulley_is_told_before_the_run():

@@ -135,7 +135,12 @@ def test_what_is_wrong_is_said_where_it_stands(event, key, text):
         (
             ["{type: limits, time: 1, min: 60}", "{type: limits, time: 1, cable: 2, min: 70}"],
             "events[1]",
-            "min of cable 'cable_2' is set twice at 1 s",
+            "min of cable 'cable_2' becomes 70 N, and 60 N (of all cables) by another event at the same time, 1 s",
+        ),
+        (
+            ["{type: limits, time: 1, cable: 2, max: 700}", "{type: limits, time: 1, cable: cable_2, max: 800}"],
+            "events[1]",
+            "max of cable 'cable_2' becomes 800 N, and 700 N (of cable 'cable_2') by another event at",
         ),
         (
             ["{type: limits, time: 1, min: 900}", "{type: limits, time: 2, max: 800}"],
@@ -158,6 +163,11 @@ def test_events_that_contradict_each_other(events, key, text):
     line = problem(with_events(*events))
     assert f" {key}: " in line
     assert text in line
+
+
+def test_limits_of_different_cables_may_change_at_one_time():
+    events = ["{type: limits, time: 1, cable: 1, max: 800}", "{type: limits, time: 1, cable: 2, max: 700}"]
+    assert len(load(with_events(*events, "{type: limits, time: 1, cable: 1, min: 60}")).events) == 3
 
 
 def test_a_jammed_cable_may_break_and_loads_may_overlap():

@@ -220,3 +220,26 @@ def test_a_robot_on_its_own_takes_them_too():
     assert load_robot("r.yaml", text=ROBOT, overrides=["platform.mass=3"]).platform.mass == 3
     with pytest.raises(ScenarioError, match=r"^--set platform.mas=3: platform.mas: unknown key 'mas'"):
         load_robot("r.yaml", text=ROBOT, overrides=["platform.mas=3"])
+
+
+@pytest.mark.parametrize(
+    ("override", "rest"),
+    [
+        ("robot.platform.inertia[1]=-3", "robot.platform.inertia: no rigid body has this inertia"),
+        ("robot.platform.inertia.1=-3", "robot.platform.inertia: no rigid body has this inertia"),
+        ("robot.dof[0]=y", "robot.dof: each of x, y, z, rx, ry, rz at most once"),
+        ("trajectory.to.position[0]=1e7", "trajectory.to.position[0]: must lie between"),
+    ],
+)
+def test_what_is_wrong_with_a_list_as_a_whole_stands_where_its_item_was_set(override, rest):
+    assert any(line.startswith(f"--set {override}: {rest}") for line in problems(BASE, override))
+
+
+def test_so_it_does_with_what_is_believed():
+    override = "believed.platform.inertia[1]=-3"
+    assert problem(BASE, override).startswith(f"--set {override}: believed.platform.inertia: no rigid body")
+
+
+def test_an_item_of_a_list_that_is_not_there_is_one_problem():
+    override = "events[0].time=1"
+    assert problem(BASE, override) == f"--set {override}: events: there is no item [0]: no list is given here"

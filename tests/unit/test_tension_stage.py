@@ -11,7 +11,8 @@ from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, accept
-from cdpr.tension.stage import TensionStage
+from cdpr.tension.present import Present
+from cdpr.tension.stage import Asked, TensionStage
 from cdpr_solvers.options import QpOptions
 from cdpr_solvers.qp import MinimumNorm
 
@@ -29,14 +30,8 @@ class Bench:
         self.report = np.full(4, np.nan)
         self.stage = TensionStage(
             self.robot,
-            solve or MinimumNorm(self.robot, QpOptions()).solve,
-            "probe",
-            respects_bounds,
-            policy,
-            self.W,
-            self.wrench,
-            self.tension,
-            self.report,
+            Asked(solve or MinimumNorm(self.robot, QpOptions()).solve, "probe", respects_bounds, policy),
+            Present(self.W, self.wrench, self.tension, self.report),
         )
 
     def distribute(self) -> Status:
@@ -153,7 +148,7 @@ def test_a_solver_cannot_reach_the_recorded_tensions():
 def test_limits_are_live_and_a_locked_cable_has_no_room_to_lose():
     bench = Bench()
     bench.distribute()
-    bench.stage.limits[:, 3] = 77.0
+    bench.stage.cables.limits[:, 3] = 77.0
     bench.distribute()
     assert bench.tension[3] == 77.0
     np.testing.assert_allclose(bench.W @ bench.tension, bench.wrench, atol=1e-9)
@@ -167,7 +162,7 @@ def test_an_answer_that_moves_a_locked_cable_is_refused():
     bench.distribute()
     answer = bench.tension.copy()
     bench = Bench(answering(answer))
-    bench.stage.limits[:, 3] = answer[3] + 1.0
+    bench.stage.cables.limits[:, 3] = answer[3] + 1.0
     assert bench.distribute() == Status.NOT_FOUND
 
 
@@ -177,7 +172,7 @@ def test_held_cables_pull_what_they_pull_and_the_report_says_so():
     answer = bench.tension.copy()
     bench.stage.impose()  # nothing is held: nothing changes
     np.testing.assert_array_equal(bench.tension, answer)
-    bench.stage.held[2] = 0.0
+    bench.stage.cables.held[2] = 0.0
     bench.stage.impose()
     np.testing.assert_array_equal(bench.tension, np.where(np.arange(8) == 2, 0.0, answer))
     scale = np.repeat([1.0, 1.0 / bench.robot.characteristic_length], 3)

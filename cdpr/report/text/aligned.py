@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import math
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from cdpr.errors import printable
+
 WIDTH = 120  # letters in a line
+WIDEST = 100_000  # of a table: what stands in it is told whole
 
 
 def row(name: str, value: str) -> str:
@@ -20,13 +24,36 @@ def wrapped(text: str, indent: int) -> list[str]:
     return textwrap.wrap(text, WIDTH, subsequent_indent=" " * indent)
 
 
-def table(rows: Sequence[Sequence[str]], left: int = 1) -> Iterator[str]:
-    """Yield the rows as lines, the first `left` columns flush left and the others flush right."""
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    for cells in rows:
-        pairs = enumerate(zip(cells, widths, strict=True))
-        line = "  ".join(f"{cell:<{width}}" if i < left else f"{cell:>{width}}" for i, (cell, width) in pairs)
-        yield f"  {line}".rstrip()
+def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", ruled: bool = False) -> Iterator[str]:
+    """Yield the rows as lines, the first `left` columns flush left and the others flush right.
+
+    Nothing wraps, is cut off or coloured, wherever it goes: a table in a file is that on the screen. Letters count as
+    wide as a terminal shows them. A table that is `ruled` has its first row above a rule, a word below the other.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    head, *body = ([Text("\n".join(map(printable, cell.split("\n")))) for cell in row] for row in rows)
+    grid = Table(
+        box=box.SIMPLE_HEAD if ruled else None,
+        show_header=ruled,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 1) if ruled else (0, 2),
+        collapse_padding=True,
+        header_style="none",
+    )
+    for i, title in enumerate(head):
+        above = Text(title.plain.replace(" ", "\n")) if ruled else title
+        grid.add_column(above, justify="left" if i < left else "right", no_wrap=True, vertical="bottom")
+    for cells in body if ruled else (head, *body):
+        grid.add_row(*cells)
+    file = io.StringIO()
+    Console(file=file, width=WIDEST, color_system=None, force_jupyter=False).print(grid, no_wrap=True, crop=False)
+    for line in file.getvalue().splitlines():
+        yield f"{indent}{line}".rstrip()
 
 
 def vector(values: Sequence[float]) -> str:

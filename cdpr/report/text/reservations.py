@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cdpr.log.beyond import KINDS
 from cdpr.log.run import Run
-from cdpr.mechanics.reach import EXCEEDED
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 
@@ -27,7 +27,7 @@ def reservations(run: Run) -> Iterator[str]:
             else f"at {bad} of {total} samples solver {run.header.solver} gave no valid answer"
         )
     beyond = figures.get("beyond_limits_steps", {})
-    for name, words, _ in EXCEEDED:
+    for name, words, _ in KINDS:
         if bad := beyond.get(name):
             yield f"{bad} of {total} samples had {words} than allowed"
 

@@ -71,7 +71,7 @@ class History:
     Attributes:
         unilateral: whether cables cannot push.
         limits: present limits, N, of each cable by name; None where they are not known.
-        set_at: when a cable's `min` or `max` was last changed, s.
+        set_at: when a cable's `min` or `max` was last changed, s, and to what, in words.
         fate: of cables that no longer do what they are told: what has become of them, and when, s.
         stopped: when the robot was stopped, s.
         cables: names of all.
@@ -79,7 +79,7 @@ class History:
 
     unilateral: bool
     limits: dict[str, tuple[float, float]] | None = None
-    set_at: dict[tuple[str, str], float] = field(default_factory=dict)
+    set_at: dict[tuple[str, str], tuple[float, str]] = field(default_factory=dict)
     fate: dict[str, tuple[str, float]] = field(default_factory=dict)
     stopped: float | None = None
     cables: Sequence[str] = ()
@@ -93,12 +93,14 @@ class ScenarioEvent(Kind):
         overrides: whether it gives cables tensions that the distribution did not choose.
         changes_limits: whether it changes tension limits.
         wants_tensions: whether `tell` needs the tensions of its first sample.
+        files: keys that name files.
     """
 
     ideal_cables_only: ClassVar[bool] = False
     overrides: ClassVar[bool] = False
     changes_limits: ClassVar[bool] = False
     wants_tensions: ClassVar[bool] = False
+    files: ClassVar[tuple[str, ...]] = ()
 
     time: NonNegative = Field(
         description="when it happens: it acts from the first sample at or after this time", json_schema_extra=unit("s")

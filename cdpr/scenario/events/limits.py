@@ -56,22 +56,29 @@ class TensionLimits(CableEvent):
     def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
         """Say which limits change."""
         limits = [f"{key} {value:g} N" for key, value in self._given().items()]
-        whose = "all cables" if self.cable is None else f"cable '{self.cable}'"
-        text = f"the tension limits of {whose} become {', '.join(limits)}"
+        text = f"the tension limits of {self._whose()} become {', '.join(limits)}"
         yield Event(first_sample(self.time, step) * step, self.type, text)
+
+    def _whose(self) -> str:
+        return "all cables" if self.cable is None else f"cable '{self.cable}'"
 
     def _given(self) -> dict[str, float]:
         return {key: value for key, value in (("min", self.min), ("max", self.max)) if value is not None}
 
     def _contradiction(self, name: str, history: History, present: dict[str, tuple[float, float]]) -> str:
         """Change the limits of one cable in `present`; return what is wrong with that, if anything."""
-        twice = [key for key in self._given() if history.set_at.get((name, key)) == self.time]
-        history.set_at.update({(name, key): self.time for key in self._given()})
+        twice = ""
+        for key, value in self._given().items():
+            before, other = history.set_at.get((name, key), (-1.0, ""))
+            if before == self.time and not twice:
+                both = f"becomes {exact(value)} N, and {other} by another event at the same time, {exact(before)} s"
+                twice = f"{key} of cable '{name}' {both}: leave one of them out"
+            history.set_at[name, key] = self.time, f"{exact(value)} N (of {self._whose()})"
         low, high = present[name]
         low, high = low if self.min is None else self.min, high if self.max is None else self.max
         present[name] = low, high
         if twice:
-            return f"{twice[0]} of cable '{name}' is set twice at {exact(self.time)} s"
+            return twice
         if history.unilateral and low < 0:
             return f"min must be at least 0 (N), got {exact(low)}: a cable cannot push"
         if low > high or high <= 0:

@@ -11,6 +11,7 @@ import numpy as np
 
 from cdpr import tolerances
 from cdpr.fields import MAX_DISTANCE, MAX_MAGNITUDE
+from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.problems import exact, shown
@@ -41,7 +42,7 @@ class TableError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(Frozen):
     """Contents of a file of K points.
 
     Attributes:
