@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from chromium import FRAMES, browser, executable
+from test_report_cases import CASES
 
 import cdpr
 from cdpr.report.pages.run import write_report
@@ -210,3 +211,26 @@ def test_on_paper_it_has_two_pages_without_yaml(page):
     assert shown == SimpleNamespace(tensions=True, scenario=False, pose=False)
     assert page.locator("#tensions svg[role=img]").is_visible()
     assert not page.locator(".transport").is_visible()
+
+
+ODD = ("infeasible", "diverged", "one row", "two rows", "one cable", "12 cables", "long names", "far limits")
+
+
+@pytest.mark.parametrize("case", ODD)
+def test_odd_runs_play_without_an_error(chromium, tmp_path, case):
+    path = tmp_path / "report.html"
+    write_report(CASES[case](), path)
+    page = chromium.new_page(viewport={"width": 1200, "height": 800})
+    told = []
+    page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: told.append(str(error)))
+    page.goto(path.as_uri())
+    page.wait_for_function(READY)
+    low, high = page.evaluate("cdpr.data.span")
+    for part in (0.25, 0.9, 1.0):
+        seek(page, low + part * (high - low))
+    page.evaluate("cdpr.zoom(cdpr.time, cdpr.time)")
+    page.wait_for_function(READY)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1200
+    page.close()
+    assert told == []
