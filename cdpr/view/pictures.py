@@ -17,6 +17,10 @@ from cdpr.view.subject import Subject
 AT_LIMIT = 1e-6
 
 
+# Times what three quarters of all tensions stay below: tensions beyond are not those of a run that goes well.
+BEYOND = 20.0
+
+
 class State(IntEnum):
     """How a cable is drawn."""
 
@@ -48,11 +52,17 @@ class Pictures:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and largest tension (N) of cables that pull: the range over which they are coloured."""
+        """Least and largest tension (N) of cables that pull: the range over which they are coloured.
+
+        What a run that diverges ends in does not count.
+        """
         if self.tension is None or self.state is None:
             return 0.0, 0.0
         pulling = self.tension[(self.state != State.SLACK) & (self.state != State.BROKEN) & np.isfinite(self.tension)]
-        return (float(pulling.min()), float(pulling.max())) if pulling.size else (0.0, 0.0)
+        if not pulling.size:
+            return 0.0, 0.0
+        usual = pulling[pulling <= BEYOND * np.percentile(pulling, 75)]
+        return float(usual.min()), float(usual.max())
 
 
 def pictures(

@@ -160,6 +160,8 @@ def test_the_scene_is_drawn_fast_enough_with_and_without_webgl(page, request):
     box = page.locator(".screen").bounding_box()
     colours = set(zip(*[iter(pixels(page, box))] * 3, strict=True))
     assert len(colours) > 20
+    written = "Array.from(cdpr.stage.paper.getContext('2d').getImageData(0, 0, 500, 500).data).some((x) => x > 0)"
+    assert page.evaluate(written)  # numbers of cables, names of axes
 
 
 def pixels(page, box):

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from conftest import ROOT
-from test_report_cases import infeasible_run, make_run
+from test_report_cases import diverged_run, infeasible_run, make_run
 
 from cdpr.model import rotations
 from cdpr.report.plots.pictures import MOST, frames, pictures_of
@@ -77,6 +77,11 @@ def test_cables_run_from_the_frame_to_the_platform():
         assert shown.ends[k, :, 0] == pytest.approx(anchors[:, :3])
         assert shown.ends[k, :, 1] == pytest.approx(run.position[k] + anchors[:, 3:] @ R.T)
     assert shown.force is None  # none acts
+
+
+def test_a_run_that_diverged_is_coloured_by_what_came_before():
+    low, high = pictures_of(diverged_run()).range
+    assert 0.0 < low < high < 1e4
 
 
 def test_with_pulleys_cables_leave_where_they_do():

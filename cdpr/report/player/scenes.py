@@ -15,7 +15,7 @@ from cdpr.view import Pictures, Subject, solid
 from cdpr.view.shapes import radius_around
 
 MOST_OUTLINES = 40  # pictures with the outlines of exits, which turn slowly
-FAR = 10.0  # times the robot's size: what is farther out is not looked at
+FAR = 1.0  # times the robot's size: what is farther out is not looked at
 
 
 def scene_of_run(run: Run, arrays: Arrays, label: str = "") -> dict[str, Any]:

@@ -85,6 +85,7 @@ class Stage {
       canvas.width = Math.max(1, Math.round(box.width * this.ratio));
       canvas.height = Math.max(1, Math.round(box.height * this.ratio));
     }
+    this.told = null; // setting its size has wiped the paper
     this.camera.resize(box.width, box.height);
     this.draw();
   }
