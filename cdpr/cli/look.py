@@ -12,7 +12,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.model.rotations import from_rpy, held_upright
 from cdpr.scenario import Scenario, World
-from cdpr.scenario.angle_checks import in_degrees
+from cdpr.scenario.plausible.angles import in_degrees
 
 
 def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:

@@ -23,7 +23,6 @@ class Document:
     values: dict[Path, Mark] = field(default_factory=dict)
     dropped: list[str] = field(default_factory=list)  # keys taken out as another plugin was chosen
     notes: list[str] = field(default_factory=list)  # what became of the options of plugins that were replaced
-    warnings: list[str] = field(default_factory=list)  # what is allowed and seldom meant; found anew in each copy
     waiting: list[tuple[Path, Any, Mark]] = field(default_factory=list)  # changes of what is not in the data itself
 
     def copy(self) -> Document:

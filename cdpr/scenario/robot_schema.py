@@ -168,10 +168,12 @@ class CablesSection(Section):
         description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
         "or by a winch and the cable's elasticity (elastic)",
     )
+    diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
     )
     damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
+    linear_density: NonNegative | None = Field(None, description="mass per length", json_schema_extra=unit("kg/m"))
     exit: AnyExit | None = Field(None, description=EXIT)
 
 
@@ -307,10 +309,10 @@ class RobotSection(Section):
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,
-            diameter=cable.diameter,
+            diameter=self._own(cable, "diameter"),
             axial_stiffness=self._own(cable, "axial_stiffness"),
             damping=self._own(cable, "damping") or 0.0,
-            linear_density=cable.linear_density,
+            linear_density=self._own(cable, "linear_density"),
             length_min=length.min,
             length_max=length.max,
             speed_max=cable.speed_max,

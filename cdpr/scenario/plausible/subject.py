@@ -1,0 +1,79 @@
+"""What is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.scenario.motions import Motion
+from cdpr.scenario.motions.motion import Place
+from cdpr.scenario.problems import Path
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.schema import ScenarioSection, World
+
+Finding = tuple[Path, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A robot, and the scenario around it where there is one.
+
+    Attributes:
+        section: the robot as its file has it.
+        robot: the same as arrays.
+        root: path of the robot's section.
+        data: the file as plain data.
+        run: the scenario, with all filled in.
+        motion: its motion as it was given, so that its paths are those of the file.
+    """
+
+    section: RobotSection
+    robot: Robot
+    root: Path
+    data: dict[str, Any]
+    run: ScenarioSection | None = None
+    motion: Motion | None = None
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of gravity, (3,), m/s^2, world."""
+        return np.array((self.run.world if self.run else World()).gravity)
+
+    @property
+    def middle(self) -> Array:
+        """Middle of the frame's anchors, (3,), m, world."""
+        return np.asarray(self.robot.anchors[:, :3].mean(axis=0))
+
+    @property
+    def extent(self) -> float:
+        """Diagonal of the box around the frame's anchors, m."""
+        return float(np.linalg.norm(np.ptp(self.robot.anchors[:, :3], axis=0)))
+
+    def starts(self) -> Iterator[Place]:
+        """Yield the robot's home, and where a run begins unless that is there."""
+        home = self.robot.home
+        if home is not None:
+            yield (*self.root, "home", "position"), home[:3], home[3:]
+        if self.run is not None:
+            state = self.run.initial.state()
+            if home is None or not np.array_equal(state[:3], home[:3]):
+                yield ("initial", "position"), state[:3], state[3:7]
+
+    def places(self) -> Iterator[Place]:
+        """Yield also where the motion and events want to go, but for what they leave as it is."""
+        yield from self.starts()
+        if self.run is None or self.motion is None:
+            return
+        initial = self.run.initial
+        for path, position, attitude in self.motion.places(initial):
+            yield ("trajectory", *path), position, attitude
+        for i, event in enumerate(self.run.events):
+            goal = event.goal()
+            if goal is not None and goal.position is not None:
+                turned = goal.orientation or initial.orientation
+                yield ("events", i, "position"), np.array(goal.position), turned.quaternion()
