@@ -20,7 +20,9 @@ MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
 
 @click.command("info")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
-@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
+@click.option(
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+)
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
 @plugin_files

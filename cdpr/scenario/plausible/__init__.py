@@ -40,5 +40,6 @@ def warnings(subject: Subject, document: Document) -> tuple[Problem, ...]:
     found: dict[Path, str] = {}
     for check in CHECKS:
         for path, text in check(subject):
-            found.setdefault(path, text)
+            if not any(path[: len(part)] == part for part in document.filled):  # is told where it comes from
+                found.setdefault(path, text)
     return tuple(Problem(document.mark(path), path, text) for path, text in found.items())
