@@ -161,7 +161,7 @@ def results() -> list[Row]:
         return list(csv.DictReader(file))
 
 
-@lru_cache(maxsize=2)
+@lru_cache
 def study_cases(study: Path = STUDY) -> tuple[StudyCase, ...]:
     """The cases of a study."""
     return load_study(study).cases

@@ -80,7 +80,14 @@ def test_a_folder_whose_name_is_no_utf_8(tmp_path):
     assert os.fsencode(content["argv"][-1]) == out
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 143, marks=pytest.mark.slow),
+        (signal.SIGINT, 130),
+    ],
+)
 def test_a_signal_before_the_first_sample(tmp_path, number, code):
     out = tmp_path / "run"
     process = subprocess.Popen(

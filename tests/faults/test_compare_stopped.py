@@ -43,7 +43,7 @@ COMMANDS = {
         ("compare", signal.SIGINT, 130),
         pytest.param("compare --out", signal.SIGINT, 130, marks=pytest.mark.slow),
         pytest.param("save", signal.SIGTERM, 143, marks=pytest.mark.slow),
-        ("check", signal.SIGHUP, 143),
+        pytest.param("check", signal.SIGHUP, 143, marks=pytest.mark.slow),
     ],
 )
 def test_nothing_stays(tmp_path, command, number, code):

@@ -77,8 +77,14 @@ def run(options, **more):
     )
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("fault", SAYS)
+@pytest.mark.parametrize(
+    ("fault", "fmi"),
+    [  # in the one version here, in the other among the slow tests
+        pytest.param(fault, fmi, marks=() if (k + fmi) % 2 else pytest.mark.slow)
+        for k, fault in enumerate(SAYS)
+        for fmi in (2, 3)
+    ],
+)
 def test_a_fault_is_an_error_in_time(options, fault, fmi, tmp_path):
     before, here, began = left(), os.getcwd(), monotonic()
     with pytest.raises(BackendDied) as caught:
@@ -112,6 +118,7 @@ def test_what_returns_is_told_in_this_process_too(options, fault):
     assert len(caught.value.run.rows) == 101
 
 
+@pytest.mark.slow
 def test_a_fault_in_the_first_step_is_not_waited_for_twice(options):
     chosen = options("hang")
     chosen["parameters"]["fault_time"] = 0.0

@@ -59,7 +59,14 @@ def wait_for_rows(process, folder):
         time.sleep(0.005)
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow),
+        (signal.SIGTERM, 143),
+        pytest.param(signal.SIGHUP, 143, marks=pytest.mark.slow),
+    ],
+)
 def test_a_stopped_run_is_closed_and_told(number, code, tmp_path):
     command = [sys.executable, "-m", "cdpr", "run", CAROCA, "--no-report", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(
@@ -155,6 +162,7 @@ def test_a_killed_run_opens_after_repair(tmp_path):
     assert_opens_after_repair(*killed(tmp_path, 0.13), ROWS_LOST)
 
 
+@pytest.mark.slow
 def test_in_real_time_half_a_second_is_lost_at_most(tmp_path):
     step = 0.01
     folder, steps = killed(tmp_path, 1.3, step=step, pace="real-time")

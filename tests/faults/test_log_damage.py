@@ -102,6 +102,7 @@ def test_flipped_bits(tmp_path: Path, whole: bytes, seed: int) -> None:
     assert harmless < 10  # only the message indexes of the pictures are not looked at
 
 
+@pytest.mark.slow
 def test_flipped_bit_in_every_part_of_a_block(tmp_path: Path, whole: bytes) -> None:
     form = LogFormat(HEADER)
     start = len(form.description)

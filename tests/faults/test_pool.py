@@ -124,6 +124,7 @@ def test_a_text_runs_in_place_of_the_file():
     assert outcome.summary["samples"] == 101
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_idle_costs_no_case(monkeypatch):
     """Its next case has not been in it."""
     look = pool.Worker.look
@@ -140,6 +141,7 @@ def test_a_worker_that_dies_idle_costs_no_case(monkeypatch):
     assert [outcome.status for outcome in outcomes] == ["finished", "finished"]
 
 
+@pytest.mark.slow
 def test_what_done_raises_ends_the_workers():
     def done(outcome):
         raise KeyboardInterrupt

@@ -72,6 +72,7 @@ def test_faults_cost_their_own_case_and_a_rerun_mends_them(tmp_path):
     assert len(lines) == len(faults) + 3  # each once, and the dead again
 
 
+@pytest.mark.slow
 def test_a_case_that_always_dies_is_recorded(tmp_path):
     study = write_study(tmp_path, "axes:\n  - {key: controller.fault, values: [none, kill]}")
     study.write_text(study.read_text().replace("changes: {", "changes: {controller.type: faulty, "))
@@ -114,6 +115,7 @@ def test_a_stopped_study_goes_on(sound, tmp_path, number):
     rerun_equals(study, out, expected)
 
 
+@pytest.mark.slow
 def test_two_studies_in_one_folder(tmp_path):
     study = write_study(tmp_path, "axes:\n  - {key: controller.fault, values: [hang]}")
     study.write_text(study.read_text().replace("changes: {", "changes: {controller.type: faulty, "))

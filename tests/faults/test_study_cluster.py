@@ -95,6 +95,7 @@ def run(study, out, *options):
     return cdpr_here("study", study, "--out", out, "--no-report", *options, code=None)
 
 
+@pytest.mark.slow
 def test_the_tables_are_the_same(scheduler, tmp_path):
     study = write_study(tmp_path, KINDS)
     here, there = run(study, tmp_path / "here"), run(study, tmp_path / "there", "--scheduler", scheduler)
@@ -102,6 +103,7 @@ def test_the_tables_are_the_same(scheduler, tmp_path):
     assert tables(tmp_path / "there") == tables(tmp_path / "here")
 
 
+@pytest.mark.slow
 def test_faults_are_told(scheduler, tmp_path):
     study = write_study(tmp_path, FAULTS)
     study.write_text(study.read_text().replace("changes: {", "changes: {controller.type: faulty, "))
@@ -130,6 +132,7 @@ def test_a_stopped_study_leaves_nothing_at_work_and_goes_on(cluster, tmp_path, n
     assert [cdpr.load_run(folder).status for folder in (out / "runs").iterdir()] == ["finished"] * 3
 
 
+@pytest.mark.slow
 def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     """Also in a folder that it has begun to fill."""
     study = faulty_study(tmp_path, ["hang"], 0.1, keep="all")

@@ -60,6 +60,7 @@ def use(command, tmp_path):
     assert told["status"] == "finished"
 
 
+@pytest.mark.slow
 def test_installed_beside(installed, tmp_path):
     use(installed, tmp_path)
 
@@ -72,6 +73,7 @@ def test_their_own_test_file(installed, tmp_path):
     assert re.search(r"\d+ passed, \d+ skipped", said)
 
 
+@pytest.mark.slow
 def test_drag_slows(installed, tmp_path):
     """The option does what it says: quadratic drag has the closed form v0 / (1 + k v0 t)."""
     program = """

@@ -190,6 +190,7 @@ def test_snapshots_that_are_gone_are_freed(exported):
     backend.close()
 
 
+@pytest.mark.slow
 def test_a_process_of_its_own_passes_the_kit():
     entry = registry().get("backend", "fmu")
     few = {"reset_forgets", "steps_add_up", "snapshot_restores", "clock_counts_steps", "keeps_quiet"}

@@ -93,6 +93,7 @@ def test_only_rigid_winches_pass_inputs_through(tmp_path):
         assert {unknown.variable.name for unknown in about.outputs if unknown.dependencies is None} == direct
 
 
+@pytest.mark.slow
 def test_the_same_robot_makes_the_same_bytes(tmp_path, monkeypatch):
     """Compiled twice, in different folders."""
     made = []
@@ -184,6 +185,7 @@ def test_winches_come_along_when_asked_for(tmp_path, cdpr):
     assert not (tmp_path / "c.fmu").exists()
 
 
+@pytest.mark.slow
 def test_the_cache_does_not_grow_without_end(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(archive, "KEPT", 3)

@@ -221,6 +221,7 @@ def test_forty_cycles_leave_nothing(files, fmi):
     check_leaks(files[fmi], "inproc", 20, 40)
 
 
+@pytest.mark.slow
 def test_a_few_processes_leave_nothing(files):
     check_leaks(files[3], "process", 2, 4)
 

@@ -280,6 +280,7 @@ def test_what_is_called_apart_is_not_copied(store, apart):
     assert not any("scaled" in each.name for each in library.get_defined_functions())
 
 
+@pytest.mark.slow
 @compiled
 def test_processes_at_once_keep_kernels_and_what_they_call_apart(store, tmp_path, apart):
     """And this one, which has compiled none of them, loads both."""

@@ -238,6 +238,7 @@ def test_wall_clock_times_stand_in_one_row_only() -> None:
     assert "Wall clock" not in render(replace(make_run(rows=200), timings={}))
 
 
+@pytest.mark.slow
 def test_two_processes_write_the_same_bytes(tmp_path: Path) -> None:
     code = (
         "import sys, test_report_cases as cases; from cdpr.report.pages.run import write_report;"

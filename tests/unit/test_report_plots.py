@@ -267,6 +267,7 @@ def test_the_readers_style_changes_nothing() -> None:
         assert inline_svg(plots.pose(make_run(rows=100)), "key", "label") == plain
 
 
+@pytest.mark.slow
 def test_pyplot_is_not_loaded() -> None:
     code = (
         "import sys, test_report_cases as cases; cases.make_run(rows=9).plot()._repr_svg_();"
