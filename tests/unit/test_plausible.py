@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import time
 
 import numpy as np
 import pytest
@@ -261,6 +262,25 @@ def test_only_directions_that_are_free_tell():
     assert warned(away, carriage) == ()
     (row,) = warned({"initial.position": [-3.1, 0, 0.5]}, carriage)
     assert "all 2 cables pull the platform along [1, 0, 0]" in row.text
+
+
+def test_a_pulley_is_not_its_anchor():
+    """Beside it the cable leaves, so little beyond the anchors is nothing to tell; much is."""
+    pulleys = {"robot.cable.exit": {"type": "pulley", "radius": 0.1, "axis": [0, 0, 1]}}
+    assert warned({"trajectory.to.position": [3.55, 0, 1.2]})
+    assert warned({"trajectory.to.position": [3.55, 0, 1.2]} | pulleys) == ()
+    assert warned({"trajectory.to.position": [4.5, 0, 1.2]} | pulleys)
+    assert warned({"robot.cables[0].length": {"max": 6.4}} | pulleys) == ()  # the arc counts, too: the run tells
+
+
+def test_checks_are_quick():
+    """Beside loading the same file, which every command does."""
+    many = {"type": "waypoints", "points": [{"time": 0.01 * k + 1, "position": [0, 0, 1.2]} for k in range(300)]}
+    begin = time.perf_counter()
+    scenario = load_scenario(CAROCA, overrides={"trajectory": many})
+    loaded = time.perf_counter()
+    assert scenario.warnings == ()
+    assert time.perf_counter() - loaded < loaded - begin
 
 
 def test_what_the_controller_believes_is_told_apart():

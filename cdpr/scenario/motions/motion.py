@@ -53,10 +53,11 @@ class Motion(Kind):
 
     def places(self, initial: Initial) -> Iterator[Place]:
         """Yield where it goes, also on the way and by its files, as it was given; what is left out goes nowhere new."""
+        start = initial.orientation.quaternion()
         for path, point in self.poses():
             if point.position is not None:
-                attitude = point.orientation or initial.orientation
-                yield (*path, "position"), np.array(point.position), attitude.quaternion()
+                attitude = start if point.orientation is None else point.orientation.quaternion()
+                yield (*path, "position"), np.array(point.position), attitude
 
     @abstractmethod
     def stay(self, guide: Guide, report: Report) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.model.rotations import matrix
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place
 from cdpr.scenario.problems import Path
@@ -64,9 +66,21 @@ class Subject:
             if home is None or not np.array_equal(state[:3], home[:3]):
                 yield ("initial", "position"), state[:3], state[3:7]
 
-    def places(self) -> Iterator[Place]:
-        """Yield also where the motion and events want to go, but for what they leave as it is."""
-        yield from self.starts()
+    @cached_property
+    def places(self) -> tuple[list[Path], Array, Array]:
+        """All of these, and where the motion and events want to go, each pose once: paths, positions (k, 3), m, and
+        rotation matrices (k, 3, 3).
+        """
+        found: dict[tuple[float, ...], Path] = {}
+        for path, position, attitude in (*self.starts(), *self._wanted()):
+            found.setdefault((*position.tolist(), *attitude.tolist()), path)
+        poses = np.array(list(found)).reshape(-1, 7)
+        attitudes, which = np.unique(poses[:, 3:], axis=0, return_inverse=True)
+        turned = np.array([matrix(q) for q in attitudes]).reshape(-1, 3, 3)
+        return list(found.values()), poses[:, :3], turned[which.ravel()]
+
+    def _wanted(self) -> Iterator[Place]:
+        """Yield where the motion and events want to go, but for what they leave as it is."""
         if self.run is None or self.motion is None:
             return
         initial = self.run.initial
