@@ -18,6 +18,7 @@ FOREIGN = ("backend_options", "controller", "solver")
 # Keys of angles, by their last words. Motions that may turn more than once count their turns apart.
 RADIANS = (("orientation", "rpy"), ("euler", "angles"), ("phase",))
 DEGREES = (("orientation", "rpy_deg"), ("euler", "angles_deg"), ("phase_deg",))
+LAST = {ending[-1] for ending in (*RADIANS, *DEGREES)}
 
 
 def whole_turns(subject: Subject) -> Iterator[Finding]:
@@ -57,12 +58,12 @@ def _angles(node: Any, path: Path) -> Iterator[tuple[Path, Any]]:
     """Yield the angles in plain data, with their paths."""
     items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for key, item in items:
-        here = (*path, key)
-        if here[0] in FOREIGN:
+        if not path and key in FOREIGN:
             continue
-        if _ends(here, (*RADIANS, *DEGREES)):
+        here = (*path, key)
+        if key in LAST and (_ends(here, RADIANS) or _ends(here, DEGREES)):
             yield here, item
-        else:
+        elif isinstance(item, (dict, list)):
             yield from _angles(item, here)
 
 
