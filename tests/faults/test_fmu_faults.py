@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from fmu.faulty import FAULTS, FaultyPlant, write_faulty_fmu
+from spread import spread
 
 from cdpr import load_run, simulate
 from cdpr.errors import BackendDied, Diverged, ExitCode
@@ -77,14 +78,7 @@ def run(options, **more):
     )
 
 
-@pytest.mark.parametrize(
-    ("fault", "fmi"),
-    [  # in the one version here, in the other among the slow tests
-        pytest.param(fault, fmi, marks=() if (k + fmi) % 2 else pytest.mark.slow)
-        for k, fault in enumerate(SAYS)
-        for fmi in (2, 3)
-    ],
-)
+@spread("fault, fmi", list(SAYS), [2, 3])
 def test_a_fault_is_an_error_in_time(options, fault, fmi, tmp_path):
     before, here, began = left(), os.getcwd(), monotonic()
     with pytest.raises(BackendDied) as caught:
@@ -135,6 +129,7 @@ def command(options, *more):
     return subprocess.run([sys.executable, "-m", "cdpr", *arguments], capture_output=True, text=True, timeout=120)
 
 
+@pytest.mark.slow
 def test_printing_stays_off_stdout(options, tmp_path):
     done = command(options("print"), "--json", f"--out={tmp_path / 'run'}")
     assert done.returncode == 0, done.stderr

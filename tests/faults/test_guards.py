@@ -93,7 +93,7 @@ def test_each_fault_is_found_in_its_own_step(backend, fault):
     scenario = cdpr.load_scenario(
         CAROCA, backend=backend, overrides={"simulation.duration": 1.5, "trajectory.duration": 1.5}
     )
-    for when in np.random.default_rng(1).integers(MOVING, 1400, 12):
+    for when in np.random.default_rng(1).integers(MOVING, 1400, 6):
         parts = build(scenario)
         plant = Faulty(parts.backend, fault, when)
         loop = Loop(dataclasses.replace(parts, backend=plant))

@@ -190,6 +190,7 @@ def test_a_killed_case_is_not_taken_for_a_finished_one(tmp_path):
     assert json.loads((tmp_path / "run" / "run.json").read_text())["status"] == "running"
 
 
+@pytest.mark.slow
 def test_the_working_folder_shadows_nothing(tmp_path, monkeypatch):
     """A user's file may bear the name of a module that we use."""
     (tmp_path / "numpy.py").write_text("raise SystemExit('not this one')")

@@ -15,6 +15,7 @@ import pytest
 from conftest import ROOT
 from oracle import oracle
 from plants import installed, plant
+from spread import spread
 
 import cdpr
 from cdpr.model import rotations
@@ -99,8 +100,7 @@ def differences(a, b):
     )
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("engine", ENGINES)
+@spread("engine, case", ENGINES, list(CASES))
 def test_engines_are_semi_implicit_euler(engine, case):
     assert max(differences(case_run(case, engine, ORACLE_RUNS), with_oracle(case))) < SAME_SCHEME
 
@@ -178,8 +178,7 @@ def test_tendons_with_runge_kutta_reach_the_reference():
     assert max(differences(closed_loop(SKEWED), tendons)) < SAME_SCHEME
 
 
-@pytest.mark.parametrize("case", ["caroca", "skewed", "planar", "point_mass", "spherical"])
-@pytest.mark.parametrize("engine", ENGINES)
+@spread("engine, case", ENGINES, ["caroca", "skewed", "planar", "point_mass", "spherical"])
 def test_engine_error_is_first_order(engine, case):
     """At a fixed control period the distance to the reference falls 8 to 12 times per decade of the physics step."""
     errors = []

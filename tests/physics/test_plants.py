@@ -197,7 +197,7 @@ def test_resets_leak_nothing(offset_robot, name):
     assert resident() - before < 5.0
 
 
-@pytest.mark.parametrize(("name", "options"), KINDS + LEGS)
+@pytest.mark.parametrize(("name", "options"), KINDS + [pytest.param(*legs, marks=pytest.mark.slow) for legs in LEGS])
 def test_open_and_close_leak_nothing(offset_robot, name, options):
     state = random_state(np.random.default_rng(0))
 

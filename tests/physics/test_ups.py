@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from plants import installed
+from spread import spread
 from test_engines import SKEWED, closed_loop, differences
 
 CLOSE = 1e-5  # m; measured 3.4e-6: the legs' weight
@@ -14,8 +14,7 @@ PULL = 0.1  # N; measured 0.02
 ENGINES = installed("mujoco", "bullet", "dart")
 
 
-@pytest.mark.parametrize("overrides", [{}, SKEWED])
-@pytest.mark.parametrize("engine", ENGINES)
+@spread("engine, overrides", ENGINES, [{}, SKEWED])
 def test_legs_pull_like_cables(engine, overrides):
     cables = closed_loop(overrides, backend=engine)
     legs = closed_loop({**overrides, f"backend_options.{engine}.cables": "ups"}, backend=engine)

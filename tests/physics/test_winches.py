@@ -9,6 +9,7 @@ import pytest
 from conftest import GRAVITY
 from plants import installed, plant
 from scipy.integrate import solve_ivp
+from spread import spread
 from winch_oracle import HELD, SMOOTH, Oracle, on_winches
 
 from cdpr.errors import PluginError
@@ -64,12 +65,11 @@ def tensions(backend):
     return tension
 
 
-@pytest.mark.parametrize("robot", [samples.free(), samples.planar(), samples.spherical()], ids=KINDS)
-@pytest.mark.parametrize("name", ALL)
+@spread("kind, name", KINDS, ALL)
 @pytest.mark.parametrize("model", [*MODELS, "mixed"])
-def test_semi_implicit_or_exact(name, model, robot):
+def test_semi_implicit_or_exact(name, model, kind):
     """Centre of mass off the origin, friction, an external wrench, a guide: as the equations written anew."""
-    robot = on_winches(robot, model)
+    robot = on_winches(getattr(samples, kind)(), model)
     state, command, external = moving(robot)
     truth = Oracle(robot, command, external)
     if name == "reference":

@@ -16,6 +16,7 @@ from conftest import ROOT
 from fmpy.validation import validate_fmu
 from fmu.cases import plant_of, scenario, write
 from fmu.driver import Driver
+from spread import spread
 
 from cdpr.cli import main
 from cdpr.fmu.export import archive, cached_fmu, fmu_bytes
@@ -60,8 +61,7 @@ def entries(path):
         return {info.filename: opened.read(info) for info in opened.infolist()}
 
 
-@FMI
-@pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid"])
+@spread("case, fmi", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid"], [2, 3])
 def test_the_standard_has_nothing_to_say(case, fmi, tmp_path):
     path = write(plant_of(scenario(case)), fmi, tmp_path)
     assert validate_fmu(str(path)) == []

@@ -100,7 +100,7 @@ def check_message(topic: str, message: Any, time: int, header: Header, row: Arra
 MORE_THAN_A_BLOCK = BLOCK + 30  # rows
 
 
-@pytest.mark.parametrize("m", [1, 3, 8, 12])
+@pytest.mark.parametrize("m", [1, pytest.param(3, marks=pytest.mark.slow), 8, pytest.param(12, marks=pytest.mark.slow)])
 def test_every_column_stands_in_the_messages(tmp_path: Path, m: int) -> None:
     header = make_header(m, shape={"sphere": 0.2} if m == 3 else None if m == 1 else {"box": [1.0, 2.0, 3.0]})
     rows = make_rows(header, MORE_THAN_A_BLOCK)
@@ -132,6 +132,7 @@ def test_rosbags_opens_the_file_itself(tmp_path: Path) -> None:
         assert sum(1 for _ in reader.messages()) == reader.message_count == 400 * len(FULL_RATE) + 24 + 12
 
 
+@pytest.mark.slow
 def test_order_and_count(tmp_path: Path) -> None:
     header = make_header(2)
     k = PICTURE_ROWS + BLOCK + 10

@@ -155,7 +155,7 @@ def test_a_long_logged_run_keeps_few_rows_in_memory(tmp_path: Path) -> None:
         assert same_bits(kept[k * PICTURE_ROWS : (k + 1) * PICTURE_ROWS, 1:], np.ascontiguousarray(block[:, 1:]))
 
 
-@pytest.mark.parametrize("cut", [1, 7, 256, 1000, 5000])
+@pytest.mark.parametrize("cut", [7, 256, 1000, 5000])
 def test_the_summary_does_not_depend_on_the_pieces(cut: int) -> None:
     header = make_header(4)
     rows = make_rows(header, 2345)
@@ -304,7 +304,9 @@ def test_unthinned_logs_and_headers_are_those_of_before(whole: Run, thin: Run) -
     assert replace(thin.header, log_every=1, scenario_yaml=whole.header.scenario_yaml) == whole.header
 
 
-@pytest.mark.parametrize("changes", [SHORT, THINNED], ids=["whole", "thinned"])
+@pytest.mark.parametrize(
+    "changes", [pytest.param(SHORT, id="whole", marks=pytest.mark.slow), pytest.param(THINNED, id="thinned")]
+)
 def test_report_and_exports_of_a_run_on_disk_are_the_same(
     changes: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -191,9 +191,9 @@ def test_a_diverging_end_does_not_flatten_what_led_to_it() -> None:
 
 @pytest.mark.parametrize("last", [*(pytest.param(x, marks=pytest.mark.slow) for x in (np.inf, np.nan, 1e300)), 1.7e308])
 def test_any_last_value_can_be_drawn(last: float) -> None:
-    for run in (diverged_run(last), replace(diverged_run(last), status="failed")):
-        for draw in FIGURES:
-            inline_svg(draw(run), "key", "label")
+    run = diverged_run(last)
+    for k, draw in enumerate(FIGURES):
+        inline_svg(draw(replace(run, status="failed") if k % 2 else run), "key", "label")
 
 
 def test_attitude_has_no_jump_of_a_turn() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from spread import spread
 from test_scenario_base import (
     BASE,
     HEAD,
@@ -71,10 +72,10 @@ def test_the_cases_cover_the_schema():
     assert len(CASES) > 60
 
 
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_a_wrong_value_for_a_number(case):
-    text, path, mark = case
-    for value in BAD:
+@spread("case, third", list(CASES), range(3))
+def test_a_wrong_value_for_a_number(case, third):
+    text, path, mark = CASES[case]
+    for value in BAD[third::3]:
         line = problem(replaced(text, mark, value))
         assert line.startswith(f"{mark}: {dotted(path)}: "), value
 

@@ -52,7 +52,7 @@ VALUES = st.recursive(
     max_leaves=8,
 )
 
-many = settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+many = settings(max_examples=120, suppress_health_check=[HealthCheck.too_slow])
 
 
 def outcome(text: str, overrides=()) -> None:

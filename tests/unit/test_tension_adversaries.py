@@ -139,7 +139,7 @@ def hold_certified(name, count):
 
 @pytest.mark.parametrize("name", LIBRARIES)
 def test_libraries_answer_what_is_certified(name):
-    hold_certified(name, 60)
+    hold_certified(name, 20)
 
 
 @pytest.mark.slow
