@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.pack import PULL, WINCH
+from cdpr.cables.pack import REST, WINCH
 from cdpr.mechanics.body_frame import BodyFrame, from_platform, to_platform
 from cdpr.mechanics.geometry import cable_geometry
 from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, settle, speeding
@@ -93,6 +93,8 @@ def runge_kutta(fixed: Fixed, live: Live, state: Array, space: Array, h: float, 
         scatter(point, live)
         for i in range(live.tension.shape[0]):
             live.tension[i] = 0.0  # the work is integrated here, `settle` has nothing to add
+        for i in range(6):
+            live.beside[i] = 0.0
     settle(fixed, live)
     to_platform(fixed.offset, live.body, state)
 
@@ -133,11 +135,14 @@ def slopes(fixed: Fixed, live: Live, slope: Array) -> None:
         slope[7 + i] = acceleration[i]
         slope[10 + i] = acceleration[3 + i]
     slope[13] = 0.0
+    if fixed.bends:
+        for i in range(6):
+            slope[13] += live.beside[i] * live.body[7 + i]
     m = fixed.cables.shape[0]
     for i in range(m):
         slope[13] -= live.tension[i] * live.rate[i]
         if fixed.stretches:
             slope[14 + i], slope[14 + m + i] = 0.0, 0.0
-            if fixed.cables[i, PULL] != 0.0:
+            if fixed.cables[i, REST] != 0.0:
                 slope[14 + i] = -fixed.cables[i, WINCH] * live.winch[m + i]
                 slope[14 + m + i] = speeding(fixed, live, i)

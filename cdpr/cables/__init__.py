@@ -34,7 +34,7 @@ from cdpr.cables.pulley import Pulley
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 
-__all__ = ["COMMANDED", "EXITS", "AnyExit", "Point", "Pulley", "exits_of", "in_c", "read_exits"]
+__all__ = ["COMMANDED", "EXITS", "AnyExit", "Point", "Pulley", "exits_of", "read_exits"]
 
 # Cable models: a winch and a span each. To add one, write its parts (see `cdpr.cables.chain`) and name it here.
 MODELS = {
@@ -50,11 +50,6 @@ MIXED = "mixed"  # the model of a robot whose cables differ
 AnyExit = Annotated[Point | Pulley, Field(discriminator="type")]
 
 EXITS: tuple[type[Exit], ...] = get_args(get_args(AnyExit)[0])
-
-
-def in_c() -> list[type[Exit]]:
-    """Return the exits that an exported FMU knows, those with C; their kind there is their place, from 1."""
-    return [kind for kind in EXITS if kind.kernels and kind.source().is_file()]
 
 
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:

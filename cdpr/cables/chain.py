@@ -5,14 +5,15 @@ stretch, the drum goes with the cable: the winch tells the tension, free of what
 accelerates, and that inertia as a mass along the cable. The platform is solved for with these masses,
 (M + sum m_i w_i w_i^T) twist' = ..., w_i the cable's column of W, and they take their part of the tension. A span that
 stretches makes the tension itself, from the cable's length and how much of it has been unwound; the winch then turns
-under it. The unwound length changes by the first of the winch's numbers for each unit by which its coordinate turns.
+under it. One that bends, as a heavy cable does, also makes the force on the platform, which is then not along the
+chord. The unwound length changes by the first of the winch's numbers for each unit by which its coordinate turns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from cdpr.errors import CdprError
 from cdpr.model import Cable
 
 # What a robot file may say of all cables or of one, in the order in which it is told.
@@ -23,6 +24,33 @@ MOST = 8  # numbers that a part may have
 
 
 @dataclass(frozen=True)
+class Number:
+    """One of the numbers of a cable that the kernels of its part take.
+
+    Attributes:
+        name: where a cable has it, "cable" or "winch" and its key; an exported FMU calls its parameter so.
+        unit: as FMUs write it.
+        text: what it is.
+        positive: whether it must be greater than 0.
+    """
+
+    name: str
+    unit: str
+    text: str
+    positive: bool = False
+
+    def of(self, cable: Cable) -> float:
+        """Return it; CdprError where the cable has none."""
+        owner, _, key = self.name.partition(".")
+        holder = cable if owner == "cable" else getattr(cable, owner)
+        value = None if holder is None else getattr(holder, key)
+        if value is None:
+            lacking = owner if holder is None else key
+            raise CdprError(f"cable '{cable.name}' has no {lacking}, which its cable model needs")
+        return float(value)
+
+
+@dataclass(frozen=True)
 class Part:
     """A winch or a span.
 
@@ -30,13 +58,13 @@ class Part:
         needs: properties of a cable that it must have.
         uses: others that it takes notice of.
         kernels: module of what compiled code calls, see below; empty for one that has no need of any.
-        numbers: what its kernels take, at most MOST numbers of one cable.
+        numbers: what its kernels take of a cable, at most MOST.
     """
 
     needs: tuple[str, ...] = ()
     uses: tuple[str, ...] = ()
     kernels: str = ""
-    numbers: Callable[[Cable], Sequence[float]] = lambda cable: ()
+    numbers: tuple[Number, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,7 +90,17 @@ class Span(Part):
     of this length of which so much, m, is unwound, when it stretches by so much a second, m/s, not below the lowest;
     `rest(numbers, length, tension)`, the unwound length at which it has this tension. One without kernels does not
     stretch.
+
+    Those of one that bends take the chord (3,), m, from the platform to the exit, world axes, and the length of cable
+    on the exit in place of the length, and gravity (3,), m/s^2, last: `pull(numbers, chord, wound, unwound, stretching,
+    lowest, gravity)`, the force on the platform and last the tension at the winch, four numbers, N; `rest(numbers,
+    chord, wound, tension, gravity)`.
+
+    Attributes:
+        bends: whether its force on the platform may have another direction than the chord.
     """
+
+    bends: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,8 @@ wrench matrix and the forces follow from E alone.
 
 from __future__ import annotations
 
-import inspect
 from abc import abstractmethod
 from collections.abc import Sequence
-from pathlib import Path
 from typing import ClassVar, Self
 
 import numpy as np
@@ -32,11 +30,6 @@ class Exit(Kind):
     """
 
     kernels: ClassVar[str] = ""
-
-    @classmethod
-    def source(cls) -> Path:
-        """Return where its C would lie, for exported FMUs: beside it, under its name; see fmu/export/source/exits.h."""
-        return Path(inspect.getfile(cls)).with_name(f"{cls.kind()}.c")
 
     @abstractmethod
     def numbers(self) -> Sequence[float]:

@@ -17,9 +17,7 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 @click.option("--out", "-o", required=True, type=OutPath(path_type=Path), help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
 @click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
-@click.option(
-    "--only-winch", is_flag=True, help="Winches and elastic cables alone: commands and lengths in, tensions out."
-)
+@click.option("--only-winch", is_flag=True, help="Winches and cables alone: commands and lengths in, tensions out.")
 @click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
 @click.option("--step", type=float, help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.")
 @change_keys("Change any key of the file.")
@@ -50,6 +48,7 @@ def command(
     loaded = load_told(file, changes)
     import numpy as np
 
+    from cdpr.cables import ACTUATED, with_model
     from cdpr.fmu.export import Actuator, Plant, write_fmu
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
@@ -61,6 +60,8 @@ def command(
     if isinstance(loaded, Scenario):
         robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
         step = step or loaded.simulation.physics_step
+        if only_winch and loaded.actuators is not None:
+            robot = with_model(robot, ACTUATED)  # as the scenario itself would export them
     else:
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])

@@ -132,7 +132,7 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
     header = make_header(scenario)
     check_room(scenario, header, Path(out or RUNS))
     signals.wait = True
-    folder = RunFolder(Path(out) if out else None, header, sys.argv)
+    folder = RunFolder(Path(out) if out else None, header, sys.argv, scenario=scenario.yaml_in)
     try:
         signals.wait = False
         if signals.pending:

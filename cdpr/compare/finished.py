@@ -13,6 +13,7 @@ from cdpr.compare.verdict import Verdict, against_scheme, unjudged
 from cdpr.errors import CdprError
 from cdpr.log.reader import load_run
 from cdpr.log.run import Header, Run
+from cdpr.log.run_folder import SCENARIO_NAME
 from cdpr.scenario import Scenario, load_scenario
 
 # Without these two runs have nothing in common that could be subtracted.
@@ -85,7 +86,8 @@ def _values(a: Header, b: Header, name: str) -> str:
 def _read(label: str, run: Run) -> tuple[Engine, Scenario | None]:
     """What the run's backend declares; nothing where its plugins are not installed here."""
     try:
-        scenario = load_scenario(label, text=run.header.scenario_yaml)
+        there = Path(label) / SCENARIO_NAME  # names files as seen from where it stands
+        scenario = load_scenario(there) if there.is_file() else load_scenario(label, text=run.header.scenario_yaml)
         return engine_of(scenario, run.header.backend), scenario
     except CdprError:
         return UNKNOWN, None

@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,8 @@ class RunFolder:
         header: what will be run.
         argv: the command line, for the record.
         first: where a series of branches began, itself unless given.
+        scenario: makes the text of scenario.yaml for the folder where it stands, as its names of files are relative to
+            that; the header's unless given.
         branch: of a run that goes on from another: the folder and the time of that, for the record.
 
     Raises OutputError where the folder is taken or cannot be written.
@@ -45,6 +47,7 @@ class RunFolder:
         *,
         branch: Mapping[str, Any] | None = None,
         first: Path | None = None,
+        scenario: Callable[[str], str] | None = None,
     ) -> None:
         started = run_json.now()
         self._started: dict[str, Any] = {
@@ -61,7 +64,8 @@ class RunFolder:
         claim(self.path, beside(file).name)
         try:
             self._end = Reserved(file, 2 * len(text) + ROOM)
-            replace(self.path / SCENARIO_NAME, header.scenario_yaml)
+            text_here = header.scenario_yaml if scenario is None else scenario(os.path.abspath(self.path))
+            replace(self.path / SCENARIO_NAME, text_here)
             replace(file, text)
         except BaseException:
             self._remove(and_folder=out is None)

@@ -44,6 +44,20 @@ def exit_velocity(lines: Array, i: int, P: Vector, V: Vector) -> Vector:
     return (0.0, 0.0, 0.0)
 
 
+@kernel
+def tip(lines: Array, i: int, p: Vector, q: Quaternion) -> tuple[Vector, Vector]:
+    """Return the lever of cable i's anchor on a body at p with attitude q, and where that anchor is, m, world axes."""
+    b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
+    return b, (p[0] + b[0], p[1] + b[1], p[2] + b[2])
+
+
+@kernel
+def chord(p: Vector, b: Vector, E: Vector) -> tuple[Vector, float]:
+    """Return the vector from the anchor with lever b on a body at p to the exit point E, and its length, m."""
+    l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
+    return l, math.sqrt(dot(l, l))
+
+
 @apart
 @kernel
 def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> None:
@@ -56,11 +70,9 @@ def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Ar
     v = vector(state, 7)
     omega = vector(state, 10)
     for i in range(lines.shape[0]):
-        b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
-        P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
+        b, P = tip(lines, i, p, q)
         E = exit_point_and_length(lines, i, P)
-        l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
-        norm = math.sqrt(dot(l, l))
+        l, norm = chord(p, b, (E[0], E[1], E[2]))  # noqa: E741
         u = (l[0] / norm, l[1] / norm, l[2] / norm)
         c = cross(b, u)
         W[0, i] = u[0]
@@ -82,12 +94,9 @@ def wrench_matrix_rate(lines: Array, state: Array, rate: Array) -> None:
     v = vector(state, 7)
     omega = vector(state, 10)
     for i in range(lines.shape[0]):
-        b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
+        b, P = tip(lines, i, p, q)
         db = cross(omega, b)
-        P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
-        E = exit_point(lines, i, P)
-        l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
-        norm = math.sqrt(dot(l, l))
+        l, norm = chord(p, b, exit_point(lines, i, P))  # noqa: E741
         u = (l[0] / norm, l[1] / norm, l[2] / norm)
         dE = exit_velocity(lines, i, P, (v[0] + db[0], v[1] + db[1], v[2] + db[2]))
         dl = (dE[0] - v[0] - db[0], dE[1] - v[1] - db[1], dE[2] - v[2] - db[2])
@@ -108,11 +117,9 @@ def cable_wrench(lines: Array, p: Vector, q: Quaternion, tension: Array) -> tupl
     """Force and moment about p, world axes, of the tensions (m,) on a body at p with attitude q."""
     fx, fy, fz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(lines.shape[0]):
-        b = rotate(q, (lines[i, 3], lines[i, 4], lines[i, 5]))
-        P = (p[0] + b[0], p[1] + b[1], p[2] + b[2])
-        E = exit_point(lines, i, P)
-        l = (E[0] - p[0] - b[0], E[1] - p[1] - b[1], E[2] - p[2] - b[2])  # noqa: E741
-        scale = tension[i] / math.sqrt(dot(l, l))
+        b, P = tip(lines, i, p, q)
+        l, norm = chord(p, b, exit_point(lines, i, P))  # noqa: E741
+        scale = tension[i] / norm
         f = (scale * l[0], scale * l[1], scale * l[2])
         c = cross(b, f)
         fx += f[0]

@@ -11,23 +11,26 @@ from typing import NamedTuple
 import numpy as np
 
 from cdpr.cables import chain_of
-from cdpr.cables.pack import HELD, LOWEST, PULL, REST, SIGNATURES, SPAN, TURN, WINCH, pack
+from cdpr.cables.pack import BENT, BENT_PULL, DRIVE, HELD, LOWEST, PULL, REST, SPAN, STRAIGHT, TURN, WINCH, pack
 from cdpr.mechanics.body_frame import BodyFrame, applied_wrench
-from cdpr.mechanics.geometry import cable_geometry, wrench_matrix_rate
+from cdpr.mechanics.geometry import cable_geometry, chord, exit_point_and_length, tip, wrench_matrix_rate
 from cdpr.model import Robot
 from cdpr.model.address import caller
 from cdpr.model.cholesky import factorise, solve
 from cdpr.model.jit import apart, kernel
-from cdpr.model.kernels import inverse_dynamics, quaternion, vector
+from cdpr.model.kernels import Vector, conjugate, cross, inverse_dynamics, logarithm, multiply, quaternion, vector
 from cdpr.model.robot import Array
 
-held, turn, pulled, rest = (caller(SIGNATURES[name]) for name in ("held", "turn", "pull", "rest"))
+held, turn = (caller(DRIVE[name]) for name in ("held", "turn"))
+pulled, rest = (caller(STRAIGHT[name]) for name in ("pull", "rest"))
+bent_pull, bent_rest = (caller(BENT[name]) for name in ("pull", "rest"))
 
 
 class Fixed(NamedTuple):
     """What stays: body frame, winches, spans and gravity."""
 
     stretches: bool  # whether some cable does
+    bends: bool  # whether some cable does, so that its force is not along its chord
     cables: Array  # as `cdpr.cables.pack` says
     lines: Array  # as `cdpr.cables.lines` says, B_i in the body frame, m
     offset: Array  # (7,), as `BodyFrame` says
@@ -50,6 +53,8 @@ class Live(NamedTuple):
     rate: Array  # (m,), m/s
     W: Array  # (6, m), about the body frame's origin
     work: Array  # (1,), of the cables on the platform since the start, J
+    beside: Array  # (6,), what bent cables exert besides their tensions along their chords, laid out as `applied`
+    place: Array  # (7,), pose of the body frame when `work` was last added to, of plants with bent cables
     W_rate: Array  # (6, m), and from here work space
     light: Array  # (m,), tensions without the drums' inertia, N
     mass: Array  # (m,), what that inertia is along the cable, kg
@@ -66,8 +71,9 @@ def fixed(robot: Robot, frame: BodyFrame, gravity: Array) -> Fixed:
         inertial = robot.inertial.copy()
     free = np.zeros(6)
     free[robot.rows] = 1.0
-    stretches = any(chain_of(robot, cable).stretches for cable in robot.cables)
-    return Fixed(stretches, pack(robot).copy(), frame.lines, frame.offset, inertial, free, np.array(gravity))
+    chains = [chain_of(robot, cable) for cable in robot.cables]
+    stretches, bends = any(chain.stretches for chain in chains), any(chain.span.bends for chain in chains)
+    return Fixed(stretches, bends, pack(robot).copy(), frame.lines, frame.offset, inertial, free, np.array(gravity))
 
 
 def live(m: int, command: Array, external: Array, body: Array, applied: Array) -> Live:
@@ -84,6 +90,8 @@ def live(m: int, command: Array, external: Array, body: Array, applied: Array) -
         rate=np.zeros(m),
         W=np.zeros((6, m)),
         work=np.zeros(1),
+        beside=np.zeros(6),
+        place=np.zeros(7),
         W_rate=np.zeros((6, m)),
         light=np.zeros(m),
         mass=np.zeros(m),
@@ -104,7 +112,22 @@ def settle(fixed: Fixed, live: Live) -> None:
     cable_geometry(fixed.lines, live.body, live.W, live.length, live.rate)
     for i in range(m):
         live.work[0] += live.tension[i] * (before[i] - live.length[i])
+    if fixed.bends:
+        live.work[0] += moved(live)
     pull(fixed, live)
+
+
+@apart
+@kernel
+def moved(live: Live) -> float:
+    """Return the work, J, of `beside` on the way from `place` to `body`, and make that the place."""
+    turned = logarithm(multiply(quaternion(live.body, 3), conjugate(quaternion(live.place, 3))))
+    work = 0.0
+    for i in range(3):
+        work += live.beside[i] * (live.body[i] - live.place[i]) + live.beside[3 + i] * turned[i]
+    for i in range(7):
+        live.place[i] = live.body[i]
+    return work
 
 
 @kernel
@@ -115,7 +138,7 @@ def step(fixed: Fixed, live: Live, h: float) -> None:
         m = fixed.cables.shape[0]
         winch = live.winch
         for i in range(m):
-            if fixed.cables[i, PULL] != 0.0:
+            if fixed.cables[i, REST] != 0.0:
                 winch[m + i] += h * speeding(fixed, live, i)
                 winch[i] -= h * fixed.cables[i, WINCH] * winch[m + i]
 
@@ -136,8 +159,11 @@ def start(fixed: Fixed, live: Live) -> None:
     for i in range(m):
         row = fixed.cables[i]
         live.winch[i], live.winch[m + i] = 0.0, 0.0
-        if row[PULL] != 0.0:
-            live.winch[i] = rest(row[REST], row[SPAN:], live.length[i], live.command[i])
+        if row[REST] != 0.0:
+            if row[PULL] != 0.0:
+                live.winch[i] = rest(row[REST], row[SPAN:], live.length[i], live.command[i])
+            else:
+                live.winch[i] = unwind(fixed, live, i)
             live.winch[m + i] = -live.rate[i] / row[WINCH]
 
 
@@ -149,11 +175,64 @@ def pull(fixed: Fixed, live: Live) -> None:
         start(fixed, live)
     if tell(fixed, live):
         share(fixed, live)
-    applied_wrench(fixed.lines, fixed.offset, live.tension, live.external, live.body, live.applied)
+    apply(fixed, live)
     for i in range(m):
         size = abs(live.tension[i])
         if size > live.highest[i]:
             live.highest[i] = size
+
+
+@kernel
+def apply(fixed: Fixed, live: Live) -> None:
+    """Write into `applied` what tensions, bent cables and the external wrench do."""
+    applied_wrench(fixed.lines, fixed.offset, live.tension, live.external, live.body, live.applied)
+    if fixed.bends:
+        for j in range(6):
+            live.applied[j] += live.beside[j]
+
+
+@kernel
+def run(fixed: Fixed, live: Live, i: int) -> tuple[Vector, Vector, float]:
+    """Return the lever of cable i's anchor on the body, its chord from there (3,), and its length on the exit, m."""
+    p = vector(live.body, 0)
+    b, P = tip(fixed.lines, i, p, quaternion(live.body, 3))
+    E = exit_point_and_length(fixed.lines, i, P)
+    away, _ = chord(p, b, (E[0], E[1], E[2]))
+    return b, away, E[3]
+
+
+@apart
+@kernel
+def unwind(fixed: Fixed, live: Live, i: int) -> float:
+    """Return the unwound length at which the tension of a bent cable is its command."""
+    row = fixed.cables[i]
+    _, away, wound = run(fixed, live, i)
+    unwound: float = bent_rest(row[REST], row[SPAN:], away, wound, live.command[i], vector(fixed.gravity, 0))
+    return unwound
+
+
+@apart
+@kernel
+def bend(fixed: Fixed, live: Live) -> None:
+    """Write the tensions of bent cables at their winches, and into `beside` what their forces differ from these by."""
+    m = fixed.cables.shape[0]
+    gravity = vector(fixed.gravity, 0)
+    for j in range(6):
+        live.beside[j] = 0.0
+    for i in range(m):
+        row = fixed.cables[i]
+        if row[BENT_PULL] == 0.0:
+            continue
+        b, away, wound = run(fixed, live, i)
+        stretching = live.rate[i] + row[WINCH] * live.winch[m + i]
+        end = bent_pull(row[BENT_PULL], row[SPAN:], away, wound, live.winch[i], stretching, row[LOWEST], gravity)
+        live.light[i] = end[3]
+        live.tension[i] = end[3]
+        f = (end[0] - end[3] * live.W[0, i], end[1] - end[3] * live.W[1, i], end[2] - end[3] * live.W[2, i])
+        c = cross(b, f)
+        for j in range(3):
+            live.beside[j] += f[j]
+            live.beside[3 + j] += c[j]
 
 
 @kernel
@@ -167,7 +246,7 @@ def tell(fixed: Fixed, live: Live) -> bool:
         if row[PULL] != 0.0:
             unwound, stretching = live.winch[i], live.rate[i] + row[WINCH] * live.winch[m + i]
             live.light[i] = pulled(row[PULL], row[SPAN:], live.length[i], unwound, stretching, row[LOWEST])
-        else:
+        elif row[REST] == 0.0:
             if not swinging:
                 wrench_matrix_rate(fixed.lines, live.body, live.W_rate)
                 swinging = True
@@ -177,6 +256,8 @@ def tell(fixed: Fixed, live: Live) -> bool:
             live.light[i], live.mass[i] = held(row[HELD], row[WINCH:SPAN], live.command[i], live.rate[i], swing)
             heavy = heavy or live.mass[i] != 0.0
         live.tension[i] = live.light[i]
+    if fixed.bends:
+        bend(fixed, live)
     return heavy
 
 
@@ -197,7 +278,7 @@ def share(fixed: Fixed, live: Live) -> None:
     for _ in range(2 * m + 2):
         for i in range(m):
             tension[i] = pulls[i] * light[i]
-        applied_wrench(fixed.lines, fixed.offset, tension, live.external, live.body, live.applied)
+        apply(fixed, live)
         mass_matrix(fixed, live)
         for i in range(m):
             reflected = pulls[i] * mass[i]

@@ -47,4 +47,4 @@ class Winches:
     def arrays(self) -> tuple[Array, ...]:
         """All that the future depends on, besides the arrays of the backend."""
         live = self.live
-        return live.winch, live.tension, live.highest, live.length, live.work
+        return live.winch, live.tension, live.highest, live.length, live.work, live.beside, live.place

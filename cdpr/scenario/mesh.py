@@ -20,6 +20,8 @@ Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
 HEAD = 84
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
 
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # some editors put it before text
+
 
 def box_around(path: str) -> Corners:
     """Return the lower and the upper corner, m, of the box around a mesh, whose numbers are metres.
@@ -55,29 +57,39 @@ def _box(path: str, stamp: tuple[int, int]) -> Corners:
 
 
 def _stl(content: bytes) -> Array:
-    """Corners (k, 3) of an STL file, binary or text."""
+    """Corners (k, 3) of an STL file, binary or text; the comment of a binary one may begin as a text does."""
     count = int.from_bytes(content[80:HEAD], "little")
-    if len(content) >= HEAD and len(content) == HEAD + count * TRIANGLE.itemsize:
+    length = HEAD + count * TRIANGLE.itemsize
+    if len(content) >= HEAD and len(content) == length:
         triangles = np.frombuffer(content, TRIANGLE, count, HEAD)
         return triangles["corners"].reshape(-1, 3).astype(np.float64)
-    if content[:5] != b"solid":
+    text = content.removeprefix(BYTE_ORDER_MARK)
+    if text[:5].lower() != b"solid":
         raise ValueError("neither binary STL of the length that it says, nor text that begins with 'solid'")
-    return _vectors(content, b"vertex")
+    if b"\0" in text:
+        told = f"of {length} bytes, as the {count} triangles that it says take" if len(content) >= HEAD else "whole"
+        raise ValueError(f"it holds bytes that no text has, and is no binary STL {told}: it has {len(content)} bytes")
+    if b"endsolid" not in text.lower():
+        raise ValueError("it is text that does not end with 'endsolid': a part of it is missing")
+    return _vectors(text, b"vertex")
 
 
 def _obj(content: bytes) -> Array:
-    """Corners (k, 3) of a Wavefront OBJ file."""
-    return _vectors(content, b"v")
+    """Corners (k, 3) of a Wavefront OBJ file; a line that ends with a backslash goes on in the next."""
+    return _vectors(content.removeprefix(BYTE_ORDER_MARK), b"v", goes_on=b"\\")
 
 
-def _vectors(content: bytes, word: bytes) -> Array:
-    """The three numbers behind `word` in each line that begins with it, (k, 3)."""
+def _vectors(content: bytes, word: bytes, goes_on: bytes = b"") -> Array:
+    """The three numbers behind `word`, in small letters or capitals, in each line that begins with it, (k, 3)."""
     found = []
-    for number, line in enumerate(content.splitlines(), 1):
+    lines = iter(enumerate(content.splitlines(), 1))
+    for number, line in lines:
+        while goes_on and line.rstrip().endswith(goes_on):
+            line = line.rstrip()[: -len(goes_on)] + b" " + next(lines, (0, b""))[1]
         words = line.split()
-        if words and words[0] == word:
+        if words and words[0].lower() == word:
             try:
-                x, y, z = map(float, words[1:4])
+                x, y, z = map(float, (each.replace(b"_", b"?") for each in words[1:4]))  # 1_0 is one in Python alone
             except ValueError:
                 raise ValueError(f"three numbers are expected after '{word.decode()}' in line {number}") from None
             found.append((x, y, z))

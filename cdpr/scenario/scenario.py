@@ -181,21 +181,18 @@ class Scenario:
         return problems.items
 
     def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:
-        """Return YAML of the scenario with these events and a duration (s), to stand in another folder."""
-        data = self._plain()
+        """Return YAML of the scenario with these events and a duration (s), to stand in another folder.
+
+        Events name their files as seen from there.
+        """
+        data = self._plain_in(folder)
         data["simulation"]["duration"] = duration
         data["events"] = [_dumped(event) for event in events]
-        here = self._document.folder
-        for key in self.trajectory.files:
-            data["trajectory"][key] = os.path.relpath(os.path.join(here, data["trajectory"][key]), folder)
-        sections = {"controller": self.controller_options, "solver": self.solver_options, "actuators": self.actuators}
-        for name, options in sections.items():
-            if options is not None:
-                data[name] |= _located(options, folder)
-        for name, options in self._backend_options.items():
-            if name in data["backend_options"]:
-                data["backend_options"][name] |= _located(options, folder)
         return dump(data)
+
+    def yaml_in(self, folder: str) -> str:
+        """Return `resolved_yaml` to stand in another folder: it names the same files."""
+        return dump(self._plain_in(folder))
 
     def resolved_yaml(self) -> str:
         """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario.
@@ -229,6 +226,28 @@ class Scenario:
 
     def __hash__(self) -> int:
         return hash(self.resolved_yaml())
+
+    def _plain_in(self, folder: str) -> dict[str, Any]:
+        """Return plain data with names of files as seen from a folder."""
+        data = self._plain()
+
+        def move(section: dict[str, Any], *keys: str) -> None:
+            for key in keys:
+                section[key] = os.path.relpath(os.path.join(self._document.folder, section[key]), folder)
+
+        move(data["trajectory"], *self.trajectory.files)
+        for written, event in zip(data["events"], self.events, strict=True):
+            move(written, *event.files)
+        shape = data["robot"]["platform"].get("shape", {})
+        move(shape, *({"mesh"} & shape.keys()))
+        sections = {"controller": self.controller_options, "solver": self.solver_options, "actuators": self.actuators}
+        for name, options in sections.items():
+            if options is not None:
+                data[name] |= _located(options, folder)
+        for name, options in self._backend_options.items():
+            if name in data["backend_options"]:
+                data["backend_options"][name] |= _located(options, folder)
+        return data
 
     def _plain(self) -> dict[str, Any]:
         """Return the sections as plain data in the order of the schema."""

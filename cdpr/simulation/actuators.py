@@ -151,7 +151,7 @@ class ActuatedPlant(Backend):
 
 def _exported(robot: Robot, step: float) -> Archive:
     try:
-        path = cached_fmu(Actuator(robot, float(step)))
+        path = cached_fmu(_winches(robot, step))
     except CdprError as error:
         raise type(error)(
             f"actuators: without a file they are exported with the values of the robot: {error}"
@@ -160,6 +160,11 @@ def _exported(robot: Robot, step: float) -> Archive:
     if archive.sha256 != archive.path.stem:
         raise FmuError(f"{archive.path}: was changed since cdpr made it; remove it")
     return archive
+
+
+def _winches(robot: Robot, step: float) -> Actuator:
+    """Return those that take the place of the robot's own cables."""
+    return Actuator(with_model(robot, ACTUATED), float(step))
 
 
 def _complete(robot: Robot) -> bool:
@@ -173,7 +178,7 @@ def _known(robot: Robot, step: float) -> dict[str, Known]:
         return {}
     return {
         variable.name: (np.reshape(variable.values, variable.shape), variable.unit)
-        for variable in Actuator(robot, step).variables()
+        for variable in _winches(robot, step).variables()
         if variable.causality == "parameter"
     }
 

@@ -257,7 +257,8 @@ class Simulation(Live):
         """End the log where it is, and begin one in another folder."""
         path = next_folder(before.first) if out is None else folder_name(out)
         here = {"folder": str(before.path), "time": snapshot.moment.time}
-        folder = RunFolder(path, self._attempt.header, branch=here, first=before.first)
+        scenario = self._attempt.scenario.yaml_in
+        folder = RunFolder(path, self._attempt.header, branch=here, first=before.first, scenario=scenario)
         with self._kept():
             self._attempt = self._attempt.branch(folder)
             assert self._attempt.recorder is not None

@@ -41,4 +41,4 @@ def attempt(
         return Attempt(scenario, header, out)
     path = None if out is None else folder_name(out)
     check_room(scenario, header, path)
-    return Attempt(scenario, header, None if path is None else RunFolder(path, header))
+    return Attempt(scenario, header, None if path is None else RunFolder(path, header, scenario=scenario.yaml_in))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+from cdpr.cables import chain_of
 from cdpr.fmu.export import Plant, fmu_bytes
 from cdpr.scenario import Scenario, load_scenario
 
@@ -26,6 +27,7 @@ WINCH = [
 ]
 ELASTIC = [*WINCH, "robot.cable.model=elastic"]
 RIGID = [*WINCH, "robot.cable.model=rigid"]
+MIXED = [*ELASTIC, "robot.cables[0].model=rigid", "robot.cables[3].model=ideal"]
 SKEWED = [
     "robot.platform.center_of_mass=[0.03, -0.02, 0.06]",
     "robot.platform.inertia=[0.24, 0.25, 0.4, 0.02, -0.01, 0.03]",
@@ -48,6 +50,9 @@ CASES = {
     "planar_rigid": ("planar", RIGID),
     "spherical_elastic": ("spherical", [*SKEWED, *ELASTIC]),
     "spherical_rigid": ("spherical", [*SKEWED, *RIGID]),
+    "mixed": ("cogiro", MIXED),
+    "pulleys_mixed": ("cogiro_pulleys", MIXED),
+    "planar_mixed": ("planar", MIXED),
     "legs_elastic": ("caroca", [*ELASTIC, "robot.unilateral=false"]),
 }
 
@@ -74,4 +79,7 @@ def load(plant: Plant, t: float) -> tuple[np.ndarray, np.ndarray]:
     """Commands (m,), at times such that cables on winches hang slack, and an external wrench (6,) at time t."""
     m = plant.robot.m
     command = 200.0 + (400.0 if plant.winches else 200.0) * np.sin(3.0 * t + np.arange(m))
+    for i, cable in enumerate(plant.robot.cables):
+        if chain_of(plant.robot, cable).immediate:  # it would push with what is below 0
+            command[i] = max(command[i], 0.0)
     return command, 10.0 * np.cos(2.0 * t + np.arange(6))

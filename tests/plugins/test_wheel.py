@@ -65,3 +65,12 @@ def test_the_examples_of_the_wheel_are_those_of_the_tree(python, tmp_path):
     assert {os.path.relpath(row["file"], python[1] / "cdpr" / "examples") for row in rows} == {
         str(path.relative_to(ROOT / "scenarios")) for path in (ROOT / "scenarios").rglob("*.yaml")
     }
+
+
+def test_the_wheel_holds_all_c(python):
+    """Without which no FMU can be exported."""
+    of_tree = {path.relative_to(ROOT) for path in (ROOT / "cdpr").rglob("*") if path.suffix in (".c", ".h")}
+    assert len(of_tree) > 20
+    assert {
+        path.relative_to(python[1]) for path in (python[1] / "cdpr").rglob("*") if path.suffix in (".c", ".h")
+    } == of_tree

@@ -18,7 +18,10 @@ STEPS, STEP = 200, 0.001
 STRICT = ("-Wall", "-Wextra", "-Wshadow", "-Wvla", "-Werror")
 SANITIZE = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
-CASES = pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid"])
+# Kinds of winch and span as a configuration writes them: bits of 2.0, 0.0 and infinity.
+DRUM, NONE, INFINITE = "4000000000000000", "0000000000000000", "7ff0000000000000"
+
+CASES = pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid", "pulleys_mixed"])
 
 
 def compile_host(folder, *flags):
@@ -91,18 +94,29 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
     assert len(done.stdout.split()) == 13
 
 
-def test_a_damaged_configuration_is_refused(sanitized, tmp_path):
+@pytest.mark.parametrize(
+    ("case", "more"),
+    [
+        (
+            "caroca",
+            [(" mass 2 1 ", " mass 9999 1 "), (" mass 2 1 ", " mass 2 99999 "), ("parameter mass", "nothing mass")],
+        ),
+        ("mixed", [(f" 16 {DRUM} {NONE} ", f" 16 {kinds} ") for kinds in (f"{NONE} {NONE}", f"{INFINITE} {NONE}")]),
+        ("mixed", [(f" 16 {DRUM} {NONE} ", f" 16 {DRUM} {INFINITE} "), ("winch.inertia", "winch.inartia")]),
+    ],
+)
+def test_a_damaged_configuration_is_refused(case, more, sanitized, tmp_path):
     """Cut anywhere, or with numbers that lead out of the arrays: a message and no instance."""
     host, shared = sanitized
-    path = write(plant_of(scenario("caroca")), 3, tmp_path)
+    path = write(plant_of(scenario(case)), 3, tmp_path)
     with zipfile.ZipFile(path) as archive:
         whole = archive.read("resources/plant.cfg").decode()
-    damaged = [whole[:length] for length in range(0, len(whole) - 17, 211)]
+    damaged = [whole[:length] for length in range(0, len(whole) - 17, 211 if case == "caroca" else 2011)]
     changes = [
         *[("cables 8", f"cables {number}") for number in ("9", "999999", "-1")],
         *[("numbers ", "numbers 9"), ("variables ", "variables 9")],
-        *[(" mass 2 1 ", " mass 9999 1 "), (" mass 2 1 ", " mass 2 99999 ")],
-        *[("parameter mass", f"{other}") for other in ("parameter masse", "nothing mass", "parameter gravity")],
+        *[("parameter mass", f"{other}") for other in ("parameter masse", "parameter gravity")],
+        *more,
     ]
     for old, new in changes:
         assert old in whole

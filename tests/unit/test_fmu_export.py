@@ -172,17 +172,59 @@ def test_winches_come_along_when_asked_for(tmp_path, cdpr):
     cdpr("export", WINCHES, "-o", "b.fmu")
     with Driver(tmp_path / "b.fmu") as driver:
         driver.set("cable_tension", np.full(8, 300.0))
-    cdpr("export", WINCHES, "-o", "w.fmu", "--only-winch", "--set", "cable.model=ideal")
+    cdpr("export", WINCHES, "-o", "w.fmu", "--only-winch")
     with Driver(tmp_path / "w.fmu") as driver:
         assert (driver.get("cable_length") > 1.0).all()  # those at home
         driver.set("command", np.full(8, 300.0))
         assert np.allclose(driver.get("cable_tension"), 300.0)
     assert "exclude each other" in cdpr("export", WINCHES, "-o", "c.fmu", "--only-winch", "--with-winch", code=2).stderr
-    assert "has no winch" in cdpr("export", ROBOT, "-o", "c.fmu", "--only-winch", code=2).stderr
+    stretching = ("--set", "cable.model=elastic", "--set", "cable.axial_stiffness=1e5")
+    assert "winch" in cdpr("export", ROBOT, "-o", "c.fmu", "--only-winch", *stretching, code=2).stderr
     said = cdpr("export", ROBOT, "-o", "c.fmu", "--with-winch", code=2).stderr
     assert "ideal cables" in said
     assert "cable.model rigid or elastic" in said
     assert not (tmp_path / "c.fmu").exists()
+
+
+@FMI
+def test_winches_alone_are_those_of_the_robot(fmi, tmp_path, cdpr, capfd):
+    """Ideal cables pull as commanded, those that stretch by their own equations; what does not stretch is refused."""
+    cdpr("export", WINCHES, "-o", "w.fmu", "--fmi", str(fmi), "--only-winch", "--set", "cables[3].model=ideal")
+    with Driver(tmp_path / "w.fmu") as driver:
+        driver.set("command", np.full(8, 300.0))
+        length = driver.get("cable_length")
+        driver.step(0.0, 0.001)
+        driver.set("command", np.full(8, 400.0))
+        driver.set("cable_length", length + 1e-3)
+        tension = driver.get("cable_tension")
+        assert tension[3] == 400.0  # at once, whatever its length
+        others = np.delete(np.arange(8), 3)
+        assert np.allclose(tension[others], 300.0 + 1e5 * 1e-3 / length[others] * (1 + 300 / 1e5), rtol=0.02)
+        assert driver.get("drum_speed")[3] == 0.0
+        assert driver.get("unstretched_length")[3] == length[3] + 1e-3  # all of it
+        command = np.full(8, 400.0)
+        command[3] = -5.0
+        driver.set("command", command)
+        assert driver.get("cable_tension")[3] == 0.0
+        capfd.readouterr()
+        driver.step(0.001, 0.001)
+        assert "command[4] is -5 N" in capfd.readouterr().out
+    for changes, said in (
+        (["cables[2].model=rigid"], "cable 'cable_3' has model rigid: it does not stretch"),
+        (["cable.model=rigid"], "cable 'cable_1' has model rigid: it does not stretch"),
+        (["cable.model=ideal"], "has ideal cables, so there is no winch to export: set cable.model to elastic"),
+    ):
+        options = [word for change in changes for word in ("--set", change)]
+        assert said in cdpr("export", WINCHES, "-o", "c.fmu", "--only-winch", *options, code=2).stderr
+    assert not (tmp_path / "c.fmu").exists()
+
+
+def test_winches_of_a_scenario_with_actuators_are_those_that_it_exports_itself(tmp_path, cdpr):
+    """They take the place of the robot's cables, whatever these are."""
+    scenario = str(ROOT / "scenarios" / "winch_fmu.yaml")
+    cdpr("export", scenario, "-o", "w.fmu", "--only-winch", "--set", "robot.cable.model=ideal")
+    cdpr("export", scenario, "-o", "v.fmu", "--only-winch")
+    assert (tmp_path / "w.fmu").read_bytes() == (tmp_path / "v.fmu").read_bytes()
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from mcap_ros2.decoder import DecoderFactory
 from test_scenario_base import BASE, load, problem
 
 import cdpr
+from cdpr import Simulation, load_run, simulate
 from cdpr.log.run import Header
 from cdpr.model import Box, Cylinder, Mesh, Sphere, rotations
 from cdpr.report.figures.scene import Scene
@@ -25,6 +26,8 @@ CAROCA = ROOT / "scenarios" / "caroca.yaml"
 ROBOT = ROOT / "scenarios" / "robots" / "caroca.yaml"
 CORNERS = [(0.0, 0.0, -0.5), (1.0, 0.25, 0.0), (0.5, -0.75, 0.125)]  # exact in single precision
 AROUND = ((0.0, -0.75, -0.5), (1.0, 0.25, 0.125))
+
+MARK = b"\xef\xbb\xbf"
 
 ROUND_OFF = 1e-12  # of coordinates of some metres
 # Two runs whose numbers differ by round-off from the first sample on, for 0.3 s under control; measured 2e-11 N.
@@ -48,7 +51,20 @@ def obj(corners):
 
 @pytest.mark.parametrize(
     ("name", "content"),
-    [("a.stl", binary(CORNERS)), ("b.STL", text(CORNERS)), ("c.obj", obj(CORNERS)), ("d.stl", text(CORNERS * 20))],
+    [
+        ("a.stl", binary(CORNERS)),
+        ("a.stl", b"solid tool".ljust(80) + binary(CORNERS)[80:]),
+        ("b.STL", text(CORNERS)),
+        ("b.stl", MARK + text(CORNERS)),
+        ("b.stl", text(CORNERS).upper().replace(b"\n", b"\r\n")),
+        ("c.obj", obj(CORNERS)),
+        ("c.obj", MARK + obj(CORNERS)),
+        (
+            "c.obj",
+            obj(CORNERS).replace(b"v ", b"V ").replace(b" 0.25", b" \\\n  0.25").replace(b" -0.75", b"\\\r\n -0.75"),
+        ),
+        ("d.stl", text(CORNERS * 20)),
+    ],
 )
 def test_the_box_around_a_mesh(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
@@ -60,7 +76,17 @@ def test_the_box_around_a_mesh(tmp_path, name, content):
     [
         ("a.stl", binary(CORNERS)[:-1], "neither binary STL of the length that it says, nor text that begins with"),
         ("a.stl", b"", "neither binary STL"),
-        ("a.stl", b"solid nothing\n", "it has no corner"),
+        ("a.stl", b"solid nothing\nendsolid\n", "it has no corner"),
+        ("a.stl", text(CORNERS)[:-12], "it is text that does not end with 'endsolid'"),
+        (
+            "a.stl",
+            (b"solid tool".ljust(80) + binary(CORNERS)[80:])[:-9],
+            "no binary STL of 184 bytes, as the 2 triangles",
+        ),
+        ("a.stl", b"solid tool".ljust(80, b"\0"), "is no binary STL whole: it has 80 bytes"),
+        ("a.stl", text([(0.0, 0.0, "1_0")]), "three numbers are expected after 'vertex' in line 4"),
+        ("a.obj", b"v 1 2_0 3\n", "three numbers are expected after 'v' in line 1"),
+        ("a.obj", b"v 0 0 0\nv 1 2 \\\n", "three numbers are expected after 'v' in line 2"),
         ("a.stl", text([(0.0, 0.0, "x")]), "three numbers are expected after 'vertex' in line 4"),
         ("a.obj", b"v 1 2\n", "three numbers are expected after 'v' in line 1"),
         ("a.obj", obj([(0.0, 0.0, float("nan"))]), "a corner is not finite"),
@@ -116,6 +142,59 @@ def test_a_mesh_lies_beside_the_file_that_names_it(tmp_path):
     assert again == scenario
     changed = scenario.with_changes({"robot.platform.shape.mesh": "other.obj"})
     assert changed.robot.platform.shape.lower == (1, 2, 3)
+
+
+def test_a_run_folder_names_the_same_files_as_its_scenario(tmp_path):
+    """It lies elsewhere: a mesh, a table and an event's file are found from there, and the run repeats to the bit."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "tool.stl").write_bytes(binary(CORNERS))
+    (tmp_path / "robot.yaml").write_text(ROBOT.read_text().replace("{box: [1.2, 0.6, 0.4]}", "{mesh: parts/tool.stl}"))
+    (tmp_path / "path.csv").write_text("t,x,y,z\n0,0,0,1.2\n0.05,0,0,1.25\n")
+    (tmp_path / "s.yaml").write_text(
+        "robot: robot.yaml\ninitial: {position: [0, 0, 1.2]}\nsimulation: {duration: 0.02}\n"
+        "trajectory: {type: csv, file: path.csv}\n"
+    )
+    with Simulation(tmp_path / "s.yaml") as sim:
+        sim.step(5, wrench=[0, 0, 1500, 0, 0, 0])
+        while not sim.done:
+            sim.step()
+        sim.save(tmp_path / "session.yaml")
+    first = simulate(tmp_path / "session.yaml", out=tmp_path / "deep" / "er" / "run")
+    written = tmp_path / "deep" / "er" / "run" / "scenario.yaml"
+    again = simulate(written, out=tmp_path / "again")
+    assert np.array_equal(first.rows, again.rows)
+    assert load_scenario(written).robot.platform.outline == {"mesh": [list(corner) for corner in AROUND]}
+    assert load_run(tmp_path / "again").header.scenario_yaml == again.header.scenario_yaml
+    assert load_scenario(tmp_path / "again" / "scenario.yaml").trajectory.file == "../path.csv"
+    moved = tmp_path / "elsewhere" / "session.yaml"
+    moved.parent.mkdir()
+    with Simulation(tmp_path / "s.yaml") as sim:
+        sim.step(2)
+        sim.save(moved)
+    assert load_scenario(moved).robot.platform.outline == {"mesh": [list(corner) for corner in AROUND]}
+
+
+@pytest.mark.parametrize("good", [binary(CORNERS), text(CORNERS), obj(CORNERS)], ids=["binary", "text", "obj"])
+def test_whatever_bytes_are_a_mesh_or_told(tmp_path, good):
+    """Cut, bytes changed, lines repeated: a finite box or one sentence."""
+    rng = np.random.default_rng(0)
+    for k in range(400):
+        content = bytearray(good[: rng.integers(len(good)) if k % 4 == 0 else None])
+        for place in rng.integers(max(len(content), 1), size=min(len(content), k % 3)):
+            content[place] = rng.integers(256)
+        path = tmp_path / f"{k}{'.obj' if good.startswith(b'#') else '.stl'}"
+        path.write_bytes(bytes(content))
+        told = ""
+        try:
+            lower, upper = mesh.box_around(str(path))
+        except UnreadableError as error:
+            told = str(error)
+        if told:
+            assert "is no mesh: " in told
+            assert told.isprintable()
+        else:
+            assert np.isfinite([lower, upper]).all()
+            assert (np.array(lower) <= upper).all()
 
 
 @pytest.mark.parametrize(

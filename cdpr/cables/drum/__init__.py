@@ -13,25 +13,14 @@ would be subtracted.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from cdpr.cables.chain import Number, Winch
 
-from cdpr.cables.chain import Winch
-from cdpr.errors import CdprError
-from cdpr.model import Cable
+NUMBERS = (
+    Number("winch.drum_radius", "m", "radius of the drum", positive=True),
+    Number("winch.inertia", "kg.m2", "inertia of motor and drum about the drum's axis", positive=True),
+    Number("winch.viscous_friction", "N.m.s/rad", "friction torque per drum speed"),
+    Number("winch.coulomb_friction", "N.m", "friction torque of a drum that turns"),
+    Number("winch.coulomb_speed", "rad/s", "drum speed at which that reaches 76 % of its value", positive=True),
+)
 
-
-def numbers(cable: Cable) -> Sequence[float]:
-    """Return radius, inertia, and the three numbers of friction."""
-    winch = cable.winch
-    if winch is None:
-        raise CdprError(f"cable '{cable.name}' has no winch, which its cable model needs")
-    return (
-        winch.drum_radius,
-        winch.inertia,
-        winch.viscous_friction,
-        winch.coulomb_friction,
-        winch.coulomb_speed,
-    )
-
-
-DRUM = Winch(needs=("winch",), kernels="cdpr.cables.drum.kernels", numbers=numbers)
+DRUM = Winch(needs=("winch",), kernels="cdpr.cables.drum.kernels", numbers=NUMBERS)

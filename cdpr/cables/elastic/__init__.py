@@ -12,18 +12,11 @@ Where impacts matter, take a shorter physics step.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from cdpr.cables.chain import Number, Span
 
-from cdpr.cables.chain import Span
-from cdpr.errors import CdprError
-from cdpr.model import Cable
+NUMBERS = (
+    Number("cable.axial_stiffness", "N", "axial stiffness, E A", positive=True),
+    Number("cable.damping", "N.s/m", "damping along the cable"),
+)
 
-
-def numbers(cable: Cable) -> Sequence[float]:
-    """Return stiffness and damping."""
-    if cable.axial_stiffness is None:
-        raise CdprError(f"cable '{cable.name}' has no axial_stiffness, which its cable model needs")
-    return cable.axial_stiffness, cable.damping
-
-
-ELASTIC = Span(needs=("axial_stiffness",), uses=("damping",), kernels="cdpr.cables.elastic.kernels", numbers=numbers)
+ELASTIC = Span(needs=("axial_stiffness",), uses=("damping",), kernels="cdpr.cables.elastic.kernels", numbers=NUMBERS)

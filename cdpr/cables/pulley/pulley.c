@@ -1,7 +1,7 @@
 /* The twin of kernels.py beside it, operation by operation. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
-#include "exits.h"
+#include "parts.h"
 
 static const double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
 

@@ -14,9 +14,9 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from cdpr.cables import in_c
 from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.description import IDENTIFIER
+from cdpr.fmu.export.parts import part_sources
 from cdpr.model.kernel_cache import user_cache
 
 SOURCE = Path(__file__).parent / "source"
@@ -38,23 +38,7 @@ REMEDY = "give --source-only for an FMU with its C source alone, to be compiled 
 def sources() -> dict[str, bytes]:
     """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
     own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".c", ".h")]
-    kinds = {kind.kind(): kind.source() for kind in in_c()}
-    files = {path.name: path.read_bytes() for path in [*own, *kinds.values()]}
-    return dict(sorted({**files, "exits.c": exit_table(list(kinds)).encode()}.items()))
-
-
-def exit_table(names: Sequence[str]) -> str:
-    """Return the C file that lists the functions of all exits, by the number of their kind, from 1."""
-    prototypes = [
-        f"Vector {name}_leave(const double *row, Vector P, double *wound);\n"
-        f"Vector {name}_carry(const double *row, Vector P, Vector V);"
-        for name in names
-    ]
-    rows = ["{NULL, NULL}", *(f"{{{name}_leave, {name}_carry}}" for name in names)]
-    table = "const Exit EXITS[] = {\n    " + ",\n    ".join(rows) + ",\n};"
-    count = f"const size_t EXIT_KINDS = {len(names)};"
-    head = "/* Written by the exporter. SPDX-License-Identifier: Apache-2.0 */"
-    return "\n".join([head, '#include "exits.h"\n', *prototypes, "", table, count, ""])
+    return dict(sorted({**{path.name: path.read_bytes() for path in own}, **part_sources()}.items()))
 
 
 def platform_folder(fmi: int) -> str:

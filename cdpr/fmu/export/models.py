@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cdpr.cables import ACTUATED, MIXED, chain_of, immediate, in_c, model_of, with_model
+from cdpr.cables import ACTUATED, chain_of, immediate
+from cdpr.cables.chain import Chain
 from cdpr.cables.exit import Exit
 from cdpr.errors import CdprError
+from cdpr.fmu.export.parts import chain_kinds, exit_kind, numbers_of
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
 from cdpr.mechanics.kinematics import lengths, make_state
@@ -17,19 +19,6 @@ from cdpr.model.robot import Array
 COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"
 UNSTRETCHED = "unstretched length between drum and platform"
-
-# Parameters of each cable: whose attribute, its name, unit and text.
-WINCH = [
-    ("winch", "drum_radius", "m", "radius of the drum"),
-    ("winch", "inertia", "kg.m2", "inertia of motor and drum about the drum's axis"),
-    ("winch", "viscous_friction", "N.m.s/rad", "friction torque per drum speed"),
-    ("winch", "coulomb_friction", "N.m", "friction torque of a drum that turns"),
-    ("winch", "coulomb_speed", "rad/s", "drum speed at which that reaches 76 % of its value"),
-]
-ELASTIC = [
-    ("cable", "axial_stiffness", "N", "axial stiffness, E A"),
-    ("cable", "damping", "N.s/m", "damping along the cable"),
-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +49,7 @@ class Plant(Model):
         return f"cable-driven parallel robot '{robot.name}', {robot.m} cables, moves along {', '.join(robot.dof)}"
 
     def variables(self) -> list[Variable]:
-        """All variables; CdprError where winches are to be exported that the robot does not have."""
-        if self.winches and model_of(self.robot) == MIXED:
-            raise CdprError(
-                f"robot '{self.robot.name}' has cables of different models, and an exported plant knows one for all: "
-                "choose one, or export without winches"
-            )
+        """All variables; CdprError where winches are to be exported that the robot does not have, or a part lacks C."""
         if self.winches and immediate(self.robot):
             raise CdprError(
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
@@ -127,16 +111,10 @@ class Plant(Model):
         ]
         if not self.winches:
             return outputs
-        # The inertia of drums on rigid cables reacts to command and wrench at once.
-        rigid = not _stretches(self.robot)
-        outputs.append(output("cable_tension", m, "N", "tension of each cable", direct=rigid))
-        outputs.append(output("drum_speed", m, "rad/s", DRUM_SPEED))
-        if not rigid:
-            outputs.append(output("unstretched_length", m, "m", UNSTRETCHED))
-        return outputs
+        return [*outputs, *_pulled(self.robot, follows=False)]
 
     def _constants(self) -> list[Variable]:
-        constants = [_unilateral(self.robot), *_exits(self.robot)]
+        constants = [_unilateral(self.robot), *_exits(self.robot), *([_chain(self.robot)] if self.winches else [])]
         if self.robot.n < 6:
             guide = tuple(Guide(self.robot).packed.tolist())
             constants.append(
@@ -147,9 +125,9 @@ class Plant(Model):
 
 @dataclass(frozen=True, eq=False)
 class Actuator(Model):
-    """The winches of a robot and its elastic cables, without the platform: commands and lengths in, tensions out.
+    """The winches of a robot and its cables, without the platform: commands and lengths in, tensions out.
 
-    Lengths and rates are held during a step. Whatever the robot's cable model is, they are elastic.
+    Lengths and rates are held during a step. A cable that goes with its drum has no tension without the platform.
     """
 
     robot: Robot
@@ -163,25 +141,23 @@ class Actuator(Model):
     @property
     def description(self) -> str:
         """One line on them."""
-        return (
-            f"winches and elastic cables of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
-        )
+        return f"winches and cables of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
 
     def variables(self) -> list[Variable]:
-        """All variables; CdprError where a winch or a stiffness is not known."""
+        """All variables; CdprError where winches alone make no tension, or what a cable needs is not known."""
         m = self.robot.m
+        _require_own_tensions(self.robot)
         home, _ = home_pose(self.robot)
         start = lengths(self.robot, make_state(home[:3], home[3:]))
         return [
             *_times(self.physics_step),
-            *_winches(with_model(self.robot, ACTUATED)),
+            *_winches(self.robot),
             entrance("command", m, "N", COMMAND),
             entrance("cable_length", m, "m", "distance between the anchors of each cable", start),
             entrance("cable_rate", m, "m/s", "rate of change of cable_length"),
-            output("cable_tension", m, "N", "tension of each cable", direct=True),
-            output("drum_speed", m, "rad/s", DRUM_SPEED),
-            output("unstretched_length", m, "m", UNSTRETCHED),
+            *_pulled(self.robot, follows=True),
             _unilateral(self.robot),
+            _chain(self.robot),
         ]
 
 
@@ -192,32 +168,71 @@ def _times(physics_step: float) -> list[Variable]:
     ]
 
 
-def _stretches(robot: Robot) -> bool:
-    return any(chain_of(robot, cable).stretches for cable in robot.cables)
+def _chains(robot: Robot) -> list[Chain]:
+    return [chain_of(robot, cable) for cable in robot.cables]
+
+
+def _require_own_tensions(robot: Robot) -> None:
+    """Refuse cables whose tension depends on how the platform accelerates, and a robot without any winch."""
+    if immediate(robot):
+        raise CdprError(
+            f"robot '{robot.name}' has ideal cables, so there is no winch to export: set cable.model to {ACTUATED} and "
+            "give winch and stiffness, or export the robot without winches"
+        )
+    for cable, chain in zip(robot.cables, _chains(robot), strict=True):
+        if not (chain.stretches or chain.immediate):
+            raise CdprError(
+                f"cable '{cable.name}' has model {cable.model or robot.cable_model}: it does not stretch, so its drum "
+                "moves with the platform, and winches alone do not tell its tension: set its model to "
+                f"{ACTUATED}, or export winches and platform in one, with --with-winch"
+            )
+
+
+def _pulled(robot: Robot, follows: bool) -> list[Variable]:
+    """Outputs of cables on winches; where tensions follow lengths that come in, they depend on inputs at once."""
+    chains = _chains(robot)
+    # The inertia of drums that cables carry along reacts to command and wrench at once, and ideal cables to commands.
+    direct = follows or not all(chain.stretches for chain in chains)
+    outputs = [
+        output("cable_tension", robot.m, "N", "tension of each cable", direct=direct),
+        output("drum_speed", robot.m, "rad/s", DRUM_SPEED),
+    ]
+    if any(chain.stretches for chain in chains):
+        outputs.append(output("unstretched_length", robot.m, "m", UNSTRETCHED))
+    return outputs
 
 
 def _winches(robot: Robot) -> list[Variable]:
-    for cable in robot.cables:
-        chain = chain_of(robot, cable)
-        chain.winch.numbers(cable), chain.span.numbers(cable)  # say what is lacking
-    known = [*WINCH, *ELASTIC] if _stretches(robot) else WINCH
-    owners: dict[str, list[object]] = {"winch": [cable.winch for cable in robot.cables], "cable": list(robot.cables)}
+    """What the winches and spans take of each cable, 0 where those of a cable do not take it."""
+    parts = [(chain.winch, chain.span) for chain in _chains(robot)]
     return [
-        parameter(f"{owner}.{name}", (robot.m,), unit, [getattr(each, name) for each in owners[owner]], text)
-        for owner, name, unit, text in known
+        parameter(
+            number.name,
+            (robot.m,),
+            number.unit,
+            [
+                number.of(cable) if any(number in part.numbers for part in own) else 0.0
+                for cable, own in zip(robot.cables, parts, strict=True)
+            ],
+            number.text,
+        )
+        for number in numbers_of([part for own in parts for part in own])
     ]
+
+
+def _chain(robot: Robot) -> Variable:
+    kinds = [kind for cable in robot.cables for kind in chain_kinds(robot, cable)]
+    return Variable("chain", "constant", (robot.m, 2), "", tuple(kinds), "kinds of winch and span")
 
 
 def _exits(robot: Robot) -> list[Variable]:
     """Kind and numbers of what each cable leaves the frame by, where not all leave at their anchors."""
-    given = [cable.exit if isinstance(cable.exit, Exit) and cable.exit.kernels else None for cable in robot.cables]
-    if not any(given):
+    rows = []
+    for cable in robot.cables:
+        kind = exit_kind(cable)
+        rows.append([kind, *(cable.exit.numbers() if kind and isinstance(cable.exit, Exit) else [])])
+    if not any(row[0] for row in rows):
         return []
-    kinds: list[type[Exit]] = in_c()
-    for cable, each in zip(robot.cables, given, strict=True):
-        if each is not None and type(each) not in kinds:
-            raise CdprError(f"cable '{cable.name}': exit {each.type} has no C, so it cannot be exported")
-    rows = [[0.0] if each is None else [1.0 + kinds.index(type(each)), *each.numbers()] for each in given]
     width = max(map(len, rows))
     values = [value for row in rows for value in row + [0.0] * (width - len(row))]
     return [Variable("exit", "constant", (robot.m, width), "", tuple(values), "kind and numbers, 0 for an anchor")]

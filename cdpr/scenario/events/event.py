@@ -93,12 +93,14 @@ class ScenarioEvent(Kind):
         overrides: whether it gives cables tensions that the distribution did not choose.
         changes_limits: whether it changes tension limits.
         wants_tensions: whether `tell` needs the tensions of its first sample.
+        files: keys that name files.
     """
 
     ideal_cables_only: ClassVar[bool] = False
     overrides: ClassVar[bool] = False
     changes_limits: ClassVar[bool] = False
     wants_tensions: ClassVar[bool] = False
+    files: ClassVar[tuple[str, ...]] = ()
 
     time: NonNegative = Field(
         description="when it happens: it acts from the first sample at or after this time", json_schema_extra=unit("s")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
@@ -19,6 +19,7 @@ from cdpr.scenario.motions.table import TableError
 class Outside(ScenarioEvent):
     """Wrenches or tensions from a file take the place of the answers of controller or solver."""
 
+    files: ClassVar[tuple[str, ...]] = ("file",)
     type: Literal["outside"] = Field(
         description="wrenches or tensions from a file, in place of what controller or solver would answer"
     )

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "exits.h"
+#include "parts.h"
 
 static const double DIAGONAL = 1e-14; /* share of the trace below which an entry beside the diagonal is round-off */
 static const double DEFINITE = 1e-12; /* share of it that each principal moment must exceed */
@@ -149,7 +149,7 @@ static const Exit *exit_of(const Plant *plant, size_t i, double row[NUMBERS + EX
     memset(row, 0, (NUMBERS + EXIT_NUMBERS) * sizeof *row);
     memcpy(row, plant->field[FRAME_ANCHORS] + 3 * i, 3 * sizeof *row);
     memcpy(row + NUMBERS, own + 1, (plant->exit - 1) * sizeof *row);
-    return EXITS + (size_t)own[0];
+    return ALL_EXITS + (size_t)own[0];
 }
 
 /* From platform to frame; b, the lever of its end on the platform; what lies on the exit, unless NULL. */
@@ -163,7 +163,8 @@ static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vecto
     return subtract(subtract(E, at->position), *b);
 }
 
-Vector body_exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V) {
+/* Velocity of the point where cable i leaves the frame; b is the lever of its other end, which moves with V. */
+static Vector exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V) {
     double row[NUMBERS + EXIT_NUMBERS];
     const Exit *exit = exit_of(plant, i, row);
     return exit ? exit->carry(row, add(at->position, b), V) : (Vector){0.0, 0.0, 0.0};
@@ -179,6 +180,15 @@ Line body_cable(const Plant *plant, const Motion *at, size_t i) {
     line.c = cross(line.b, line.u);
     line.rate = -dot(line.u, at->velocity) - dot(line.c, at->omega);
     return line;
+}
+
+double body_swing(const Plant *plant, const Motion *at, size_t i, const Line *line) {
+    const Vector db = cross(at->omega, line->b);
+    const Vector dE = exit_velocity(plant, at, i, line->b, add(at->velocity, db));
+    const Vector dl = subtract(subtract(dE, at->velocity), db);
+    const Vector du = divide(subtract(dl, scale(dot(line->u, dl), line->u)), line->span);
+    const Vector dc = add(cross(db, line->u), cross(line->b, du));
+    return -dot(du, at->velocity) - dot(dc, at->omega);
 }
 
 Wrench body_wrench(const Plant *plant, const Motion *at) {

@@ -30,8 +30,8 @@ Motion body_to_platform(const Body *body, Motion at);
 
 Line body_cable(const Plant *plant, const Motion *at, size_t i);
 
-/* Velocity of the point where cable i leaves the frame; b is the lever of its other end, which moves with V. */
-Vector body_exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V);
+/* Second rate of a cable's length for a platform that does not accelerate. */
+double body_swing(const Plant *plant, const Motion *at, size_t i, const Line *line);
 
 /* Of the cables' tensions and of the external wrench, which acts at the platform's origin. */
 Wrench body_wrench(const Plant *plant, const Motion *at);

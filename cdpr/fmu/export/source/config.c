@@ -3,7 +3,7 @@
 
    One line a variable: role, name, value reference, number of values, values. A value stands as the 16 hexadecimal
    digits of its IEEE 754 bits: exact, and read alike whatever the locale of the host. */
-#include "plant.h"
+#include "model.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -11,12 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "exits.h"
-
 static const char *const ROLES[] = {"independent", "parameter", "input", "output", "constant"};
 
 /* What a variable belongs to; it is there if all of that is. */
-enum { PLATFORM = 1, WINCH = 2, ELASTIC = 4, OPTIONAL = 8 };
+enum { PLATFORM = 1, WINCH = 2, OPTIONAL = 4 };
 
 enum { ANY = 0 }; /* as many numbers for each cable as there are */
 
@@ -51,20 +49,14 @@ static const struct {
     [GUIDE] = {"guide", 6, false, OPTIONAL},
     [CABLE_EXIT] = {"exit", ANY, true, OPTIONAL},
     [COMMAND] = {"command", 1, true, WINCH},
-    [DRUM_RADIUS] = {"winch.drum_radius", 1, true, WINCH},
-    [DRUM_INERTIA] = {"winch.inertia", 1, true, WINCH},
-    [VISCOUS_FRICTION] = {"winch.viscous_friction", 1, true, WINCH},
-    [COULOMB_FRICTION] = {"winch.coulomb_friction", 1, true, WINCH},
-    [COULOMB_SPEED] = {"winch.coulomb_speed", 1, true, WINCH},
+    [CHAIN] = {"chain", 2, true, WINCH},
     [DRUM_SPEED] = {"drum_speed", 1, true, WINCH},
-    [AXIAL_STIFFNESS] = {"cable.axial_stiffness", 1, true, ELASTIC},
-    [DAMPING] = {"cable.damping", 1, true, ELASTIC},
-    [UNSTRETCHED_LENGTH] = {"unstretched_length", 1, true, ELASTIC},
+    [UNSTRETCHED_LENGTH] = {"unstretched_length", 1, true, OPTIONAL},
     [FAULT] = {"fault", 1, false, OPTIONAL},
     [FAULT_TIME] = {"fault_time", 1, false, OPTIONAL},
 };
 
-const char *plant_name(Field field) { return KNOWN[field].name; }
+const char *plant_name(size_t field) { return field < FIELDS ? KNOWN[field].name : ALL_NUMBERS[field - FIELDS].name; }
 
 static bool fails(char *message, const char *what, const char *name) {
     snprintf(message, MESSAGE, "resources/plant.cfg: %s '%s'; it belongs to another version of this library", what, name);
@@ -77,10 +69,11 @@ static int find_role(const char *name) {
     return -1;
 }
 
-static int find_field(const char *name) {
-    for (int i = 0; i < FIELDS; i++)
-        if (strcmp(name, KNOWN[i].name) == 0) return i;
-    return -1;
+/* How many there are where it is not known. */
+static size_t find_field(const char *name) {
+    size_t i = 0;
+    while (i < FIELDS + NUMBER_COUNT && strcmp(name, plant_name(i)) != 0) i++;
+    return i;
 }
 
 static bool read_value(FILE *file, double *value) {
@@ -92,20 +85,22 @@ static bool read_value(FILE *file, double *value) {
 
 /* Read one line; the values begin at `next`, which moves behind them. */
 static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, char *message) {
-    char role[16] = "", name[32] = "";
+    char role[16] = "", name[64] = "";
     size_t offset, size;
-    if (fscanf(file, "%15s %31s %zu %zu", role, name, &offset, &size) != 4) return fails(message, "broken after", name);
-    const int found_role = find_role(role), found = find_field(name);
+    if (fscanf(file, "%15s %63s %zu %zu", role, name, &offset, &size) != 4) return fails(message, "broken after", name);
+    const int found_role = find_role(role);
+    const size_t found = find_field(name);
     if (found_role < 0) return fails(message, "unknown role", role);
-    if (found < 0 || plant->field[found]) return fails(message, "unknown or repeated variable", name);
+    if (found == FIELDS + NUMBER_COUNT || plant->field[found]) return fails(message, "unknown or repeated variable", name);
     if (offset != *next || size > plant->scalars - offset) return fails(message, "wrong place of", name);
     *next += size;
-    const size_t owners = KNOWN[found].per_cable ? plant->cables : 1;
-    if (KNOWN[found].width == ANY ? owners == 0 || size % owners : size != KNOWN[found].width * owners)
+    const bool own = found >= FIELDS; /* of a part: one number for each cable */
+    const size_t owners = own || KNOWN[found].per_cable ? plant->cables : 1, width = own ? 1 : KNOWN[found].width;
+    if (width == ANY ? owners == 0 || size % owners : size != width * owners)
         return fails(message, "wrong number of values of", name);
     if (found == CABLE_EXIT) plant->exit = size / owners;
     if (plant->exit > 1 + EXIT_NUMBERS) return fails(message, "too many values of", name);
-    plant->variable[index] = (Variable){(Field)found, (Role)found_role, offset, size};
+    plant->variable[index] = (Variable){found, (Role)found_role, offset, size};
     plant->field[found] = plant->number + offset;
     for (size_t i = 0; i < size; i++) {
         plant->owner[offset + i] = index;
@@ -116,30 +111,62 @@ static bool read_variable(Plant *plant, FILE *file, size_t index, size_t *next, 
 
 static bool allocate(Plant *plant) {
     const size_t body = sizeof *plant->body / sizeof(double) + 3 * plant->cables;
+    const size_t rows = 2 * PART_NUMBERS * plant->cables;
     plant->states = 13 + 2 * plant->cables; /* at most */
-    plant->count = plant->scalars + body + plant->states;
+    plant->count = plant->scalars + body + rows + plant->states;
+    plant->field = calloc(FIELDS + NUMBER_COUNT, sizeof *plant->field);
     plant->variable = calloc(plant->variables, sizeof *plant->variable);
     plant->owner = calloc(plant->scalars, sizeof *plant->owner);
     plant->number = calloc(plant->count, sizeof *plant->number);
-    plant->scratch = calloc(3 * plant->states + 8 * plant->cables, sizeof *plant->scratch);
-    if (!plant->variable || !plant->owner || !plant->number || !plant->scratch) return false;
+    plant->scratch = calloc(3 * plant->states + 9 * plant->cables, sizeof *plant->scratch);
+    if (!plant->field || !plant->variable || !plant->owner || !plant->number || !plant->scratch) return false;
     plant->body = (Body *)(plant->number + plant->scalars);
-    plant->state = plant->number + plant->scalars + body;
+    plant->row = plant->number + plant->scalars + body;
+    plant->state = plant->row + rows;
     plant->work = plant->scratch + 3 * plant->states;
     return true;
 }
 
-/* Whether there is all that the model takes: a platform, with winches or without, or elastic winches alone. */
+static bool kinds_known(const double *kind, size_t each, size_t n, double least, size_t kinds) {
+    for (size_t i = 0; i < n; i++)
+        if (!(kind[i * each] >= least && kind[i * each] <= (double)kinds && kind[i * each] == floor(kind[i * each])))
+            return false;
+    return true;
+}
+
+/* Whether the kinds of parts are known, there are the numbers that they take, and tensions follow from what there is. */
+static bool sound_parts(const Plant *plant, char *message) {
+    const double *exit = plant->field[CABLE_EXIT], *chain = plant->field[CHAIN];
+    bool stretches = false;
+    if (exit && !kinds_known(exit, plant->exit, plant->cables, 0.0, EXIT_KINDS))
+        return fails(message, "unknown kind of", plant_name(CABLE_EXIT));
+    if (chain && !(kinds_known(chain, 2, plant->cables, 1.0, WINCH_KINDS)
+                   && kinds_known(chain + 1, 2, plant->cables, 0.0, SPAN_KINDS)))
+        return fails(message, "unknown kind of", plant_name(CHAIN));
+    for (size_t i = 0; chain && i < plant->cables; i++) {
+        stretches = stretches || chain_stretches(plant, i);
+        if (!plant->field[MASS] && !chain_stretches(plant, i) && !chain_immediate(plant, i))
+            return fails(message, "winches alone have no", plant_name(CABLE_TENSION));
+        for (int part = 0; part < 2; part++)
+            for (size_t k = 0; k < chain_taken(plant, i, part)->count; k++) {
+                const size_t field = FIELDS + chain_taken(plant, i, part)->index[k];
+                if (!plant->field[field]) return fails(message, "missing", plant_name(field));
+            }
+    }
+    if (stretches != (plant->field[UNSTRETCHED_LENGTH] != NULL))
+        return fails(message, "missing or useless", plant_name(UNSTRETCHED_LENGTH));
+    return true;
+}
+
+/* Whether there is all that the model takes: a platform, with winches or without, or winches alone. */
 static bool complete(const Plant *plant, char *message) {
     const bool platform = plant->field[MASS] != NULL, winch = plant->field[COMMAND] != NULL;
-    const bool elastic = plant->field[AXIAL_STIFFNESS] != NULL;
-    const int there = platform * PLATFORM + winch * WINCH + elastic * ELASTIC;
-    if (there == 0 || there == WINCH || there == ELASTIC || there == (PLATFORM | ELASTIC))
-        return fails(message, "no model has what is in", "it");
+    const int there = platform * PLATFORM + winch * WINCH;
+    if (there == 0) return fails(message, "no model has what is in", "it");
     for (int i = 0; i < FIELDS; i++)
         if (KNOWN[i].of != OPTIONAL && (plant->field[i] != NULL) != ((KNOWN[i].of & ~there) == 0))
             return fails(message, "missing or useless", KNOWN[i].name);
-    return true;
+    return sound_parts(plant, message);
 }
 
 bool plant_load(Plant *plant, FILE *file, char *message) {
@@ -155,16 +182,12 @@ bool plant_load(Plant *plant, FILE *file, char *message) {
         if (!read_variable(plant, file, i, &next, message)) return false;
     if (next != plant->scalars) return fails(message, "fewer values than", "numbers");
     if (!complete(plant, message)) return false;
-    for (size_t i = 0; plant->field[CABLE_EXIT] && i < plant->cables; i++) {
-        const double kind = plant->field[CABLE_EXIT][i * plant->exit];
-        if (!(kind >= 0.0 && kind <= (double)EXIT_KINDS && kind == floor(kind)))
-            return fails(message, "unknown kind of", plant_name(CABLE_EXIT));
-    }
-    plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[AXIAL_STIFFNESS] ? 2 * plant->cables : 0);
+    plant->states = (plant->field[MASS] ? 13 : 0) + (plant->field[UNSTRETCHED_LENGTH] ? 2 * plant->cables : 0);
     return true;
 }
 
 void plant_free(Plant *plant) {
+    free(plant->field);
     free(plant->variable);
     free(plant->owner);
     free(plant->number);

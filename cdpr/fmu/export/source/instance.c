@@ -132,9 +132,9 @@ static Status tell_pushed(Instance *instance) {
     const bool pushed = i < plant->cables, before = instance->pushed;
     instance->pushed = pushed;
     if (!pushed || before) return OK;
-    return report(instance, WARNING, "cable_tension[%zu] is %g N at %.9g s: a cable cannot push, so 0 N acts; this is "
-                  "not said again until no tension is negative", i + 1, plant->field[CABLE_TENSION][i],
-                  *plant->field[TIME]);
+    return report(instance, WARNING, "%s[%zu] is %g N at %.9g s: a cable cannot push, so 0 N acts; this is not said again "
+                  "until no tension is negative", plant_name(plant->field[COMMAND] ? COMMAND : CABLE_TENSION), i + 1,
+                  plant_asked(plant, i), *plant->field[TIME]);
 }
 
 Status instance_step(Instance *instance, double from, double duration) {

@@ -1,8 +1,9 @@
-/* What winch.c adds to plant.c. SPDX-License-Identifier: Apache-2.0 */
+/* What winch.c and chain.c add to plant.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CDPR_MODEL_H
 #define CDPR_MODEL_H
 
 #include "body.h"
+#include "parts.h"
 
 /* Places in the state of a free platform on ideal cables and of any on winches; the last entry is the angular momentum
    about the centre of mass, world axes, in the first case and the angular velocity in the second. */
@@ -11,15 +12,22 @@ enum { P = 0, Q = 3, V = 7, L = 10, W = 10, WINCHES = 13 };
 /* A platform on cables with winches: winch.c. */
 Motion winch_motion(const double *y);
 void winch_slope(Plant *plant, const double *y, double *dy);
-void winch_publish(Plant *plant); /* tensions, unstretched lengths, drum speeds */
+void winch_publish(Plant *plant); /* tensions, unwound lengths, drum speeds */
 
-/* Winches: drums.c. `y` holds the states of elastic cables; `at` is where the platform is, NULL for winches
-   alone, to which lengths and rates are given. */
-double drum_friction(const Plant *plant, size_t i, double speed);
-void elastic_tensions(Plant *plant, const Motion *at, const double *y);
-void drum_slopes(const Plant *plant, const double *y, double *dy);
-void elastic_begin(const Plant *plant, const Motion *at, double *y); /* if not begun: with each tension as commanded */
-void elastic_publish(Plant *plant, const Motion *at, double *y);
+/* Winches and spans: chain.c. `y` holds the states of cables that stretch; `at` is where the platform is, NULL for
+   winches alone, to which lengths and rates are given. */
+bool chain_stretches(const Plant *plant, size_t i);
+bool chain_immediate(const Plant *plant, size_t i); /* whether the tension of cable i is its command */
+const Taken *chain_taken(const Plant *plant, size_t i, int part); /* by its winch, 0, or its span, 1 */
+void chain_build(Plant *plant);                                   /* write plant->row from the parameters */
+
+/* Write the tensions free of the drums' inertia; unless NULL, that inertia as masses along the cables (n) and the
+   cables' columns of the wrench matrix (6 n). Whether there is any such mass. */
+bool chain_tell(Plant *plant, const Motion *at, const double *y, double *mass, double *column);
+void chain_slopes(const Plant *plant, const double *y, double *dy);
+bool chain_begin(const Plant *plant, const Motion *at, double *y); /* unless begun: with each tension as commanded */
+void chain_publish(Plant *plant, const double *y);
 void actuator_slope(Plant *plant, const double *y, double *dy);
+void actuator_publish(Plant *plant);
 
 #endif

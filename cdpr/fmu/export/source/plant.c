@@ -4,7 +4,7 @@
    On ideal cables, the state of a free platform is position, attitude and velocity of the body frame and its angular
    momentum in world axes, which a free body keeps to round-off; so is that of a platform on a ball, which turns about
    its origin and does not move; that of another guided one is position and velocity of the origin, angle about the
-   hinge and its rate. On winches see winch.c; for winches alone drums.c. */
+   hinge and its rate. On winches see winch.c; for winches alone chain.c. */
 #include "plant.h"
 
 #include <math.h>
@@ -140,18 +140,18 @@ static void publish_platform(Plant *plant) {
 
 void plant_publish(Plant *plant) {
     if (plant->field[MASS]) publish_platform(plant);
-    else elastic_publish(plant, NULL, plant->state);
+    else actuator_publish(plant);
 }
 
-/* Before a step: elastic cables begin as they are commanded. */
+/* Before a step: cables that stretch begin as they are commanded. */
 static void begin(Plant *plant) {
-    if (!plant->field[AXIAL_STIFFNESS]) return;
+    if (!plant->field[COMMAND]) return;
     if (!plant->field[MASS]) {
-        elastic_begin(plant, NULL, plant->state);
+        chain_begin(plant, NULL, plant->state);
         return;
     }
     const Motion at = winch_motion(plant->state);
-    elastic_begin(plant, &at, plant->state + WINCHES);
+    chain_begin(plant, &at, plant->state + WINCHES);
 }
 
 void plant_advance(Plant *plant, double duration) {
@@ -168,10 +168,17 @@ bool plant_pulls_only(const Plant *plant) {
     return plant->field[MASS] && !plant->field[COMMAND] && *plant->field[UNILATERAL] != 0.0;
 }
 
+double plant_asked(const Plant *plant, size_t i) {
+    return plant->field[plant->field[COMMAND] ? COMMAND : CABLE_TENSION][i];
+}
+
+/* Whether the tension of cable i is what is asked for, which counts as zero where it is negative. */
+static bool pulls_as_asked(const Plant *plant, size_t i) { return !plant->field[COMMAND] || chain_immediate(plant, i); }
+
 size_t plant_pushed(const Plant *plant) {
     size_t i = 0;
-    if (!plant_pulls_only(plant)) return plant->cables;
-    while (i < plant->cables && !(plant->field[CABLE_TENSION][i] < 0.0)) i++;
+    if (*plant->field[UNILATERAL] == 0.0) return plant->cables;
+    while (i < plant->cables && !(pulls_as_asked(plant, i) && plant_asked(plant, i) < 0.0)) i++;
     return i;
 }
 
@@ -194,6 +201,21 @@ static bool positive(const Plant *plant, Field field) {
     return true;
 }
 
+/* The numbers that parts take of each cable. */
+static bool check_parts(const Plant *plant, char *message) {
+    for (size_t i = 0; plant->field[CHAIN] && i < plant->cables; i++)
+        for (int part = 0; part < 2; part++) {
+            const Taken *taken = chain_taken(plant, i, part);
+            for (size_t k = 0; k < taken->count; k++) {
+                const Number *number = ALL_NUMBERS + taken->index[k];
+                if (!number->positive || plant->field[FIELDS + taken->index[k]][i] > 0.0) continue;
+                snprintf(message, MESSAGE, "%s must be greater than 0 (%s)", number->name, number->unit);
+                return false;
+            }
+        }
+    return true;
+}
+
 static bool check(const Plant *plant, char *message) {
     for (size_t i = 0; i < plant->scalars; i++) {
         const Variable *variable = plant->variable + plant->owner[i];
@@ -204,11 +226,7 @@ static bool check(const Plant *plant, char *message) {
     }
     if (!positive(plant, MASS)) return fails(message, "mass must be greater than 0 (kg)");
     if (!positive(plant, PHYSICS_STEP)) return fails(message, "physics_step must be greater than 0 (s)");
-    if (!positive(plant, DRUM_RADIUS)) return fails(message, "winch.drum_radius must be greater than 0 (m)");
-    if (!positive(plant, DRUM_INERTIA)) return fails(message, "winch.inertia must be greater than 0 (kg m2)");
-    if (!positive(plant, COULOMB_SPEED)) return fails(message, "winch.coulomb_speed must be greater than 0 (rad/s)");
-    if (!positive(plant, AXIAL_STIFFNESS)) return fails(message, "cable.axial_stiffness must be greater than 0 (N)");
-    return true;
+    return check_parts(plant, message);
 }
 
 /* The initial state of the platform's origin. */
@@ -265,6 +283,7 @@ static bool start_platform(Plant *plant, char *message) {
 bool plant_start(Plant *plant, char *message) {
     memset(plant->state, 0, plant->states * sizeof *plant->state);
     if (!check(plant, message)) return false;
+    chain_build(plant);
     if (plant->field[MASS] && !start_platform(plant, message)) return false;
     plant_publish(plant);
     if (!plant_sound(plant)) return fails(message, "the initial state is not finite");

@@ -19,19 +19,18 @@ typedef enum {
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
     EXTERNAL_FORCE, EXTERNAL_MOMENT, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
     UNILATERAL, /* of the cables: 1 if they only pull */
-    CABLE_EXIT,  /* only where cables leave the frame otherwise than at their anchors: kind and numbers, see exits.h */
+    CABLE_EXIT,  /* only where cables leave the frame otherwise than at their anchors: kind and numbers, see parts.h */
     GUIDE, /* only of guided platforms: 1 along each free axis (3) and about each (3): those of a hinge, or of a ball */
-    /* of winches, and of those with elastic cables */
-    COMMAND, DRUM_RADIUS, DRUM_INERTIA, VISCOUS_FRICTION, COULOMB_FRICTION, COULOMB_SPEED, DRUM_SPEED,
-    AXIAL_STIFFNESS, DAMPING, UNSTRETCHED_LENGTH,
+    COMMAND, CHAIN, DRUM_SPEED, /* of winches; CHAIN is the kinds of winch and span of each cable, see parts.h */
+    UNSTRETCHED_LENGTH,         /* where a cable stretches */
     FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
-    FIELDS
+    FIELDS /* and behind them the numbers of parts, in the order of ALL_NUMBERS */
 } Field;
 
 typedef enum { INDEPENDENT, PARAMETER, INPUT, OUTPUT, CONSTANT } Role;
 
 typedef struct {
-    Field field;
+    size_t field;
     Role role;
     size_t offset, size;
 } Variable;
@@ -60,16 +59,17 @@ typedef struct {
     size_t states;
     size_t count;     /* numbers in all */
     double *number;   /* (count) */
-    double *field[FIELDS]; /* into `number`; NULL where the robot has no such variable */
+    double **field;   /* by Field, into `number`; NULL where the robot has no such variable */
     Body *body;
+    double *row;      /* (2 PART_NUMBERS cables) what each cable's winch and span take */
     double *state;    /* (states) see plant.c and winch.c */
     double *scratch;  /* (3 states) of the integrator */
-    double *work;     /* (8 cables) of the winches */
+    double *work;     /* (9 cables) of the winches */
     char token[TOKEN];
 } Plant;
 
 /* How a host knows it. */
-const char *plant_name(Field field);
+const char *plant_name(size_t field);
 
 /* Read the configuration; false with a message where it cannot be used. Free the plant in either case. */
 bool plant_load(Plant *plant, FILE *file, char *message);
@@ -89,6 +89,9 @@ bool plant_on_ball(const Plant *plant);
 
 /* Whether tensions are given, not made by winches, to cables that cannot push: a negative one counts as zero. */
 bool plant_pulls_only(const Plant *plant);
+
+/* What asks cable i to pull, an input. */
+double plant_asked(const Plant *plant, size_t i);
 
 /* The cable that is asked to push though it cannot, counted from 0; the number of cables if there is none. */
 size_t plant_pushed(const Plant *plant);

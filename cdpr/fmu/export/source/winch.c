@@ -1,4 +1,4 @@
-/* A platform, free or guided, on cables with winches: cdpr/cables/plant.py, integrated as `reference` does.
+/* A platform, free or guided, on cables with winches: cdpr/mechanics/plant.py, integrated as `reference` does.
    SPDX-License-Identifier: Apache-2.0
 
    Rigid cables carry the drums with them, so these add to the inertia of the platform. */
@@ -66,37 +66,19 @@ static void accelerate(const Plant *plant, const Motion *at, const double *free,
     solve(M, rest, acceleration);
 }
 
-/* Second rate of a cable's length for a platform that does not accelerate. */
-static double swing(const Plant *plant, const Motion *at, size_t i, const Line *line) {
-    const Vector db = cross(at->omega, line->b);
-    const Vector dE = body_exit_velocity(plant, at, i, line->b, add(at->velocity, db));
-    const Vector dl = subtract(subtract(dE, at->velocity), db);
-    const Vector du = divide(subtract(dl, scale(dot(line->u, dl), line->u)), line->span);
-    const Vector dc = add(cross(db, line->u), cross(line->b, du));
-    return -dot(du, at->velocity) - dot(dc, at->omega);
-}
-
-/* Tensions of rigid cables, T = max(0, t - m w . twist'), t without the drums' inertia, m = I / r^2, w = [u ; c].
-   Which cables pull is found by turns, from the acceleration with those of the last; one turn is enough if all do. */
-static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
+/* Take from the tensions what the drums' inertia needs to go with the platform: T = max(0, t - m w . twist'), t without
+   it, w = [u ; c]. Which cables pull is found by turns, from the acceleration with those of the last; one turn is enough
+   if all do. */
+static void share(Plant *plant, const Motion *at, const double *free, const double *mass, const double *column) {
     const size_t n = plant->cables;
-    double *T = plant->field[CABLE_TENSION], *light = plant->work, *pulls = light + n, *column = pulls + n;
-    for (size_t i = 0; i < n; i++) {
-        const Line line = body_cable(plant, at, i);
-        const double radius = plant->field[DRUM_RADIUS][i], m = plant->field[DRUM_INERTIA][i] / (radius * radius);
-        const double lost = drum_friction(plant, i, -line.rate / radius) / radius;
-        light[i] = plant->field[COMMAND][i] - lost + m * swing(plant, at, i, &line);
-        pulls[i] = 1.0;
-        store(line.u, column + 6 * i);
-        store(line.c, column + 6 * i + 3);
-    }
+    double *T = plant->field[CABLE_TENSION], *light = plant->work + 7 * n, *pulls = light + n;
+    for (size_t i = 0; i < n; i++) light[i] = T[i], pulls[i] = 1.0;
     bool changed = true;
     for (size_t turn = 0; changed && turn < 2 * n + 2; turn++) {
         double M[6][6], acceleration[6];
         mass_matrix(plant, at->attitude, free, M);
         for (size_t i = 0; i < n; i++) {
-            const double *w = column + 6 * i, radius = plant->field[DRUM_RADIUS][i];
-            const double m = pulls[i] * plant->field[DRUM_INERTIA][i] / (radius * radius);
+            const double *w = column + 6 * i, m = pulls[i] * mass[i];
             for (int j = 0; j < 6; j++)
                 for (int k = 0; k <= j; k++) M[j][k] += m * w[j] * w[k] * free[j] * free[k];
             T[i] = pulls[i] * light[i];
@@ -104,10 +86,12 @@ static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
         accelerate(plant, at, free, M, acceleration);
         changed = false;
         for (size_t i = 0; i < n; i++) {
-            const double *w = column + 6 * i, radius = plant->field[DRUM_RADIUS][i];
-            double speeding = 0.0;
-            for (int j = 0; j < 6; j++) speeding += w[j] * acceleration[j];
-            T[i] = light[i] - plant->field[DRUM_INERTIA][i] / (radius * radius) * speeding;
+            const double *w = column + 6 * i;
+            double along = 0.0;
+            for (int j = 0; j < 6; j++) along += w[j] * acceleration[j];
+            T[i] = light[i];
+            if (mass[i] == 0.0) continue;
+            T[i] = light[i] - mass[i] * along;
             const bool slack = T[i] < 0.0 && *plant->field[UNILATERAL] != 0.0;
             changed = changed || slack == (pulls[i] == 1.0);
             pulls[i] = slack ? 0.0 : 1.0;
@@ -116,9 +100,9 @@ static void rigid_tensions(Plant *plant, const Motion *at, const double *free) {
     }
 }
 
-static void tensions(Plant *plant, const Motion *at, const double *free, const double *winches) {
-    if (plant->field[AXIAL_STIFFNESS]) elastic_tensions(plant, at, winches);
-    else rigid_tensions(plant, at, free);
+static void tensions(Plant *plant, const Motion *at, const double *free, const double *y) {
+    double *mass = plant->work, *column = mass + plant->cables;
+    if (chain_tell(plant, at, y, mass, column)) share(plant, at, free, mass, column);
 }
 
 void winch_slope(Plant *plant, const double *y, double *dy) {
@@ -131,18 +115,15 @@ void winch_slope(Plant *plant, const double *y, double *dy) {
     store(at.velocity, dy + P);
     store_quaternion(spin(at.omega, at.attitude), dy + Q);
     memcpy(dy + V, acceleration, sizeof acceleration);
-    if (plant->field[AXIAL_STIFFNESS]) drum_slopes(plant, y + WINCHES, dy + WINCHES);
+    if (plant->states > WINCHES) chain_slopes(plant, y + WINCHES, dy + WINCHES);
 }
 
 void winch_publish(Plant *plant) {
     const Motion at = winch_motion(plant->state);
-    double free[6];
+    double free[6], *y = plant->state + WINCHES;
     free_directions(plant, free);
-    if (plant->field[AXIAL_STIFFNESS]) {
-        elastic_publish(plant, &at, plant->state + WINCHES);
-        return;
-    }
-    rigid_tensions(plant, &at, free);
-    for (size_t i = 0; i < plant->cables; i++)
-        plant->field[DRUM_SPEED][i] = -plant->field[CABLE_RATE][i] / plant->field[DRUM_RADIUS][i];
+    const bool before = chain_begin(plant, &at, y); /* the outputs are then those with which it would begin */
+    tensions(plant, &at, free, y);
+    chain_publish(plant, y);
+    if (before) memset(y, 0, (plant->states - WINCHES) * sizeof *y);
 }
