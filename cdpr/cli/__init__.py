@@ -22,6 +22,7 @@ SHOWN = 60  # letters of a word that is no command
 COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
     "examples": "List the examples that come with cdpr, or copy one.",
+    "new": "Write a robot or a scenario that runs as it is, to be changed.",
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
     "solvers": "List the tension solvers: what they minimise, promise and take.",
@@ -33,6 +34,7 @@ COMMANDS = {
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
     "fmu": "Look at FMUs, map their signals, trust them.",
+    "doctor": "Tell what is installed, what works, and what to install for what is missing.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",
     "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
     "repair": "Make the log of a killed run whole again.",

@@ -14,7 +14,7 @@ from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
 from cdpr.report.pages.page import table
 from cdpr.report.text.aligned import number, unit_for
-from cdpr.report.text.reservations import fallback, reservations
+from cdpr.report.text.reservations import fallback, lost, reservations
 
 MOST_EVENTS = 200
 
@@ -34,7 +34,7 @@ BANNERS = {
 def banner(run: Run) -> str:
     """How the run ended, and its message."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
-    said = [*reservations(run), *fallback(run)]
+    said = [*reservations(run), *fallback(run), *lost(run)]
     if mood == "good" and said:
         mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
     message = f": {escape(run.message)}" if run.message else ""
