@@ -1,4 +1,4 @@
-"""Measure every figure that the README quotes and write them to benchmarks/figures.json.
+"""Measure every figure that docs/figures.md quotes and write them to benchmarks/figures.json.
 
 Run: python benchmarks/figures.py && python docs/update_readme.py
 """

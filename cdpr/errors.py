@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run
+    from cdpr.scenario.problems import Problem
 
 
 class ExitCode(IntEnum):
@@ -43,21 +45,26 @@ def one_line(error: BaseException) -> str:
 
 
 class CdprError(Exception):
-    """Base of every error that cdpr raises on purpose; its text is meant for the user, and printable line by line."""
+    """Base of every error that cdpr raises on purpose; its text is meant for the user, and printable line by line.
+
+    Attributes:
+        rows: what is wrong with a file, each with its mark, path and text, for who shows it beside the value itself.
+    """
 
     exit_code = ExitCode.BAD_INPUT
 
     run: Run | None = None  # with what was computed, where the error ended a run
 
-    def __init__(self, text: str = "") -> None:
+    def __init__(self, text: str = "", rows: Sequence[Problem] = ()) -> None:
         super().__init__("\n".join(map(printable, text.split("\n"))))
+        self.rows = tuple(rows)
 
 
 class ScenarioError(CdprError):
     """A scenario or robot file is wrong. `problems` holds one `file:line:col: key: what` line each."""
 
-    def __init__(self, problems: list[str]) -> None:
-        super().__init__("\n".join(problems))
+    def __init__(self, problems: list[str], rows: Sequence[Problem] = ()) -> None:
+        super().__init__("\n".join(problems), rows)
         self.problems = problems
 
 

@@ -51,7 +51,9 @@ def _near(value: float) -> float:
 
 def _named(value: str) -> str:
     if not re.fullmatch(NAME_PATTERN, value):
-        raise ValueError(f"a name of at most 64 letters, digits, '_', '-' and '.' is expected, got {value[:70]!r}")
+        text = f"a name of at most 64 letters, digits, '_', '-' and '.' is expected, got {value[:70]!r}"
+        meant = re.sub(r"\s+", "_", value.strip())
+        raise ValueError(f"{text}; write {meant}" if re.fullmatch(NAME_PATTERN, meant) else text)
     return value
 
 

@@ -1,12 +1,11 @@
-"""Write the README's generated parts: the tables of plugins, of solvers and of figures, and the picture.
+"""Write the generated tables of docs/: plugins, solvers and figures.
 
-Run: python docs/update_readme.py (the picture: python docs/update_readme.py --picture). A test holds the tables to it.
+Run: python docs/update_readme.py. A test holds the pages to it. The README's picture is drawn by docs/picture.py.
 """
 
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 from marked import rewritten
@@ -16,8 +15,7 @@ from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
 from cdpr.report.text.bench import OVERVIEW, overview_cells
 
 ROOT = Path(__file__).parent.parent
-README = ROOT / "README.md"
-PICTURE = ROOT / "docs" / "caroca.svg"
+DOCS = ROOT / "docs"
 
 
 def plugin_table() -> str:
@@ -61,23 +59,18 @@ def solver_table() -> str:
     return "\n".join(lines)
 
 
-def updated(text: str) -> str:
-    """The README with its tables written anew."""
-    return rewritten(text, TABLES)
+PAGES = {
+    "plugin_list.md": {"plugins": plugin_table},
+    "solvers.md": {"solvers": solver_table},
+    "figures.md": {"figures": figure_table},
+}
 
 
-TABLES = {"plugins": plugin_table, "solvers": solver_table, "figures": figure_table}
-
-
-def draw() -> None:
-    """The picture: caroca, its cables and its path."""
-    import cdpr
-    from cdpr.report.figures.sketch import robot
-
-    robot(cdpr.simulate(ROOT / "scenarios" / "caroca.yaml")).savefig(PICTURE, metadata={"Date": None})
+def updated(name: str) -> str:
+    """A page with its tables written anew."""
+    return rewritten((DOCS / name).read_text(), PAGES[name])
 
 
 if __name__ == "__main__":
-    README.write_text(updated(README.read_text()))
-    if "--picture" in sys.argv:
-        draw()
+    for page in PAGES:
+        (DOCS / page).write_text(updated(page))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.load import load_told, strict_option
 from cdpr.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
@@ -15,20 +16,23 @@ if TYPE_CHECKING:
 
 @click.command("info")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
-@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
+@click.option(
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+)
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
 @plugin_files
+@strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def command(file: str, pose: str | None, changes: tuple[str, ...], out: str | None, as_json: bool) -> None:
+def command(
+    file: str, pose: str | None, changes: tuple[str, ...], out: str | None, strict: bool, as_json: bool
+) -> None:
     """Tell what a robot is and can hold at a pose, and what a scenario's motion asks of it.
 
     The pose is the robot's home, or the scenario's initial one, unless --pose is given. Nothing is simulated: a motion
     is followed by inverse kinematics and dynamics. Tensions are those of the solver qp, of minimum 2-norm.
     """
-    from cdpr.cli.load import load_told
-
-    loaded = load_told(file, changes)
+    loaded = load_told(file, changes, strict=strict)
     # Only a sound file is worth the time that these take to import.
     from cdpr.cli.portray import portray
     from cdpr.report.text.portrait import lines

@@ -1,22 +1,45 @@
-"""A scenario or robot file as commands load it: what is allowed but seldom meant is told on stderr."""
+"""A scenario or robot file as commands load it: what is allowed but seldom meant is told on stderr, or refused."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import click
 
+from cdpr.errors import ScenarioError
+
 if TYPE_CHECKING:
     from cdpr.model import Robot
     from cdpr.scenario import Scenario
+    from cdpr.scenario.problems import Problem
+
+strict_option = click.option(
+    "--strict", is_flag=True, help="Refuse what is only warned of otherwise, with exit code 2."
+)
 
 
-def load_told(file: str, changes: tuple[str, ...]) -> Scenario | Robot:
-    """Load and check a file, and tell its notes."""
+def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> Scenario | Robot:
+    """Load and check a file, and tell its notes and warnings; where `strict`, ScenarioError for any of the latter."""
     from cdpr.scenario import load_any
 
     notes: list[str] = []
-    loaded = load_any(file, overrides=changes, notes=notes)
-    for note in notes:
-        click.echo(note, err=True)
+    warnings: list[Problem] = []
+    loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
+    tell([*notes, *judged(warnings, strict=strict)])
     return loaded
+
+
+def judged(warnings: Sequence[Problem], *, strict: bool) -> list[str]:
+    """Return a line for each warning; ScenarioError with all where there are such and `strict` is set."""
+    from cdpr.scenario.problems import in_order, told
+
+    if warnings and strict:
+        raise ScenarioError(told(warnings), in_order(warnings))
+    return [f"warning: {line}" for line in told(warnings)]
+
+
+def tell(lines: Iterable[str]) -> None:
+    """Write on stderr."""
+    for line in lines:
+        click.echo(line, err=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import click
 import numpy as np
@@ -12,7 +13,9 @@ from cdpr.model import Robot
 from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.model.rotations import from_rpy, held_upright
 from cdpr.scenario import Scenario, World
-from cdpr.scenario.angle_checks import in_degrees
+from cdpr.scenario.plausible.angles import in_degrees
+
+DEGREES = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)) ?deg\b")
 
 
 def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Array, str]:
@@ -33,9 +36,9 @@ def look(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot, Array, Arra
 
 def parse_pose(text: str, robot: Robot) -> Array:
     """Read --pose as position and quaternion (7,)."""
-    numbers = _numbers(text)
-    if len(numbers) not in (3, 6):
-        hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad) are expected, such as 0,0,1.5"
+    numbers = _numbers(DEGREES.sub(lambda found: repr(math.radians(float(found[1]))), text))
+    if len(numbers) not in (3, 6) or any("deg" in part for part in text.split(",")[:3]):
+        hint = "three numbers x,y,z (m) or six with roll,pitch,yaw (rad, or as 30deg) are expected, such as 0,0,1.5"
         raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--pose")
     if text := in_degrees(numbers[3:]):
         click.echo(f"warning: --pose: {text}", err=True)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
+from cdpr.cli.load import judged, strict_option, tell
 from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
-from cdpr.errors import CdprError, Interrupted, OutputError
+from cdpr.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.hush import hushed
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
+@strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
     scenario: str | None,
@@ -46,6 +48,7 @@ def command(
     out: str | None,
     real_time: bool,
     report: bool,
+    strict: bool,
     as_json: bool,
 ) -> None:
     """Simulate SCENARIO, a file or the name of an example, and write log, summary and report.
@@ -63,8 +66,7 @@ def command(
             click.echo(f"no scenario is given: this runs the example {FIRST} (cdpr examples lists all)", err=True)
         chosen = {"backend": backend, "solver": solver, "controller": controller}
         loaded = load_scenario(scenario, overrides=typed(chosen, changes))
-        for note in loaded.notes:
-            click.echo(note, err=True)
+        tell([*loaded.notes, *judged(loaded.warnings, strict=strict)])
         # Only a sound scenario is worth the time that these take to import.
         from cdpr.fmu.read.trust import any_fmu
         from cdpr.log.run_json import plain
@@ -86,10 +88,16 @@ def command(
         if report:
             failure = _write_report(run)
             stop = stop or failure
-        if as_json:
-            from cdpr.report.text.reservations import fallback, reservations
+        from cdpr.report.text.reservations import fallback, lost, reservations
 
-            told = {"reservations": [*reservations(run), *fallback(run)], "message": run.message, "folder": run.folder}
+        if strict and stop is None and (far := list(lost(run))):
+            stop = ScenarioError(far)
+        if as_json:
+            told = {
+                "reservations": [*reservations(run), *fallback(run), *lost(run)],
+                "message": run.message,
+                "folder": run.folder,
+            }
             figures = {**run.summary(), **told}
             click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
         else:
@@ -177,7 +185,7 @@ def _print(run: Run) -> None:
 
 def _lines(run: Run) -> Iterator[str]:
     from cdpr.report.text.aligned import unit_for
-    from cdpr.report.text.reservations import fallback, reservations
+    from cdpr.report.text.reservations import fallback, lost, reservations
 
     figures = run.summary()
     if run.header.believed:
@@ -216,7 +224,7 @@ def _lines(run: Run) -> Iterator[str]:
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
         if figures[key] or key == "infeasible_steps":
             yield f"{name:<20}{figures[key]} of {figures['samples']}"
-    for warning in fallback(run):
+    for warning in (*fallback(run), *lost(run)):
         yield f"{'WARNING':<20}{warning}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"

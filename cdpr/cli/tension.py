@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 @click.command("tension")
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
-@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad).")
+@click.option(
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Look here: position (m) and roll, pitch, yaw (rad, or as 30deg)."
+)
 @click.option("--wrench", metavar="FX,FY,FZ[,MX,MY,MZ]", help="What the cables exert on the platform (N, N m), world.")
 @plugin_option(
     "--solver",

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from cdpr.cli.load import judged, strict_option, tell
 from cdpr.cli.names import change_keys, plugin_files
 from cdpr.errors import CdprError, ExitCode
 
@@ -17,11 +18,13 @@ from cdpr.errors import CdprError, ExitCode
 @click.argument("files", nargs=-1, required=True, type=click.Path())
 @change_keys("Change any key before checking.")
 @plugin_files
+@strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> None:
+def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_json: bool) -> None:
     """Check scenario and robot files.
 
-    All problems of all FILES are shown, each with its place; nothing is simulated.
+    All problems of all FILES are shown, each with its place, and what is allowed but seldom meant, such as sizes as if
+    in millimetres; nothing is simulated.
     """
     rows: list[dict[str, Any]] = []
     codes: set[ExitCode] = set()
@@ -29,17 +32,17 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
     for file in files:
         name = click.format_filename(file)
         try:
-            row = _facts(file, changes)
+            row = _facts(file, changes, strict=strict)
         except CdprError as error:
             codes.add(error.exit_code)
-            rows.append({"file": name, "ok": False, "problems": str(error).splitlines()})
+            places = [problem.as_dict() for problem in error.rows]
+            rows.append({"file": name, "ok": False, "problems": str(error).splitlines(), "rows": places})
             _tell(name, str(error).splitlines(), told)
         else:
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
-            for note in row["notes"]:
-                click.echo(note, err=True)
+            tell(row["notes"])
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
@@ -47,18 +50,22 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], as_json: bool) -> 
         raise click.exceptions.Exit(ExitCode.PLUGIN if codes == {ExitCode.PLUGIN} else ExitCode.BAD_INPUT)
 
 
-def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
+def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> dict[str, Any]:
     """Load one file and return what there is to say of it."""
     from cdpr.mechanics.restraint import few_cables
     from cdpr.scenario import Scenario, load_any
+    from cdpr.scenario.problems import Problem
 
     notes: list[str] = []
-    loaded = load_any(file, overrides=changes, notes=notes)
+    warnings: list[Problem] = []
+    loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
+    notes += judged(warnings, strict=strict)
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
     if few := few_cables(robot):
         notes.append(f"{click.format_filename(file)}: note: {few}")
+    said = {"notes": notes, "warnings": [warning.as_dict() for warning in warnings]}
     if not isinstance(loaded, Scenario):
-        return {"kind": "robot", "name": robot.name, "cables": robot.m, "notes": notes}
+        return {"kind": "robot", "name": robot.name, "cables": robot.m, **said}
     return {
         "kind": "scenario",
         "name": loaded.name,
@@ -66,7 +73,7 @@ def _facts(file: str, changes: tuple[str, ...]) -> dict[str, Any]:
         "duration": loaded.simulation.duration,
         **({"believed": loaded.belief} if loaded.belief else {}),
         "unused": list(loaded.unused),
-        "notes": notes,
+        **said,
     }
 
 

@@ -18,7 +18,11 @@ PAGE = "view.html"
 
 @click.command("view")
 @click.argument("what", metavar="RUN [RUN...] | ROBOT | SCENARIO", nargs=-1, required=True, type=click.Path())
-@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Of a robot: look here, position (m) and roll, pitch, yaw (rad).")
+@click.option(
+    "--pose",
+    metavar="X,Y,Z[,R,P,Y]",
+    help="Of a robot: look here, position (m) and roll, pitch, yaw (rad, or as 30deg).",
+)
 @change_keys("Change any key of the file.")
 @plugin_files
 @click.option("--out", type=OutPath(), help="File for the page (default: one in the folder for temporary files).")

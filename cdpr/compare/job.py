@@ -19,6 +19,7 @@ from cdpr.compare.runs import Progress, Runs
 from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import plain
 from cdpr.scenario import load_scenario
+from cdpr.scenario.problems import told
 
 RUNS = "runs"
 RESERVED = "compare.json.tmp"  # makes a folder ours until compare.json takes its place
@@ -63,13 +64,13 @@ def compare_scenario(
         jobs: processes at a time, one a core by default.
         timeout: s that a run may take.
         progress: called with the number of runs made and their total.
-        say: called with each of the scenario's notes.
+        say: called with each of the scenario's notes and warnings.
 
     Raises ScenarioError, PluginError or OutputError as `cdpr.simulate` does, and CdprError where only one engine is
     left.
     """
     scenario = load_scenario(path, overrides=list(changes))
-    for note in scenario.notes:
+    for note in (*scenario.notes, *(f"warning: {line}" for line in told(scenario.warnings))):
         say(note)
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))

@@ -4,9 +4,12 @@ A file is read in phases, and the problems of all of them are reported at once, 
 `file:line:col: key: what is wrong, what is allowed`:
 
 1. `yaml_nodes`: text to plain data with positions, refusing what no scenario needs (tags, merge keys, bombs);
-2. `source`: values set from outside are written into that data; a robot file is put where it is named;
+2. `source`: values set from outside are written into that data; a robot file is put where it is named, its home where
+   nothing says where the run begins (`beginning`);
 3. `schema`, `robot_schema`, `motions`, `events`: types, units and ranges; `options`: the plugins' own models;
 4. `robot_checks`, `run_checks`, `motion_checks`, `event_checks`: what only several sections together can show.
+
+What is allowed and seldom meant is found by `plausible` when it is asked for; `template` writes new files.
 """
 
 from cdpr.scenario.initial import Initial

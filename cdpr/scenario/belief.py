@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from cdpr.cables import COMMANDED, MODELS
@@ -12,7 +12,7 @@ from cdpr.scenario.describe import look
 from cdpr.scenario.document import Document
 from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.overrides import Change, apply
-from cdpr.scenario.problems import Path, Problems, dotted, exact, shown
+from cdpr.scenario.problems import Path, Problem, Problems, dotted, exact, shown
 from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"
@@ -90,10 +90,14 @@ def tell(found: Problems, problems: Problems) -> None:
             problems.add(each.mark, each.path, f"as the controller believes the robot to be: {each.text}")
 
 
-def tell_warnings(twin: Document, document: Document) -> None:
-    """Move to `document` the warnings of the believed robot alone."""
-    known = set(document.warnings)
-    document.warnings += [text.replace(": robot.", f": {KEY}.", 1) for text in twin.warnings if text not in known]
+def alone(thought: Iterable[Problem], true: Iterable[Problem]) -> tuple[Problem, ...]:
+    """Return the warnings of the believed robot that are not those of the true one."""
+    known = {(each.mark, each.text) for each in true}
+    return tuple(
+        Problem(each.mark, (KEY, *each.path[1:]), each.text)
+        for each in thought
+        if each.path[:1] == ROBOT and (each.mark, each.text) not in known
+    )
 
 
 class _Overlay:

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from cdpr.fields import Section
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.document import Document
-from cdpr.scenario.problems import Path, Problem, Problems
+from cdpr.scenario.problems import Path, Problems
 from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 
 DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...])
@@ -53,10 +53,6 @@ class Checks:
     def say(self, path: Path, text: str) -> None:
         """Report a problem of the value at `path`."""
         self.problems.add(self.document.mark(path), path, text)
-
-    def warn(self, path: Path, text: str) -> None:
-        """Tell of a value at `path` that is allowed and seldom meant."""
-        self.document.warnings.append(f"warning: {Problem(self.document.mark(path), path, text)}")
 
 
 @lru_cache(maxsize=4 * MAX_CABLES)  # several checks ask for each cable, and the cases of a study for the same ones

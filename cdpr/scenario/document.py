@@ -23,14 +23,16 @@ class Document:
     values: dict[Path, Mark] = field(default_factory=dict)
     dropped: list[str] = field(default_factory=list)  # keys taken out as another plugin was chosen
     notes: list[str] = field(default_factory=list)  # what became of the options of plugins that were replaced
-    warnings: list[str] = field(default_factory=list)  # what is allowed and seldom meant; found anew in each copy
+    filled: list[Path] = field(default_factory=list)  # what follows from other keys: found anew after each change
     waiting: list[tuple[Path, Any, Mark]] = field(default_factory=list)  # changes of what is not in the data itself
 
     def copy(self) -> Document:
         """Return a copy that can be changed freely."""
         marks = dict(self.keys), dict(self.values)
         told = list(self.dropped), list(self.notes)
-        return Document(copied(self.data), self.source, self.folder, *marks, *told, waiting=list(self.waiting))
+        twin = Document(copied(self.data), self.source, self.folder, *marks, *told)
+        twin.filled, twin.waiting = list(self.filled), list(self.waiting)
+        return twin
 
     def get(self, path: Path) -> Any:
         """Return the value at `path`; None where there is none."""

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.cables import COMMANDED, MODELS
-from cdpr.model import DOF_NAMES
 from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.document import Document
@@ -83,20 +82,13 @@ class EventChecks(Checks):
         return events
 
     def _against_guide(self, events: Places) -> None:
-        """Report poses that the guide does not allow; tell of wrenches that move nothing, for it takes all of them."""
+        """Report poses that the guide does not allow."""
         dof = self.directions(("robot", "dof"))
         initial = self.section(Initial, ("initial",))
         if dof and initial:
             guide = Guide(dof, initial.position, self.say)
             for i, event in events:
                 event.stay(guide, ("events", i))
-        for i, event in events:
-            swing = event.swing(1.0)
-            if dof and swing is not None:
-                acts = [name for name, part in zip(DOF_NAMES, swing.amplitude, strict=True) if part != 0.0]
-                if acts and not set(acts) & set(dof):
-                    text = f"acts along {', '.join(acts)} only, which the guide takes entirely: it has no effect"
-                    self.warn(("events", i), f"{text}; the robot moves along {', '.join(dof)}")
 
     def _cable_exists(self, i: int, event: ScenarioEvent, names: Sequence[str]) -> bool:
         text = event.check_cable(names)

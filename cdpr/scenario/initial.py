@@ -13,8 +13,12 @@ from cdpr.scenario.orientation import UPRIGHT, Orientation
 class Initial(Section):
     """State of the platform at time 0, world axes."""
 
-    position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
-    orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
+    position: Position = Field(
+        description="position of the platform's origin; with the attitude that of the robot's home, if it has one and "
+        "unless said",
+        json_schema_extra=unit("m"),
+    )
+    orientation: Orientation = Field(UPRIGHT, description="attitude; upright where only the position is said")
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
 

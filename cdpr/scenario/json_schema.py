@@ -32,6 +32,8 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
     plugins = plugins or registry()
     schema = _tidy(ScenarioSection.model_json_schema(), without_null=True)
     definitions, sections = schema["$defs"], schema["properties"]
+    for needed, key in ((schema["required"], "initial"), (definitions["Initial"]["required"], "position")):
+        needed.remove(key)  # the robot's home may say it
     robot = sections["robot"]
     sections["robot"] = {
         "description": robot.pop("description"),

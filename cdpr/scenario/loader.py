@@ -7,10 +7,10 @@ import os
 from cdpr.errors import ScenarioError
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
-from cdpr.scenario.angle_checks import AngleChecks
+from cdpr.scenario import plausible
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import Overrides, apply, choices, read_overrides
-from cdpr.scenario.problems import Problems
+from cdpr.scenario.problems import Problem, Problems
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
@@ -33,7 +33,7 @@ def load_scenario(
     `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after
     `--set` ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes
     the type of the solver or controller, those options of the old one that the new one does not take are left
-    out and listed in `Scenario.unused`; `Scenario.notes` says what was kept, and warns. With `text`, that is read
+    out and listed in `Scenario.unused`; `Scenario.notes` says what was kept. With `text`, that is read
     in place of the file; `path` then only names it in messages, and its folder is where relative file names start.
     `plugins` are the installed ones unless given.
 
@@ -65,28 +65,36 @@ def load_any(
     overrides: Overrides = (),
     plugins: Registry | None = None,
     notes: list[str] | None = None,
+    warnings: list[Problem] | None = None,
 ) -> Scenario | Robot:
-    """Load and check a file that may be a scenario or a robot; `notes` takes what `Scenario.notes` would hold."""
+    """Load and check a file that may be a scenario or a robot.
+
+    `notes` takes what `Scenario.notes` holds, and `warnings` what `Scenario.warnings` does.
+    """
     problems = Problems()
     document = open_document(file_name(path), None, problems)
-    loaded: Scenario | Robot
     if kind_of(document) == "robot":
-        loaded = _robot(document, overrides, problems)
-    else:
-        loaded = build_scenario(document, overrides, [], plugins or registry(), problems)
+        return _robot(document, overrides, problems, warnings)
+    scenario = build_scenario(document, overrides, [], plugins or registry(), problems)
     if notes is not None:
-        notes += [*document.notes, *document.warnings]
-    return loaded
+        notes += scenario.notes
+    if warnings is not None:
+        warnings += scenario.warnings
+    return scenario
 
 
-def _robot(document: Document, overrides: Overrides, problems: Problems) -> Robot:
+def _robot(
+    document: Document, overrides: Overrides, problems: Problems, warnings: list[Problem] | None = None
+) -> Robot:
     document.data.setdefault("name", stem(document.source))
     for change in read_overrides(overrides, problems):
         apply(document, change, problems)
     section = validate(RobotSection, document.data, document, problems)
     report_nulls(document.data, (), document, problems)
     RobotChecks(document, problems).run(())
-    AngleChecks(document, problems).run()
     problems.raise_any()
     assert section is not None
-    return section.to_robot(document.folder)
+    robot = section.to_robot(document.folder)
+    if warnings is not None:
+        warnings += plausible.warnings(plausible.Subject(section, robot, (), document.data), document)
+    return robot

@@ -119,6 +119,10 @@ class FrameSection(Section):
         turned = [here[..., j, None] * R[:, j] for j in range(3)]  # no matmul: its last bit depends on the machine
         return turned[0] + turned[1] + turned[2] + self.position
 
+    def turned(self, attitude: Array) -> Array:
+        """Return an attitude (4,) that is given from the base, in the world."""
+        return rotations.multiply(self.attitude, attitude) if self.moved else attitude
+
     def leaving(self, exit_: Exit | None) -> Exit | None:
         """Return an exit that is given in the axes of the base, in those of the world."""
         return exit_.turned(rotations.matrix(self.attitude)) if exit_ and self.moved else exit_

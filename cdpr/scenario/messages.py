@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from cdpr.fmu.read.units import known_unit
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.describe import Place, look
 from cdpr.scenario.problems import Path, shown
@@ -37,6 +38,8 @@ KINDS = {
 }
 
 DECIMAL = re.compile(r"[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?")  # a number with a decimal comma
+
+QUANTITY = re.compile(r"([-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]+)?) ?([^\W\d].{0,19}|%|°)")  # 25 kg
 
 BOUNDS = {
     "greater_than": ("greater than", "gt"),
@@ -153,7 +156,7 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         hint = did_you_mean(str(fault.value), _words(fault.context["expected"]))
         return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
     if fault.kinds:
-        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_decimal(fault)}")
+        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_remedy(fault, place.unit)}")
     if fault.type == "finite_number":
         return Message(path, f"a finite number expected{unit}, got {found}")
     if fault.type in BOUNDS:
@@ -168,10 +171,20 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
     return Message(path, f"{fault.message[:1].lower()}{fault.message[1:]}{unit}, got {found}")
 
 
-def _decimal(fault: _Fault) -> str:
-    """Say how a number with a decimal comma is written."""
-    meant = "a number" in fault.kinds and DECIMAL.fullmatch(str(fault.value))
-    return f"; write {fault.value.replace(',', '.')}, with a point" if meant else ""
+def _remedy(fault: _Fault, unit: str) -> str:
+    """Say how a number is written that has a decimal comma, or its unit behind it."""
+    if not isinstance(fault.value, str) or not {"a number", "a whole number"} & set(fault.kinds):
+        return ""
+    if DECIMAL.fullmatch(fault.value):
+        return f"; write {fault.value.replace(',', '.')}, with a point"
+    quantity = QUANTITY.fullmatch(fault.value)
+    if not quantity:
+        return ""
+    number, given, wanted = quantity[1].replace(",", "."), known_unit(quantity[2]), known_unit(unit)
+    if given is None or wanted is None or given.exponents != wanted.exponents:
+        return f"; write the number alone{unit and f', in {unit}'}"
+    value = number if given.factor == wanted.factor else f"{float(number) * given.factor / wanted.factor:.12g}"
+    return f"; write {value}, without the unit: it is always {unit}"
 
 
 def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:

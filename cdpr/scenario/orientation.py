@@ -14,22 +14,37 @@ from cdpr.model.robot import Array
 class Euler(Section):
     """Successive turns about the axes that `order` names."""
 
-    angles: Vector3 = Field(
-        description="angles of the three turns, in the sequence of `order`", json_schema_extra=unit("rad")
+    angles: Vector3 | None = Field(
+        None, description="angles of the three turns, in the sequence of `order`", json_schema_extra=unit("rad")
+    )
+    angles_deg: Vector3 | None = Field(
+        None, description="the same in degrees: one of both is expected", json_schema_extra=unit("deg")
     )
     order: EulerOrder = Field(
         description="axes as in scipy: upper case moving axes (XYZ: R = Rx Ry Rz), lower case fixed axes"
     )
 
+    @model_validator(mode="after")
+    def _one_unit(self) -> Euler:
+        if (self.angles is None) == (self.angles_deg is None):
+            raise ValueError("exactly one of angles (rad) and angles_deg (deg) is expected")
+        return self
+
+    @property
+    def radians(self) -> Array:
+        """The angles, (3,), rad."""
+        return np.array(self.angles) if self.angles is not None else np.radians(np.array(self.angles_deg))
+
 
 class Orientation(Section):
-    """Attitude of the platform in the world, in exactly one of three forms."""
+    """Attitude of the platform in the world, in exactly one of these forms."""
 
     rpy: Vector3 | None = Field(
         None,
         description="roll, pitch, yaw about fixed axes: R = Rz(yaw) Ry(pitch) Rx(roll)",
         json_schema_extra=unit("rad"),
     )
+    rpy_deg: Vector3 | None = Field(None, description="the same in degrees", json_schema_extra=unit("deg"))
     wxyz: tuple[Number, Number, Number, Number] | None = Field(
         None, alias="quaternion", description="unit quaternion w, x, y, z, platform to world"
     )
@@ -37,11 +52,11 @@ class Orientation(Section):
 
     @model_validator(mode="after")
     def _one_form(self) -> Orientation:
-        forms = {"rpy": self.rpy, "quaternion": self.wxyz, "euler": self.euler}
+        forms = {"rpy": self.rpy, "rpy_deg": self.rpy_deg, "quaternion": self.wxyz, "euler": self.euler}
         given = [name for name, value in forms.items() if value is not None]
         if len(given) != 1:
             found = f"got {' and '.join(given)}" if given else "got none"
-            raise ValueError(f"exactly one of rpy, quaternion, euler is expected, {found}")
+            raise ValueError(f"exactly one of rpy, rpy_deg, quaternion, euler is expected, {found}")
         if self.wxyz is not None:
             _check_unit(self.wxyz)
         return self
@@ -52,7 +67,9 @@ class Orientation(Section):
             q = np.array(self.wxyz)
             return np.asarray(q / np.linalg.norm(q))
         if self.euler is not None:
-            return rotations.from_euler(np.array(self.euler.angles), self.euler.order)
+            return rotations.from_euler(self.euler.radians, self.euler.order)
+        if self.rpy_deg is not None:
+            return rotations.from_rpy(*np.radians(self.rpy_deg))
         assert self.rpy is not None
         return rotations.from_rpy(*self.rpy)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from cdpr.errors import PluginError, ScenarioError, printable
@@ -35,6 +36,12 @@ class Problem:
     path: Path
     text: str
     plugin: bool = False
+
+    def as_dict(self) -> dict[str, str | int]:
+        """Return it for JSON; line and column are 0 where the whole source is meant."""
+        source, line, column = self.mark.source, self.mark.line, self.mark.column
+        text = printable(self.text)
+        return {"source": source, "line": line, "column": column, "key": dotted(self.path), "text": text}
 
     def __str__(self) -> str:
         key = f"{dotted(self.path)}: " if self.path else ""
@@ -69,16 +76,27 @@ class Problems:
         """Raise what was collected: PluginError if nothing but plugins is missing, else ScenarioError."""
         if not self.items:
             return
-        ordered = sorted(self.items, key=lambda problem: (problem.mark, dotted(problem.path), problem.text))
-        lines = _merged(list(dict.fromkeys(ordered)))
-        if len(lines) > MAX_PROBLEMS:
-            lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"]
+        rows, lines = in_order(self.items), told(self.items)
         if all(problem.plugin for problem in self.items):
-            raise PluginError("\n".join(lines))
-        raise ScenarioError(lines)
+            raise PluginError("\n".join(lines), rows)
+        raise ScenarioError(lines, rows)
 
 
-def _merged(problems: list[Problem]) -> list[str]:
+def in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """Return them as they stand in the files, each once."""
+    ordered = sorted(problems, key=lambda problem: (problem.mark, dotted(problem.path), problem.text))
+    return tuple(dict.fromkeys(ordered))
+
+
+def told(problems: Iterable[Problem]) -> list[str]:
+    """Return the lines that tell of them: one each, one for many alike, and not more than anyone reads."""
+    lines = _merged(in_order(problems))
+    if len(lines) > MAX_PROBLEMS:
+        lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"]
+    return lines
+
+
+def _merged(problems: Sequence[Problem]) -> list[str]:
     """One line each, and one for the same mistake in many items of a list."""
     alike: dict[tuple[object, ...], list[Problem]] = {}
     for problem in problems:

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 from cdpr.cables import ACTUATED, COMMANDED, MODELS, AnyExit
 from cdpr.cables.chain import PROPERTIES
 from cdpr.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
-from cdpr.model import Cable, Platform, Robot, Winch, rotations
+from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.orientation import UPRIGHT, Orientation
@@ -168,10 +168,12 @@ class CablesSection(Section):
         description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
         "or by a winch and the cable's elasticity (elastic)",
     )
+    diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
     axial_stiffness: Positive | None = Field(
         None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
     )
     damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
+    linear_density: NonNegative | None = Field(None, description="mass per length", json_schema_extra=unit("kg/m"))
     exit: AnyExit | None = Field(None, description=EXIT)
 
 
@@ -201,7 +203,7 @@ class CableSection(Section):
 
 
 class Home(Section):
-    """The pose at which the robot is described, from its base; it has no effect on a run."""
+    """The pose at which the robot is described, and where a run begins that says no other; from the robot's base."""
 
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; upright unless said")
@@ -222,7 +224,7 @@ class RobotSection(Section):
     frame: FrameSection | None = Field(
         None, description="where the robot's base stands in the world, and what the frame looks like"
     )
-    home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot")
+    home: Home | None = Field(None, description="pose at which `cdpr info` describes the robot and runs begin")
     cable: CablesSection = Field(
         CablesSection(), description="what all cables have in common; a cable's own values come first"
     )
@@ -253,8 +255,8 @@ class RobotSection(Section):
         """The home pose in the world, (7,)."""
         if self.home is None:
             return None
-        base, q = self.frame or FrameSection(), self.home.orientation.quaternion()
-        q = rotations.multiply(base.attitude, q) if base.moved else q
+        base = self.frame or FrameSection()
+        q = base.turned(self.home.orientation.quaternion())
         return frozen_array([*base.placed(self.home.position), *q])
 
     def _inertia(self) -> Array:
@@ -307,10 +309,10 @@ class RobotSection(Section):
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,
-            diameter=cable.diameter,
+            diameter=self._own(cable, "diameter"),
             axial_stiffness=self._own(cable, "axial_stiffness"),
             damping=self._own(cable, "damping") or 0.0,
-            linear_density=cable.linear_density,
+            linear_density=self._own(cable, "linear_density"),
             length_min=length.min,
             length_max=length.max,
             speed_max=cable.speed_max,

@@ -17,9 +17,8 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role
-from cdpr.scenario import belief
+from cdpr.scenario import belief, plausible
 from cdpr.scenario.actuator_schema import Actuators
-from cdpr.scenario.angle_checks import AngleChecks
 from cdpr.scenario.changes import Options
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_checks import EventChecks, beyond
@@ -50,8 +49,7 @@ class Scenario:
         solver_options: the same for the tension solver.
         source: the file that it came from.
         unused: dotted keys that are given but that a run does not use.
-        notes: what became of the options of a controller or solver that was replaced, and warnings of what is allowed
-            and seldom meant, a sentence each.
+        notes: what became of the options of a controller or solver that was replaced, a sentence each.
     """
 
     sections: ScenarioSection
@@ -63,7 +61,9 @@ class Scenario:
     unused: tuple[str, ...]
     notes: tuple[str, ...]
     _backend_options: Mapping[str, BaseModel]
+    _motion: Motion = field(repr=False)
     _document: Document = field(repr=False)
+    _thought: Document | None = field(repr=False)
     _plugins: Registry = field(repr=False)
 
     @property
@@ -111,6 +111,17 @@ class Scenario:
         """What controller and solver believe that is not so, in one line; "" where they know the robot as it is."""
         robot, believed = self.sections.robot, self.sections.believed
         return "" if believed is None else belief.in_a_line(belief.differences(robot, believed))
+
+    @cached_property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
+        sections, document, twin = self.sections, self._document, self._thought
+        subject = plausible.Subject(sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion)
+        found = plausible.warnings(subject, document)
+        if sections.believed is None or self.believed is None or twin is None:
+            return found
+        thought = replace(subject, section=sections.believed, robot=self.believed, data=twin.data)
+        return (*found, *belief.alone(plausible.warnings(thought, twin), found))
 
     @property
     def controller(self) -> ControllerSection:
@@ -263,7 +274,6 @@ def build_scenario(
     report_nulls(data_of_robot, (), document, problems)
     RobotChecks(document, problems).run(("robot",))
     motion = RunChecks(document, problems).run()
-    AngleChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
@@ -272,7 +282,7 @@ def build_scenario(
     if sections is not None and controller_options is not None and solver_options is not None:
         in_force = _options(plugins, sections, controller_options, solver_options, document)
     events = EventChecks(document, problems, in_force).run()
-    believed = _believed(document, problems)
+    believed, twin = _believed(document, problems)
     problems.raise_any()
     assert sections is not None
     assert controller_options is not None
@@ -303,15 +313,17 @@ def build_scenario(
             *document.dropped,
             *(f"events[{i}]" for i in beyond(events, sections.simulation)),
         ),
-        notes=(*document.notes, *document.warnings),
+        notes=tuple(document.notes),
         _backend_options=backend_options,
+        _motion=motion or sections.trajectory,
         _document=document,
+        _thought=twin,
         _plugins=plugins,
     )
 
 
-def _believed(document: Document, problems: Problems) -> RobotSection | None:
-    """Return the robot that is believed, where there is one: it passes the checks of a robot, in the same scenario."""
+def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:
+    """Return the robot that is believed, where there is one, and the scenario of it; it passes the checks of both."""
     found = Problems(unreadable=set(problems.unreadable))
     twin = None if ("robot",) in found.unreadable else belief.believed_document(document, found)
     sections = None
@@ -322,10 +334,8 @@ def _believed(document: Document, problems: Problems) -> RobotSection | None:
         RobotChecks(twin, found).run(("robot",))
         RunChecks(twin, found).start()
         EventChecks(twin, found).run()
-        AngleChecks(twin, found).run()
-        belief.tell_warnings(twin, document)
     belief.tell(found, problems)
-    return sections.robot if sections else None
+    return sections.robot if sections else None, twin
 
 
 def _options(

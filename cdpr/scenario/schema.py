@@ -94,7 +94,9 @@ class ScenarioSection(Section):
     )
     world: World = Field(World(), description="what surrounds the robot")
     simulation: Simulation = Field(description="the engine and its times")
-    initial: Initial = Field(description="state of the platform at time 0")
+    initial: Initial = Field(
+        description="state of the platform at time 0; at rest at the robot's home, if it has one, unless said"
+    )
     trajectory: AnyMotion = Field(Hold(), description="the desired motion")
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import belief, examples
+from cdpr.scenario.beginning import INITIAL, begin_at_home, forget
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.overrides import Change, Overrides, apply, read_overrides
@@ -63,6 +64,7 @@ def change(
     document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
 ) -> None:
     """Write plugins `chosen` and `overrides` into the document of a scenario, and its robot, where it names a file."""
+    forget(document)
     document.data.setdefault("name", stem(document.source))
     replacement = Replacement(document, plugins)
     for each in [*chosen, *read_overrides(overrides, problems)]:
@@ -71,9 +73,14 @@ def change(
             continue
         if each.path[0] == "robot" and len(each.path) > 1:
             _include_robot(document, problems)
+        if each.path[0] == INITIAL[0] and len(each.path) > 2:  # a part of what the home may say
+            _include_robot(document, problems)
+            begin_at_home(document, problems)
+            document.filled.clear()
         apply(document, each, problems)
     replacement.settle()
     _include_robot(document, problems)
+    begin_at_home(document, problems)
 
 
 def _include_robot(document: Document, problems: Problems) -> None:

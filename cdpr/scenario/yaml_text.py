@@ -29,7 +29,7 @@ def _block(data: dict[str, Any], indent: str) -> list[str]:
         elif isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
             lines += [head, *_items(value, indent)]
         else:
-            lines.append(f"{head} {_flow(value)}")
+            lines.append(f"{head} {flow(value)}")
     return lines
 
 
@@ -40,18 +40,19 @@ def _items(items: list[Any], indent: str) -> list[str]:
             first, *rest = _block(item, indent + "  ")
             lines += [f"{indent}- {first.strip()}", *rest]
         else:
-            lines.append(f"{indent}- {_flow(item)}")
+            lines.append(f"{indent}- {flow(item)}")
     return lines
 
 
-def _flow(value: Any) -> str:
+def flow(value: Any) -> str:
+    """Return a value on one line."""
     if type(value) is float:
         text = repr(value)
         return SPECIAL.get(text, text)
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_text(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{_text(key)}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_flow(item) for item in value) + "]"
+        return "[" + ", ".join(flow(item) for item in value) + "]"
     if isinstance(value, str):
         return _text(value)
     if value is None or isinstance(value, bool):

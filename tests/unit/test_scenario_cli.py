@@ -68,10 +68,14 @@ def test_json(folder):
         "duration": 100.0,
         "unused": [],
         "notes": [],
+        "warnings": [],
     }
     assert (robot["kind"], robot["cables"]) == ("robot", 8)
     assert bad["ok"] is False
     assert bad["problems"] == result.stderr.splitlines()
+    (row,) = bad["rows"]
+    assert (row["source"], row["key"]) == ("scenarios/robots/caroca.yaml", "robot.platform.mass")
+    assert row["text"].startswith("must be greater than 0 (kg)")
 
 
 def test_set(folder):

@@ -243,7 +243,7 @@ def test_an_unknown_key_stands_at_the_key_and_a_plugin_without_options_says_so()
         (
             BASE.replace("rpy: [0, 0, 0.3]", ""),
             "trajectory.from.orientation",
-            "exactly one of rpy, quaternion, euler",
+            "exactly one of rpy, rpy_deg, quaternion, euler",
             "{}",
         ),
     ],
@@ -322,7 +322,7 @@ def test_quaternions_that_are_none(quaternion, what):
 
 def test_two_forms_of_an_orientation_contradict():
     line = problem(changed(BASE, "{rpy: [0, 0, 0.3]}", "{rpy: [0, 0, 0.3], quaternion: [1, 0, 0, 0]}"))
-    assert "exactly one of rpy, quaternion, euler is expected, got rpy and quaternion" in line
+    assert "exactly one of rpy, rpy_deg, quaternion, euler is expected, got rpy and quaternion" in line
 
 
 def test_the_problems_of_a_robot_file_name_that_file(tmp_path):

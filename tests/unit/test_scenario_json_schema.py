@@ -76,6 +76,13 @@ def test_what_an_editor_marks(old, new):
     assert not FAKE.is_valid(data(changed(BASE, old, new)))
 
 
+def test_a_scenario_may_leave_its_beginning_to_the_robot():
+    start = BASE[BASE.index("initial:") : BASE.index("robot:")]
+    for shorter in ("", "initial: {velocity: [0, 0, 1]}\n", "initial: {orientation: {rpy_deg: [0, 0, 1]}}\n"):
+        FAKE.validate(data(changed(BASE, start, shorter)))
+    assert not FAKE.is_valid(data(changed(BASE, start, "initial: {position: [0, 0]}\n")))
+
+
 def test_unknown_plugins_are_no_error_and_known_ones_are_suggested():
     FAKE.validate(data(changed(BASE, "type: gains", "type: a_strangers")))
     FAKE.validate(data(changed(BASE, "backend: plain", "backend: a_strangers")))

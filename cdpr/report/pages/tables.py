@@ -14,7 +14,7 @@ from cdpr.report.marks import events as in_order
 from cdpr.report.pages.page import table
 from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
-from cdpr.report.text.reservations import fallback, reservations
+from cdpr.report.text.reservations import fallback, lost, reservations
 from cdpr.view import colours
 
 MOST_EVENTS = 200
@@ -35,7 +35,7 @@ BANNERS = {
 def banner(run: Run, happened: str = "") -> str:
     """How the run ended, its message, and what happened in one sentence."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
-    said = [*reservations(run), *fallback(run)]
+    said = [*reservations(run), *fallback(run), *lost(run)]
     if mood == "good" and said:
         mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
     told = "; ".join(filter(None, (run.message, happened)))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from cdpr.log.beyond import KINDS
 from cdpr.log.run import Run
 from cdpr.tension.command import BEYOND
@@ -40,3 +42,14 @@ def fallback(run: Run) -> Iterator[str]:
     if used and bad >= LARGE_SHARE * total:
         share = f"all {total}" if bad == total else f"{bad} of {total}"
         yield f"the fallback alone gave the tensions at {share} samples: {' and '.join(used)}"
+
+
+def lost(run: Run) -> Iterator[str]:
+    """Yield what must be said of a platform that ends farther from where it should be than the robot is large."""
+    if not len(run.rows):
+        return
+    anchors = np.array(run.header.anchors)[:, :3]
+    corners = np.vstack([anchors, run.position[:1]])  # all anchors may be one point
+    size, error = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), run.position_error[-1]))
+    if not error <= size:
+        yield f"the platform ends {error:.4g} m from where it should be: more than the robot's size, {size:.4g} m"

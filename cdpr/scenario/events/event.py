@@ -20,7 +20,7 @@ from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
 from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
-from cdpr.scenario.motions.guide import Guide
+from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Report
 from cdpr.scenario.problems import Path, exact
 from cdpr.trajectory import Trajectory
@@ -136,6 +136,10 @@ class ScenarioEvent(Kind):
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
         """Yield what it does to cables, and when, s."""
         return iter(())
+
+    def goal(self) -> Posed | None:
+        """Return the pose to which it sends the platform, if any; what it leaves as it is, None."""
+        return None
 
     def swing(self, step: float) -> Swing | None:
         """Return the external wrench that it is, if any."""

@@ -88,6 +88,15 @@ class Sine(Load):
         description="frequency, less than half of the control rate", json_schema_extra=unit("Hz")
     )
     phase: Number = Field(0.0, description="phase at its first sample", json_schema_extra=unit("rad"))
+    phase_deg: Number | None = Field(
+        None, description="the same in degrees, in place of it", json_schema_extra=unit("deg")
+    )
+
+    @model_validator(mode="after")
+    def _one_unit(self) -> Sine:
+        if self.phase_deg is not None and self.phase != 0.0:
+            raise ValueError("at most one of phase (rad) and phase_deg (deg) is expected")
+        return self
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
         """Yield where samples could not show the frequency."""
@@ -97,7 +106,8 @@ class Sine(Load):
             yield "frequency", text
 
     def _oscillation(self, step: float) -> tuple[float, float]:
-        return 2.0 * math.pi * self.frequency * step, self.phase
+        phase = self.phase if self.phase_deg is None else math.radians(self.phase_deg)
+        return 2.0 * math.pi * self.frequency * step, phase
 
     def _suffix(self) -> str:
         return f" times a sine of {self.frequency:g} Hz"

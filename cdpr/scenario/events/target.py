@@ -12,7 +12,7 @@ from cdpr import trajectory
 from cdpr.fields import INITIAL, Position, Positive, unit
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import History, ScenarioEvent, first_sample
-from cdpr.scenario.motions.guide import Guide
+from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.jerk_limited import AngularLimits, Limits, bounds
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path, exact
@@ -55,6 +55,10 @@ class Target(ScenarioEvent):
             raise ValueError("duration (s) or limits is expected, not both: how fast to go")
         if "angular_limits" in given and "limits" not in given:
             raise ValueError("angular_limits go with limits, not with duration")
+        return self
+
+    def goal(self) -> Posed:
+        """Return itself."""
         return self
 
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal, Self
 
 import numpy as np
@@ -11,11 +12,12 @@ from cdpr import tolerances, trajectory
 from cdpr.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
-from cdpr.scenario.motions.motion import Motion, Report, begins, pose, posed
+from cdpr.scenario.motions.motion import Motion, Place, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path, exact
 
 MAX_TURNS = 1000
+ON_THE_WAY = 12  # places of a turn that are looked at
 
 
 class Circle(Motion):
@@ -47,6 +49,17 @@ class Circle(Motion):
     def poses(self) -> list[tuple[Path, Posed]]:
         """Return the beginning."""
         return [((), self)]
+
+    def places(self, initial: Initial) -> Iterator[Place]:
+        """Yield the beginning, and some places on the way."""
+        yield from super().places(initial)
+        whole = self.complete(initial)
+        normal = np.array(self.normal) / (float(np.linalg.norm(self.normal)) or 1.0)
+        arm = np.array(whole.position) - self.center
+        for angle in np.linspace(0.0, 2.0 * np.pi * self.turns, 1 + max(1, round(ON_THE_WAY * abs(self.turns)))):
+            turned = np.cos(angle) * arm + np.sin(angle) * np.cross(normal, arm)
+            climbed = 0.5 * angle / np.pi * self.climb() * normal
+            yield ("center",), self.center + turned + climbed, whole.orientation.quaternion()
 
     def stay(self, guide: Guide, report: Report) -> None:
         """Report what leaves the guide on the way, which goes where the plane does."""

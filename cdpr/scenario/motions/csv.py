@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -12,7 +13,7 @@ from cdpr.fields import INITIAL, NonNegative
 from cdpr.model.robot import Array
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import RATES, Guide, Posed
-from cdpr.scenario.motions.motion import Motion, Report, begins, posed
+from cdpr.scenario.motions.motion import Motion, Place, Report, begins, posed
 from cdpr.scenario.motions.table import MAX_BYTES, Table, TableError, parse_table
 from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
@@ -69,6 +70,13 @@ class Csv(Motion):
     def poses(self) -> list[tuple[Path, Posed]]:
         """Return none: they are in the file."""
         return []
+
+    def places(self, initial: Initial) -> Iterator[Place]:
+        """Yield the points farthest out along each axis."""
+        attitude = (self.orientation or initial.orientation).quaternion()
+        positions, attitudes = self.table.columns["position"], self.table.get("orientation")
+        for row in {*positions.argmin(axis=0).tolist(), *positions.argmax(axis=0).tolist()}:
+            yield FILE, positions[row], attitude if attitudes is None else attitudes[row]
 
     def stay(self, guide: Guide, report: Report) -> None:
         """Report the first point of each kind that the guide does not allow."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterator
 from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
@@ -17,6 +18,8 @@ from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.problems import Path
 
 S = TypeVar("S", bound=Section)
+
+Place = tuple[Path, Array, Array]  # where it is said; position (3,), m, and quaternion (4,) of the platform, world
 
 
 class Report(Protocol):
@@ -47,6 +50,14 @@ class Motion(Kind):
     @abstractmethod
     def poses(self) -> list[tuple[Path, Posed]]:
         """Return the poses that the section itself holds, in the order of time, and their paths within it."""
+
+    def places(self, initial: Initial) -> Iterator[Place]:
+        """Yield where it goes, also on the way and by its files, as it was given; what is left out goes nowhere new."""
+        start = initial.orientation.quaternion()
+        for path, point in self.poses():
+            if point.position is not None:
+                attitude = start if point.orientation is None else point.orientation.quaternion()
+                yield (*path, "position"), np.array(point.position), attitude
 
     @abstractmethod
     def stay(self, guide: Guide, report: Report) -> None:

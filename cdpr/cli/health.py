@@ -1,0 +1,163 @@
+"""What an installation has, what of it works, and what to install for the rest. Nothing here asks a network."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from cdpr import __version__
+from cdpr.errors import CdprError
+from cdpr.fmu.export.library import compiler
+from cdpr.model import kernel_cache
+from cdpr.plugins.registry import DISABLE, ROLES, registry
+
+State = Literal["ok", "missing", "wrong"]
+
+DISTRIBUTION = "cdpr"
+NOT_FOR_USE = ("all", "test")  # extras that are sums of others, or for who works on cdpr
+REQUIREMENT = re.compile(r"\s*([\w.-]+)[^;]*(?:;\s*(.*))?")
+EXTRA = re.compile(r"extra\s*==\s*['\"]([\w.-]+)['\"]")
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "xdg-open")
+SETTINGS = ("CDPR_DEBUG", DISABLE, "NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "CC")
+
+
+@dataclass(frozen=True)
+class Found:
+    """One thing that was looked for.
+
+    Attributes:
+        group: what it is one of.
+        name: what it is called.
+        state: "missing" is a normal state, "wrong" what is there and does not work.
+        text: version, place or reason.
+        remedy: what to type or to do where it does not work.
+    """
+
+    group: str
+    name: str
+    state: State
+    text: str
+    remedy: str = ""
+
+
+def examine() -> Iterator[Found]:
+    """Yield all that there is to tell, group by group."""
+    yield Found("versions", "cdpr", "ok", f"{__version__} in {Path(__file__).parents[1]}")
+    yield Found("versions", "python", "ok", f"{platform.python_version()} in {sys.prefix}")
+    yield Found("versions", "system", "ok", f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors")
+    yield from libraries()
+    yield from plugins()
+    yield from folders()
+    yield from tools()
+    for name in SETTINGS:
+        if name in os.environ:
+            yield Found("settings", name, "ok", os.environ[name])
+
+
+def libraries() -> Iterator[Found]:
+    """Yield what cdpr requires, and what its extras do: their versions, and which extra brings those that lack."""
+    try:
+        required = importlib.metadata.requires(DISTRIBUTION) or []
+    except importlib.metadata.PackageNotFoundError:
+        yield Found("libraries", DISTRIBUTION, "wrong", "is imported, not installed", f"pip install {DISTRIBUTION}")
+        return
+    extras: dict[str, list[str]] = {}
+    for text in required:
+        match = REQUIREMENT.fullmatch(text)
+        if match is None or match[1] == DISTRIBUTION:
+            continue
+        extra = EXTRA.search(match[2] or "")
+        if not extra or extra[1] not in NOT_FOR_USE:
+            extras.setdefault(match[1], []).append(extra[1] if extra else "")
+    for name, of in extras.items():
+        group = "libraries" if "" in of else "extras"
+        title = name if "" in of else f"{name} ({', '.join(of)})"
+        try:
+            yield Found(group, title, "ok", importlib.metadata.version(name))
+        except importlib.metadata.PackageNotFoundError:
+            wanted = f"pip install '{DISTRIBUTION}[{of[0]}]'" if of[0] else f"pip install {name}"
+            state: State = "missing" if of[0] else "wrong"
+            yield Found(group, title, state, "not installed, or not made for this Python and system", wanted)
+
+
+def plugins() -> Iterator[Found]:
+    """Yield each plugin as it loads, then what is wrong with any distribution that brings some."""
+    found = registry()
+    for role in ROLES:
+        for name, entry in sorted(found.plugins[role].items()):
+            if entry.missing:
+                text = f"needs {', '.join(entry.missing)}, not installed"
+                yield Found(f"{role}s", name, "missing", text, entry.remedy)
+                continue
+            try:
+                entry.load()
+            except CdprError as error:
+                yield Found(f"{role}s", name, "wrong", str(error), "reinstall what it names, or remove it")
+            else:
+                yield Found(f"{role}s", name, "ok", f"{entry.distribution} {entry.version}")
+    for problem in found.problems:
+        yield Found("plugins", "problem", "wrong", problem, f"remove that distribution, or set {DISABLE}=1")
+
+
+def folders() -> Iterator[Found]:
+    """Yield the cache of compiled kernels and the folders that cdpr writes to, with what is free there."""
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            cache = Path(kernel_cache.folder())
+        files = [path.stat().st_size for path in cache.iterdir() if path.is_file()]
+        text = f"{cache}, {len(files)} kernels, {sum(files) / 1e6:.1f} MB"
+        if told:
+            yield Found("folders", "kernel cache", "wrong", f"{told[0].message}", "make its folder writable")
+        elif not kernel_cache.lasting():
+            yield Found("folders", "kernel cache", "wrong", f"{text}: gone with this process", "set NUMBA_CACHE_DIR")
+        else:
+            yield Found("folders", "kernel cache", "ok", text)
+    except (CdprError, OSError) as error:
+        yield Found("folders", "kernel cache", "wrong", str(error), "set NUMBA_CACHE_DIR to a folder of yours")
+    try:
+        yield _folder("temporary", Path(tempfile.gettempdir()), "set TMPDIR to a folder of yours")
+    except OSError as error:
+        yield Found("folders", "temporary", "wrong", str(error), "set TMPDIR to a folder of yours")
+    try:
+        yield _folder("home", Path.home(), "set HOME")
+    except RuntimeError as error:
+        yield Found("folders", "home", "wrong", str(error), "set HOME")
+    yield _folder("here", Path.cwd(), "results go to --out DIR, or change to a folder of yours")
+
+
+def _folder(name: str, path: Path, remedy: str) -> Found:
+    try:
+        with tempfile.TemporaryFile(dir=path):
+            free = shutil.disk_usage(path).free
+    except OSError as error:
+        return Found("folders", name, "wrong", f"{path} cannot be written: {error.strerror}", remedy)
+    return Found("folders", name, "ok", f"{path}, {free / 1e9:.1f} GB free")
+
+
+def tools() -> Iterator[Found]:
+    """Yield the C compiler, what opens a page, and the display."""
+    try:
+        yield Found("tools", "C compiler", "ok", " ".join(compiler()))
+    except CdprError:
+        text = "none: cdpr fmu export then needs --source-only"
+        yield Found("tools", "C compiler", "missing", text, "install one, such as the package gcc with libc6-dev")
+    browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if browser:
+        yield Found("tools", "browser", "ok", browser)
+    else:
+        text = "none found: reports (report.html) open in any, also on another machine"
+        yield Found("tools", "browser", "missing", text, "install one, or copy the page")
+    display = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
+    text = "none: pages are written, not opened"
+    yield Found("tools", "display", "ok", display) if display else Found("tools", "display", "missing", text)

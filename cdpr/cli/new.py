@@ -1,0 +1,136 @@
+"""`cdpr new`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.errors import CdprError, OutputError
+
+if TYPE_CHECKING:
+    from cdpr.scenario.template import Sizes
+
+STDOUT = "-"
+
+
+def _lengths(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[float, float, float] | None:
+    """Return three lengths, m."""
+    if value is None:
+        return None
+    try:
+        x, y, z = (float(part) for part in value.split(","))
+    except ValueError:
+        text = f"three lengths (m) with commas between them are expected, such as 4,3,2.5, got {value[:80]!r}"
+        raise click.BadParameter(text) from None
+    return x, y, z
+
+
+def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options from which a robot is made; it gets what was given of them."""
+    options = [
+        click.option(
+            "--frame", callback=_lengths, metavar="W,D,H", help="Width, depth, height of the frame (m): 4,3,2.5."
+        ),
+        click.option(
+            "--platform", callback=_lengths, metavar="W,D,H", help="The same of the platform (m): 0.4,0.3,0.2."
+        ),
+        click.option("--mass", type=float, metavar="KG", help="Mass of the platform (kg): 20."),
+        click.option("--cables", type=int, metavar="N", help="8 in space; 3 or 4 of a point that hangs; planar 4."),
+        click.option("--crossed/--straight", default=None, help="Whether cables cross at the platform: they do."),
+        click.option("--planar", is_flag=True, default=None, help="A robot in the plane of x and z."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@click.group("new")
+def command() -> None:
+    """Write a robot or a scenario that runs as it is, with a comment on every key, to be changed."""
+
+
+@command.command("robot")
+@click.argument("file", default="robot.yaml", type=click.Path())
+@sizes
+def robot(file: str, **given: Any) -> None:
+    """Write a robot FILE (robot.yaml unless said; - prints it): a box in a frame, held by a cable from each corner.
+
+    Tension limits follow from the mass. What these sizes cannot hold is refused.
+    """
+    from cdpr.plugins.registry import registry
+    from cdpr.scenario import load_robot
+    from cdpr.scenario.robot_schema import RobotSection
+    from cdpr.scenario.template import commented, robot_data
+
+    asked = _sizes(given)
+    head = f"{_about(asked)} Written by cdpr new robot; lengths in m, masses in kg, forces in N, angles in rad."
+    text = commented(RobotSection, robot_data(asked, _stem(file, "robot")), registry(), head)
+    load_robot(file, text=text)  # what is wrong with it would be our fault: it is told before it is written
+    _write(file, text, f"cdpr info {file}")
+
+
+@command.command("scenario")
+@click.argument("file", default="scenario.yaml", type=click.Path())
+@click.option(
+    "--robot", "source", type=click.Path(), help="Robot file or example; without it a new robot is written in."
+)
+@sizes
+def scenario(file: str, source: str | None, **given: Any) -> None:
+    """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
+    from cdpr.plugins.registry import registry
+    from cdpr.scenario import examples, load_robot, load_scenario
+    from cdpr.scenario.schema import ScenarioSection
+    from cdpr.scenario.template import commented, robot_data, scenario_data
+
+    section: str | dict[str, Any]
+    if source is None:
+        import json
+
+        section = robot_data(_sizes(given), "robot")
+        made = load_robot("robot", text=json.dumps(section))
+    else:
+        if extra := [f"--{key}" for key, value in given.items() if value is not None]:
+            raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
+        made = load_robot(source)
+        section = os.path.relpath(examples.resolve(source, "robot"), os.path.dirname(file) or ".")
+    data = scenario_data(made, section, registry())
+    head = "A gentle move from home, then rest. Written by cdpr new scenario; lengths in m, times in s, angles in rad."
+    text = commented(ScenarioSection, data, registry(), head)
+    load_scenario(file, text=text)  # likewise
+    _write(file, text, f"cdpr run {file}")
+
+
+def _sizes(given: dict[str, Any]) -> Sizes:
+    from cdpr.scenario.template import Sizes
+
+    return Sizes(**{key: value for key, value in given.items() if value is not None})
+
+
+def _about(asked: Sizes) -> str:
+    frame, platform = ("x".join(f"{part:g}" for part in size) for size in (asked.frame, asked.platform))
+    return f"A platform of {platform} m and {asked.mass:g} kg in a frame of {frame} m."
+
+
+def _stem(file: str, otherwise: str) -> str:
+    from cdpr.scenario.source import stem
+
+    return otherwise if file == STDOUT else stem(file)
+
+
+def _write(file: str, text: str, then: str) -> None:
+    """Write a new file, or print it; what is there stays."""
+    if file == STDOUT:
+        click.echo(text, nl=False)
+        return
+    try:
+        with open(file, "x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
+    except OSError as error:
+        raise OutputError(f"cannot write '{file}': {error.strerror}") from None
+    click.echo(file)
+    click.echo(f"next: {then}", err=True)

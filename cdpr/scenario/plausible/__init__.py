@@ -1,0 +1,45 @@
+"""What is allowed and seldom meant: a table of checks, each a small function that yields path and text.
+
+They are asked of what passed all checks of the loader, and only when somebody wants to know (`Scenario.warnings`), so
+that studies and live sessions pay nothing. A check looks at no file and changes nothing. To add one, write the function
+and name it here. A check that is wrong once in a while is worse than none: each of their bounds is wide, says why, and
+holds for robots from a hand's size to that of a valley (tests/unit/test_plausible.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from cdpr.scenario.document import Document
+from cdpr.scenario.plausible.angles import whole_turns
+from cdpr.scenario.plausible.course import after_the_end, gravity, taken_by_the_guide
+from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside
+from cdpr.scenario.plausible.sizes import bodies, cable_sizes, proportions
+from cdpr.scenario.plausible.subject import Finding, Subject
+from cdpr.scenario.problems import Path, Problem
+
+__all__ = ["CHECKS", "Finding", "Subject", "warnings"]
+
+CHECKS: tuple[Callable[[Subject], Iterator[Finding]], ...] = (
+    whole_turns,
+    proportions,
+    bodies,
+    cable_sizes,
+    no_length,
+    one_sided,
+    outside,
+    beyond_reach,
+    gravity,
+    after_the_end,
+    taken_by_the_guide,
+)
+
+
+def warnings(subject: Subject, document: Document) -> tuple[Problem, ...]:
+    """Return what the checks find, each with the place where it stands in the document; of one value the first."""
+    found: dict[Path, str] = {}
+    for check in CHECKS:
+        for path, text in check(subject):
+            if not any(path[: len(part)] == part for part in document.filled):  # is told where it comes from
+                found.setdefault(path, text)
+    return tuple(Problem(document.mark(path), path, text) for path, text in found.items())

@@ -1,0 +1,53 @@
+"""The course of a run: gravity, and what happens too late or to no effect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cdpr.model import DOF_NAMES
+from cdpr.scenario.events import first_sample
+from cdpr.scenario.plausible.subject import Finding, Subject
+from cdpr.scenario.problems import exact
+
+STRONGEST = 100.0  # m/s^2; the sun's surface has 274, Jupiter's 25, the earth's in millimetres 9810
+
+
+def gravity(subject: Subject) -> Iterator[Finding]:
+    """Gravity that points upwards, or is not in m/s^2."""
+    if subject.run is None:
+        return
+    path, size = ("world", "gravity"), float(np.linalg.norm(subject.gravity))
+    if subject.gravity[2] > 0.0:
+        down = f"[0, 0, {-subject.gravity[2]:g}]"
+        yield path, f"points upwards, {exact(subject.gravity[2])} m/s^2 along z: z is up, so the earth's is {down}"
+    if size > STRONGEST:
+        yield path, f"{size:.4g} m/s^2 is {size / 9.81:.0f} times that of the earth, 9.81 m/s^2"
+
+
+def after_the_end(subject: Subject) -> Iterator[Finding]:
+    """Events and motions that would begin after the run."""
+    if subject.run is None:
+        return
+    end, step, steps = (getattr(subject.run.simulation, name) for name in ("duration", "control_step", "steps"))
+    for i, event in enumerate(subject.run.events):
+        if first_sample(event.time, step) > steps:
+            yield ("events", i), f"happens at {exact(event.time)} s, after the end of the run at {exact(end)} s: never"
+    start = getattr(subject.motion, "start", 0.0)
+    if start >= end:
+        yield (
+            ("trajectory", "start"),
+            f"the motion begins at {exact(start)} s, after the run has ended, at {exact(end)} s",
+        )
+
+
+def taken_by_the_guide(subject: Subject) -> Iterator[Finding]:
+    """Wrenches that move nothing, for the guide takes all of them."""
+    dof = subject.robot.dof
+    for i, event in enumerate(subject.run.events if subject.run else ()):
+        swing = event.swing(1.0)
+        acts = [name for name, part in zip(DOF_NAMES, swing.amplitude if swing else (), strict=False) if part != 0.0]
+        if acts and not set(acts) & set(dof):
+            text = f"acts along {', '.join(acts)} only, which the guide takes entirely: it has no effect"
+            yield ("events", i), f"{text}; the robot moves along {', '.join(dof)}"

@@ -1,0 +1,128 @@
+"""Places where cables cannot hold a platform, as plain geometry tells: no tensions are computed here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cdpr import tolerances
+from cdpr.model import DOF_NAMES, Robot, rotations
+from cdpr.model.robot import Array
+from cdpr.scenario.plausible.subject import Finding, Subject
+
+# Anchors whose heights differ by less than this share of their extent hang the platform from above: it may go down any
+# way, and below the lowest of others there is nothing that holds it down.
+LEVEL = 0.1
+# Frames from their middle: a lift in a shaft hangs 40 deep, a position in millimetres is 100 away.
+FAR = 50.0
+ROUND_OFF = 1e-9  # of a direction, and of the frame's extent
+OFF_ANCHOR = (
+    0.05  # the same where cables leave the frame beside their anchors, by pulleys, which are not looked at here
+)
+
+
+def no_length(subject: Subject) -> Iterator[Finding]:
+    """Cables without length at home; where a run begins that is an error."""
+    home = subject.robot.home
+    if home is None:
+        return
+    for cable, chord in zip(subject.robot.cables, _chords(subject, home[:3], rotations.matrix(home[3:])), strict=True):
+        if np.linalg.norm(chord) < tolerances.LENGTH:
+            text = f"cable '{cable.name}' has no length here: its two anchors coincide, so it has no direction"
+            yield (*subject.root, "home", "position"), text
+
+
+def one_sided(subject: Subject) -> Iterator[Finding]:
+    """Starts at which all cables pull to one side, and gravity not to the other: nothing holds the platform there.
+
+    Looked at are the axes of the world and the mean direction of the cables. A load of the scenario may do it.
+    """
+    robot = subject.robot
+    free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
+    if not free.any() or _may_hold(subject):
+        return
+    for path, position, attitude in subject.starts():
+        chords = _chords(subject, position, rotations.matrix(attitude)) * free
+        lengths = np.linalg.norm(chords, axis=1)
+        if lengths.min() < tolerances.LENGTH:
+            continue
+        pulls = chords / lengths[:, None]
+        mean = pulls.mean(axis=0)
+        size = float(np.linalg.norm(mean))
+        sides = [*np.eye(3), *-np.eye(3), *([mean / size] if size > ROUND_OFF else [])]
+        for side in sides:
+            if np.all(pulls @ side > _slack(robot)) and subject.gravity * free @ side > -ROUND_OFF:
+                axis = "[" + ", ".join(f"{part + 0.0:.3g}" for part in side) + "]"
+                count = "its cable pulls" if robot.m == 1 else f"all {robot.m} cables pull"
+                yield path, f"{count} the platform along {axis} (x, y, z) here, and nothing pulls it back"
+                break
+
+
+def outside(subject: Subject) -> Iterator[Finding]:
+    """Places beyond the frame's anchors, from where all cables pull back; only gravity pulls away from them."""
+    robot, anchors = subject.robot, subject.robot.anchors[:, :3]
+    if _may_hold(subject):
+        return
+    low, high = anchors.min(axis=0), anchors.max(axis=0)
+    slack = _slack(robot) * subject.extent + tolerances.HELD
+    paths, positions, turned = subject.places
+    # A platform may be longer than its frame is wide: both its origin and its centre of mass must be outside.
+    masses = positions + turned @ robot.platform.center_of_mass
+    below = np.maximum(positions, masses) < low - slack
+    above = np.minimum(positions, masses) > high + slack
+    flat = high - low < LEVEL * subject.extent
+    hangs = flat & (((subject.gravity < 0.0) & below) | ((subject.gravity > 0.0) & above))
+    free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
+    for k, i in np.argwhere((below | above) & ~hangs & free):
+        axis = DOF_NAMES[i]
+        span = f"its anchors go from {axis} = {low[i]:.4g} to {high[i]:.4g} m"
+        yield paths[k], f"lies outside the frame: {span}, and here {axis} = {positions[k, i]:.6g} m"
+
+
+def beyond_reach(subject: Subject) -> Iterator[Finding]:
+    """Places far from the frame, or where a cable is longer or shorter than it can be.
+
+    What lies on a pulley counts as cable, too: of those with an exit of their own, runs alone tell.
+    """
+    robot, extent = subject.robot, subject.extent
+    paths, positions, turned = subject.places
+    away = np.linalg.norm(positions - subject.middle, axis=1)
+    if not {"x", "y", "z"}.isdisjoint(robot.dof) and extent > 0.0:
+        for k in np.flatnonzero(away > FAR * extent):
+            text = f"{away[k]:.4g} m from the middle of the frame's anchors, which are {extent:.4g} m apart"
+            yield paths[k], f"lies beyond reach: {text}; lengths are in metres"
+    limits = [(cable.length_min, cable.length_max) if cable.exit is None else (None, None) for cable in robot.cables]
+    shortest = np.array([0.0 if low is None else low for low, _ in limits])
+    longest = np.array([np.inf if high is None else high for _, high in limits])
+    if not shortest.any() and not np.isfinite(longest).any():
+        return
+    lengths = np.linalg.norm(_chords(subject, positions, turned), axis=2)
+    short, long = lengths < shortest * (1.0 - ROUND_OFF), lengths > longest * (1.0 + ROUND_OFF)
+    for k, i in np.argwhere(short | long):
+        limit = f"longer than its length.max, {longest[i]:.6g} m"
+        limit = f"shorter than its length.min, {shortest[i]:.6g} m" if short[k, i] else limit
+        yield (
+            paths[k],
+            f"lies beyond reach: cable '{robot.cables[i].name}' would be {lengths[k, i]:.6g} m long, {limit}",
+        )
+
+
+def _chords(subject: Subject, positions: Array, turned: Array) -> Array:
+    """From the platform's anchors to the frame's, (..., m, 3), m, world, at positions and rotation matrices."""
+    anchors = subject.robot.anchors
+    arms = anchors[:, 3:] @ np.swapaxes(turned, -1, -2)
+    return np.asarray(anchors[:, :3] - positions[..., None, :] - arms)
+
+
+def _slack(robot: Robot) -> float:
+    return ROUND_OFF if all(cable.exit is None for cable in robot.cables) else OFF_ANCHOR
+
+
+def _may_hold(subject: Subject) -> bool:
+    """Whether something besides cables and gravity may hold the platform: a wrench of the scenario; or legs do, which
+    push. Gravity that points upwards is told by itself.
+    """
+    events = subject.run.events if subject.run else ()
+    loaded = any(event.swing(1.0) is not None for event in events)
+    return loaded or not subject.robot.unilateral or subject.gravity[2] > 0.0

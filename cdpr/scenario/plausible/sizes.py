@@ -1,0 +1,93 @@
+"""Sizes as if in millimetres, masses and inertias that do not go with them.
+
+Few sizes tell by themselves: there are robots of 0.2 m and of 600 m. What tells is that the sizes of one robot do not
+go together, by orders of magnitude more than those of any robot that was built.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cdpr.scenario.plausible.subject import Finding, Subject
+from cdpr.scenario.robot_schema import moments_about, tensor
+
+LARGEST = 3e3  # m between frame anchors; those of the largest cable robot, the FAST telescope, are 600 m apart
+# Frame anchors are apart by at most this times what platform anchors are: a camera of 0.3 m above a stadium of 200 m
+# has 700, and FAST 50. One of both in millimetres shifts what is 2 to 30 otherwise by 1000, either way.
+LARGEST_FRAME = 2000.0
+LARGEST_PLATFORM = 20.0  # the other way round: rings and hoops around a small frame
+# Of a body, the radius of gyration and the distance of its anchors: by less than this, a heavy core with long arms has
+# 20. With lengths in millimetres beside kg m^2, or kg mm^2 beside metres, it is some 1000.
+LARGEST_ARM = 200.0
+LIGHTEST = 1e-4  # kg/m^3; air has 1.2, and an open lattice of 10 m and 100 kg 0.1; in millimetres steel has 8e-6
+THICKEST = 0.3  # m; the cables that carry bridges have 0.2
+LARGEST_DRUM = 5.0  # m
+
+METRES = "lengths are in metres"
+
+
+def proportions(subject: Subject) -> Iterator[Finding]:
+    """Anchors of frame and platform, against one another."""
+    cables = (*subject.root, "cables")
+    frame = subject.extent
+    platform = float(np.linalg.norm(np.ptp(subject.robot.anchors[:, 3:], axis=0)))
+    if frame > LARGEST:
+        yield cables, f"the frame's anchors are {frame:.4g} m apart; {METRES}: of millimetres it were {_metres(frame)}"
+    elif platform > LARGEST_PLATFORM * frame > 0.0:
+        text = f"the platform's anchors are {platform:.4g} m apart, those on the frame {frame:.4g} m; {METRES}"
+        yield cables, f"{text}: of millimetres the platform's were {_metres(platform)}"
+    elif frame > LARGEST_FRAME * platform > 0.0:
+        text = f"the frame's anchors are {frame:.4g} m apart, those on the platform {platform:.4g} m; {METRES}"
+        yield cables, f"{text}: of millimetres the frame's were {_metres(frame)}"
+
+
+def bodies(subject: Subject) -> Iterator[Finding]:
+    """Inertia and shape of the platform, against its mass and its anchors."""
+    path, section, body = (*subject.root, "platform"), subject.section.platform, subject.robot.platform
+    arm = float(np.linalg.norm(subject.robot.anchors[:, 3:], axis=1).max())
+    if section.inertia is not None and len(moments_about(section.inertia)) == 3 and arm > 0.0:
+        gyration = math.sqrt(float(np.abs(tensor(section.inertia)).max()) / body.mass)
+        if not 1.0 / LARGEST_ARM < arm / gyration < LARGEST_ARM:
+            text = f"a body of {body.mass:.4g} kg with this inertia is some {gyration:.3g} m large, and its cables end "
+            yield (*path, "inertia"), f"{text}{arm:.3g} m from its origin; kg, m and kg m^2 are expected"
+    volume = _volume(body.outline or {})
+    if volume > 0.0 and body.mass < LIGHTEST * volume:
+        text = f"of {volume:.3g} m^3 a body of {body.mass:.4g} kg would be lighter than air; {METRES}"
+        yield (*path, "shape"), text
+
+
+def cable_sizes(subject: Subject) -> Iterator[Finding]:
+    """Diameters of cables and drums."""
+    section, root = subject.section, subject.root
+    given = [((*root, "cable"), section.cable.diameter)]
+    given += [((*root, "cables", i), cable.diameter) for i, cable in enumerate(section.cables)]
+    for path, diameter in given:
+        if diameter is not None and diameter > THICKEST:
+            yield (*path, "diameter"), f"a cable {diameter:.4g} m thick; {METRES}: of millimetres {_metres(diameter)}"
+    winches = [(root, section.winch)]
+    winches += [((*root, "cables", i), cable.winch) for i, cable in enumerate(section.cables)]
+    for path, winch in winches:
+        if winch is not None and winch.drum_radius > LARGEST_DRUM:
+            text = f"a drum of {winch.drum_radius:.4g} m; {METRES}: of millimetres {_metres(winch.drum_radius)}"
+            yield (*path, "winch", "drum_radius"), text
+
+
+def _metres(millimetres: float) -> str:
+    return f"{millimetres / 1000.0:.4g} m"
+
+
+def _volume(outline: dict[str, object]) -> float:
+    """Volume (m^3) of a shape of `cdpr.model.shapes` as plain data; 0 where there is none."""
+    for kind, size in outline.items():
+        value = np.asarray(size, dtype=float)
+        if kind == "box":
+            return float(np.prod(value))
+        if kind == "sphere":
+            return float(4.0 / 3.0 * math.pi * value**3)
+        if kind == "cylinder":
+            return float(math.pi * value[0] ** 2 * value[1])
+        return float(np.prod(np.abs(value[1] - value[0])))  # the box around a mesh
+    return 0.0

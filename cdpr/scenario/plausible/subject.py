@@ -1,0 +1,93 @@
+"""What is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.model.rotations import matrix
+from cdpr.scenario.motions import Motion
+from cdpr.scenario.motions.motion import Place
+from cdpr.scenario.problems import Path
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.schema import ScenarioSection, World
+
+Finding = tuple[Path, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A robot, and the scenario around it where there is one.
+
+    Attributes:
+        section: the robot as its file has it.
+        robot: the same as arrays.
+        root: path of the robot's section.
+        data: the file as plain data.
+        run: the scenario, with all filled in.
+        motion: its motion as it was given, so that its paths are those of the file.
+    """
+
+    section: RobotSection
+    robot: Robot
+    root: Path
+    data: dict[str, Any]
+    run: ScenarioSection | None = None
+    motion: Motion | None = None
+
+    @property
+    def gravity(self) -> Array:
+        """Acceleration of gravity, (3,), m/s^2, world."""
+        return np.array((self.run.world if self.run else World()).gravity)
+
+    @property
+    def middle(self) -> Array:
+        """Middle of the frame's anchors, (3,), m, world."""
+        return np.asarray(self.robot.anchors[:, :3].mean(axis=0))
+
+    @property
+    def extent(self) -> float:
+        """Diagonal of the box around the frame's anchors, m."""
+        return float(np.linalg.norm(np.ptp(self.robot.anchors[:, :3], axis=0)))
+
+    def starts(self) -> Iterator[Place]:
+        """Yield the robot's home, and where a run begins unless that is there."""
+        home = self.robot.home
+        if home is not None:
+            yield (*self.root, "home", "position"), home[:3], home[3:]
+        if self.run is not None:
+            state = self.run.initial.state()
+            if home is None or not np.array_equal(state[:3], home[:3]):
+                yield ("initial", "position"), state[:3], state[3:7]
+
+    @cached_property
+    def places(self) -> tuple[list[Path], Array, Array]:
+        """All of these, and where the motion and events want to go, each pose once: paths, positions (k, 3), m, and
+        rotation matrices (k, 3, 3).
+        """
+        found: dict[tuple[float, ...], Path] = {}
+        for path, position, attitude in (*self.starts(), *self._wanted()):
+            found.setdefault((*position.tolist(), *attitude.tolist()), path)
+        poses = np.array(list(found)).reshape(-1, 7)
+        attitudes, which = np.unique(poses[:, 3:], axis=0, return_inverse=True)
+        turned = np.array([matrix(q) for q in attitudes]).reshape(-1, 3, 3)
+        return list(found.values()), poses[:, :3], turned[which.ravel()]
+
+    def _wanted(self) -> Iterator[Place]:
+        """Yield where the motion and events want to go, but for what they leave as it is."""
+        if self.run is None or self.motion is None:
+            return
+        initial = self.run.initial
+        for path, position, attitude in self.motion.places(initial):
+            yield ("trajectory", *path), position, attitude
+        for i, event in enumerate(self.run.events):
+            goal = event.goal()
+            if goal is not None and goal.position is not None:
+                turned = goal.orientation or initial.orientation
+                yield ("events", i, "position"), np.array(goal.position), turned.quaternion()

@@ -1,0 +1,7 @@
+"""New robot and scenario files: plain data from a few sizes, written with what the schema says of each key."""
+
+from cdpr.scenario.template.commented import commented
+from cdpr.scenario.template.new_robot import Sizes, robot_data
+from cdpr.scenario.template.new_scenario import scenario_data
+
+__all__ = ["Sizes", "commented", "robot_data", "scenario_data"]

@@ -1,0 +1,72 @@
+"""YAML with a comment on every key: its description and unit, from the models that check it."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from cdpr.plugins.registry import Registry, Role
+from cdpr.scenario.describe import Place, look
+from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.problems import Path
+from cdpr.scenario.yaml_text import flow
+
+WIDTH = 110  # of a line
+
+Told = Callable[[Path], str]
+
+
+def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, head: str) -> str:
+    """Return YAML of `data`, which fits `model`, after the comment `head`.
+
+    Options of controller and solver are described by their plugins.
+    """
+
+    def told(path: Path) -> str:
+        place = look(model, path, data)
+        if len(path) == 2 and path[0] in CORE_KEYS and path[1] not in CORE_KEYS[path[0]]:
+            place = _of_plugin(str(path[0]), path[1:], data[path[0]], plugins)
+        return place.description + (f" [{place.unit}]" if place.unit else "")
+
+    return "\n".join([*_comment(head, ""), *_mapping(data, (), told)]) + "\n"
+
+
+def _of_plugin(role: Any, path: Path, section: dict[str, Any], plugins: Registry) -> Place:
+    role_: Role = role
+    return look(plugins.get(role_, section.get("type", DEFAULT_TYPE[role])).info.options, path, section)
+
+
+def _mapping(data: dict[str, Any], path: Path, told: Told) -> Iterator[str]:
+    indent = "  " * len(path)
+    for key, value in data.items():
+        here = (*path, key)
+        if isinstance(value, dict):
+            yield from _line(f"{indent}{key}:", told(here), indent)
+            yield from _mapping(value, here, told)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            yield from _comment(told(here), indent)
+            for name in value[0]:
+                yield from _comment(f"  {name}: {told((*here, 0, name))}", indent)
+            yield f"{indent}{key}:"
+            yield from (f"{indent}- {flow(item)}" for item in value)
+        else:
+            yield from _line(f"{indent}{key}: {flow(value)}", told(here), indent)
+
+
+def _line(text: str, comment: str, indent: str) -> Iterator[str]:
+    """Yield a line with its comment behind it, or above it where both are too long for one."""
+    if len(text) + len(comment) + 4 <= WIDTH:
+        yield f"{text}  # {comment}"
+    else:
+        yield from _comment(comment, indent)
+        yield text
+
+
+def _comment(text: str, indent: str) -> Iterator[str]:
+    before = f"{indent}# "
+    lead = text[: len(text) - len(text.lstrip())]
+    wrapped = textwrap.wrap(text.strip(), WIDTH - len(before) - len(lead))
+    yield from (f"{before}{lead}{'' if i == 0 else '  ' * bool(lead)}{line}" for i, line in enumerate(wrapped))

@@ -1,0 +1,65 @@
+"""Whether cables can hold a platform at a pose, by a test that is quick and never says so where they cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.model import DOF_NAMES, Robot, rotations
+from cdpr.model.robot import Array
+
+# Of the largest singular value: below it the cables leave a motion of the platform as good as free.
+REGULAR = 1e-3
+MARGIN = 1e-3  # of the range of tensions, by which they are pushed within their limits
+STARTS = 8  # equal tensions between lowest and highest that are begun with
+PROJECTIONS = 100  # of each, by turns onto the limits and onto the tensions that hold the weight
+
+
+def wrench_matrix(robot: Robot, position: Array, attitude: Array) -> Array:
+    """Rows of W that belong to the degrees of freedom, (n, m), for cables that leave the frame at their anchors.
+
+    Moments are divided by the characteristic length.
+    """
+    arms = robot.anchors[:, 3:] @ rotations.matrix(attitude).T
+    chords = robot.anchors[:, :3] - position - arms
+    units = chords / np.linalg.norm(chords, axis=1)[:, None]
+    moments = np.cross(arms, units) / robot.characteristic_length
+    return np.asarray(np.hstack([units, moments]).T[[DOF_NAMES.index(name) for name in robot.dof]])
+
+
+def weight(robot: Robot, attitude: Array, gravity: Array) -> Array:
+    """What the cables must exert against gravity, (n,), in the rows of `wrench_matrix`."""
+    force = -robot.platform.mass * gravity
+    lever = rotations.matrix(attitude) @ robot.platform.center_of_mass
+    wrench = np.concatenate([force, np.cross(lever, force) / robot.characteristic_length])
+    return np.asarray(wrench[robot.rows])
+
+
+def regular(W: Array) -> bool:
+    """Whether no motion is left free."""
+    values = np.linalg.svd(W, compute_uv=False)
+    return bool(W.shape[1] >= W.shape[0] and values[-1] > REGULAR * values[0])
+
+
+def holds(robot: Robot, position: Array, attitude: Array, gravity: Array) -> bool:
+    """Whether tensions within the limits hold the weight, looked for by alternating projections from equal ones."""
+    W, wanted = wrench_matrix(robot, position, attitude), weight(robot, attitude, gravity)
+    if not regular(W):
+        return False
+    inverse, low, high = np.linalg.pinv(W), robot.tension_min, robot.tension_max
+    for share in np.geomspace(1e-3, 0.9, STARTS):
+        tension = low + share * (high - low)
+        for _ in range(PROJECTIONS):
+            tension = tension + inverse @ (wanted - W @ tension)
+            if np.all(low <= tension) and np.all(tension <= high):
+                return True
+            tension = np.clip(tension, low + MARGIN * (high - low), high - MARGIN * (high - low))
+    return False
+
+
+def pulls_against_itself(robot: Robot, position: Array, attitude: Array) -> bool:
+    """Whether the cables hold the platform against wrenches from all sides (wrench closure), by the tensions nearest
+    to equal ones that exert nothing.
+    """
+    W = wrench_matrix(robot, position, attitude)
+    equal = np.ones(robot.m)
+    return regular(W) and bool(np.all(equal - np.linalg.pinv(W) @ (W @ equal) > REGULAR))

@@ -1,0 +1,65 @@
+"""A scenario for a robot: a gentle move from its home that its cables can hold at both ends."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cdpr import defaults
+from cdpr.mechanics.properties import home_pose
+from cdpr.model import DOF_NAMES, Robot, rotations
+from cdpr.model.robot import Array
+from cdpr.plugins.registry import Registry
+from cdpr.scenario.motions import Quintic
+from cdpr.scenario.schema import World
+from cdpr.scenario.template.hold import holds
+
+SHARE = 0.1  # of the frame's extent along each axis, upwards half of it
+TURN = 10.0  # degrees, of a robot that only turns
+HALVINGS = 5
+SHORTEST = 2.0  # s
+GENTLE = 0.05  # of gravity: the highest acceleration
+PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic move of length 1 in time 1
+REST = 1.0  # s after the move
+DIGITS = 3
+
+
+def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry) -> dict[str, Any]:
+    """Return a scenario as the plain data of its file; `section` is what its key `robot` holds."""
+    home, _ = home_pose(robot)
+    data: dict[str, Any] = {"robot": section}
+    move, length = _move(robot, home)
+    duration = max(SHORTEST, math.ceil(math.sqrt(PEAK * length / (GENTLE * 9.81))))
+    data["simulation"] = {"backend": defaults.BACKEND, "duration": duration + REST, "control_step": 0.001}
+    if robot.home is None:
+        data["initial"] = {"position": [round(float(part), DIGITS) for part in home[:3]]}
+    if move:
+        data["trajectory"] = {"type": Quintic.kind(), "duration": duration, "to": move}
+    controller = plugins.get("controller", defaults.CONTROLLER).info.options()
+    data["controller"] = {"type": defaults.CONTROLLER, **controller.model_dump(mode="json", by_alias=True)}
+    data["solver"] = {"type": defaults.SOLVER}
+    return data
+
+
+def _move(robot: Robot, home: Array) -> tuple[dict[str, Any], float]:
+    """Return where to go and how far that is, m; nothing where the cables hold the robot nowhere near its home."""
+    gravity = np.array(World().gravity)
+    extent = np.ptp(robot.anchors[:, :3], axis=0)
+    free = np.array([name in robot.dof for name in DOF_NAMES])
+    way = SHARE * np.array([1.0, 1.0, 0.5]) * extent * free[:3]
+    axis = next((DOF_NAMES[i] for i in (5, 4, 3) if free[i]), None)
+    for halving in range(HALVINGS):
+        to = np.round(home[:3] + way / 2.0**halving, DIGITS)
+        if free[:3].any():
+            if holds(robot, to, home[3:], gravity):
+                upright = home[3:].tolist()
+                turned = {} if upright == [1.0, 0.0, 0.0, 0.0] else {"orientation": {"quaternion": upright}}
+                return {"position": to.tolist(), **turned}, float(np.linalg.norm(to - home[:3]))
+        elif axis is not None:
+            angles = [TURN / 2.0**halving if name == axis else 0.0 for name in DOF_NAMES[3:]]
+            turn = rotations.from_rpy(*np.radians(angles))
+            if holds(robot, home[:3], turn, gravity):
+                return {"orientation": {"rpy_deg": angles}}, 0.0
+    return {}, 0.0

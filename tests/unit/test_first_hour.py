@@ -1,0 +1,228 @@
+"""`cdpr new` writes what runs as it is; `cdpr doctor` tells what works."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from command_line import cdpr_here
+from conftest import ROOT
+
+import cdpr
+from cdpr.cli import cli, health
+from cdpr.errors import ExitCode
+from cdpr.plugins.registry import OWN_DISTRIBUTION, registry
+from cdpr.scenario import load_any, load_robot, load_scenario
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.tension.closure import positive_null_vector
+
+ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))
+SIZES = [
+    "",
+    "--straight",
+    "--frame 4,4,4 --platform 0.4,0.4,0.4",
+    "--frame 0.2,0.2,0.2 --platform 0.02,0.02,0.02 --mass 0.05",
+    "--frame 300,300,100 --platform 10,10,5 --mass 30000",
+    "--planar",
+    "--planar --straight --frame 4,1,3 --platform 0.4,0.1,0.2",
+    "--cables 3",
+    "--cables 4",
+]
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*words, code=0):
+    done = CliRunner().invoke(cli, [*words])
+    if done.exception and not isinstance(done.exception, SystemExit):
+        assert code == ExitCode.BAD_INPUT or getattr(done.exception, "exit_code", 0) == code, done.exception
+        return str(done.exception)
+    assert done.exit_code == code, done.output
+    return done.stdout
+
+
+@pytest.mark.parametrize("sizes", SIZES)
+def test_a_new_robot_holds_its_weight_and_passes_all_checks(here, sizes):
+    run("new", "robot", "a-robot.yaml", *shlex.split(sizes))
+    warnings = []
+    robot = load_any("a-robot.yaml", warnings=warnings)
+    assert warnings == []
+    assert robot.name == "a-robot"
+    assert cdpr.distribute(robot, robot.home[None]).feasible.all()
+    if robot.m > robot.n and "--cables" not in sizes:  # those hang
+        rows = wrench_rows(robot)
+        assert np.linalg.matrix_rank(rows) == robot.n
+        assert positive_null_vector(rows) is not None
+
+
+def wrench_rows(robot):
+    """W of the free directions at home, upright, from its definition."""
+    chords = robot.anchors[:, :3] - robot.home[:3] - robot.anchors[:, 3:]
+    units = chords / np.linalg.norm(chords, axis=1)[:, None]
+    return np.hstack([units, np.cross(robot.anchors[:, 3:], units)]).T[robot.rows]
+
+
+@pytest.mark.parametrize("sizes", ["", "--planar --straight --frame 4,1,3 --platform 0.4,0.1,0.2", "--cables 4"])
+def test_a_new_scenario_runs_as_it_is(here, sizes):
+    run("new", "scenario", *shlex.split(sizes))
+    finished = cdpr.simulate("scenario.yaml", overrides={"simulation.control_step": 0.01})
+    figures = finished.summary()
+    assert figures["status"] == "finished"
+    assert figures["infeasible_steps"] == 0
+    assert figures["position_error_m"]["max"] < 0.01
+    assert np.linalg.norm(finished.position[-1] - finished.position[0]) > 0.05
+
+
+@pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
+def test_a_new_scenario_for_any_robot(here, path):
+    run("new", "scenario", "sub.yaml", "--robot", str(path))
+    scenario = load_scenario("sub.yaml")
+    assert scenario.robot.name == path.stem
+    assert scenario.warnings == ()
+    assert "trajectory" in yaml.safe_load((here / "sub.yaml").read_text())  # it goes somewhere
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
+def test_a_new_scenario_for_any_robot_runs(here, path):
+    run("new", "scenario", "sub.yaml", "--robot", str(path))
+    figures = cdpr.simulate("sub.yaml").summary()
+    assert (figures["status"], figures["infeasible_steps"]) == ("finished", 0)
+
+
+def test_every_key_has_a_comment_from_the_schema(here):
+    run("new", "robot")
+    run("new", "scenario", "--robot", "robot.yaml")
+    for name in ("robot.yaml", "scenario.yaml"):
+        lines = (here / name).read_text().splitlines()
+        keys = [(i, line) for i, line in enumerate(lines) if re.match(r" *[a-z_]+:", line)]
+        assert len(keys) > 10
+        assert [line for i, line in keys if "# " not in line and not lines[i - 1].lstrip().startswith("#")] == []
+    text = re.sub(r"\n *# *", " ", (here / "robot.yaml").read_text())
+    for field in ("platform", "tension", "home"):
+        assert RobotSection.model_fields[field].description in text
+    assert "mass of the platform [kg]" in text
+    assert "proportional gain, one number or six: x, y, z, rx, ry, rz [1/s^2]" in (here / "scenario.yaml").read_text()
+    assert max(map(len, text.splitlines())) < 2000
+    assert all(len(line) <= 120 for line in (here / "robot.yaml").read_text().splitlines())
+
+
+def test_the_new_scenario_names_its_robot_from_where_it_lies(here):
+    (here / "deep").mkdir()
+    run("new", "robot", "mine.yaml")
+    run("new", "scenario", "deep/one.yaml", "--robot", "mine.yaml")
+    assert load_scenario("deep/one.yaml").robot.name == "mine"
+    run("new", "scenario", "two.yaml", "--robot", "cogiro")  # an example
+    assert load_scenario("two.yaml").robot.name == "cogiro"
+
+
+def test_what_is_there_stays(here):
+    run("new", "robot")
+    before = (here / "robot.yaml").read_text()
+    assert "is there already: it is not written over" in run("new", "robot", "--planar", code=ExitCode.NOT_WRITABLE)
+    assert (here / "robot.yaml").read_text() == before
+    assert "cannot write" in run("new", "robot", "no/such/folder.yaml", code=ExitCode.NOT_WRITABLE)
+    assert load_robot("-", text=run("new", "robot", "-")).m == 8
+    assert [path.name for path in here.iterdir()] == ["robot.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("--frame 4,3", "three lengths (m)"),
+        ("--frame a,b,c", "three lengths (m)"),
+        ("--mass -1", "greater than 0"),
+        ("--mass nan", "greater than 0"),
+        ("--platform 5,0.3,0.2", "must be smaller than the frame"),
+        ("--cables 7", "8 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot"),
+        ("--planar --cables 8", "a planar robot has 4 cables"),
+        ("--planar --straight --frame 4,1,4 --platform 0.4,0.1,0.4", "try crossed cables (--crossed)"),
+    ],
+)
+def test_sizes_that_cannot_be(here, words, told):
+    done = cdpr_here("new", "robot", *shlex.split(words), cwd=here, code=2)
+    assert told in done.stderr
+    assert not list(here.iterdir())
+
+
+def test_sizes_are_those_of_the_robot_that_is_named(here):
+    assert "--mass" in run("new", "scenario", "--robot", "caroca", "--mass", "3", code=ExitCode.BAD_INPUT)
+    assert "there is no file" in run("new", "scenario", "--robot", "nowhere.yaml", code=ExitCode.BAD_INPUT)
+
+
+@pytest.fixture(scope="module")
+def examined():
+    return list(health.examine())
+
+
+def test_the_doctor_looks_at_all(examined):
+    assert [one for one in examined if one.state == "wrong"] == []
+    names = {(one.group, one.name): one for one in examined}
+    assert names["versions", "cdpr"].text.startswith(cdpr.__version__)
+    assert names["libraries", "numpy"].text == np.__version__
+    assert all(one.remedy for one in examined if one.state == "missing" and one.group != "tools")
+    assert {name for group, name in names if group == "folders"} == {"kernel cache", "temporary", "home", "here"}
+    found = registry()
+    for role, rows in found.plugins.items():
+        assert {one.name for one in examined if one.group == f"{role}s"} == set(rows)
+
+
+def test_the_doctor_on_the_command_line(here):
+    done = cdpr_here("doctor", cwd=here)
+    assert done.stdout.splitlines()[-1] == "all that is installed works"
+    assert re.search(r"^  numpy +\d", done.stdout, re.MULTILINE)
+    told = json.loads(cdpr_here("doctor", "--json", cwd=here).stdout)
+    assert told["ok"] is True
+    assert set(told["found"][0]) == {"group", "name", "state", "text", "remedy"}
+
+
+def test_the_doctor_tells_what_is_missing_and_what_to_install(monkeypatch):
+    """As if nothing but cdpr were there."""
+    version = health.importlib.metadata.version
+
+    def without(name):
+        if name in ("mujoco", "osqp"):
+            raise health.importlib.metadata.PackageNotFoundError(name)
+        return version(name)
+
+    monkeypatch.setattr(health.importlib.metadata, "version", without)
+    missing = {one.name: one for one in health.libraries() if one.state != "ok"}
+    assert missing["mujoco (mujoco)"].remedy == "pip install 'cdpr[mujoco]'"
+    assert missing["osqp (solvers)"].remedy == "pip install 'cdpr[solvers]'"
+    assert {one.state for one in missing.values()} == {"missing"}
+    monkeypatch.setattr(health, "compiler", lambda: (_ for _ in ()).throw(cdpr.PluginError("none")))
+    monkeypatch.setattr(health.shutil, "which", lambda name: None)
+    tools = {one.name: one for one in health.tools()}
+    assert tools["C compiler"].state == tools["browser"].state == "missing"
+
+
+def test_the_doctor_tells_what_does_not_load(monkeypatch, here):
+    found = registry()
+    entry = found.plugins["solver"]["qp"]
+    spoilt = replace(entry, info=replace(entry.info, factory="there_is_no_such_module:Solver"))
+    monkeypatch.setitem(found.plugins["solver"], "qp", spoilt)
+    (wrong,) = [one for one in health.plugins() if one.state == "wrong"]
+    assert (wrong.group, wrong.name) == ("solvers", "qp")
+    assert "No module named 'there_is_no_such_module'" in wrong.text
+    assert OWN_DISTRIBUTION in wrong.text
+    assert run("doctor", code=ExitCode.PLUGIN).splitlines()[-1] == "1 do not work"
+
+
+def test_the_doctor_tells_what_cannot_be_written(monkeypatch, here):
+    (here / "file").write_text("")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(here / "file"))
+    monkeypatch.setenv("HOME", str(here / "nowhere"))
+    wrong = {one.name: one for one in health.folders() if one.state == "wrong"}
+    assert set(wrong) == {"kernel cache", "home"}
+    assert "cannot be written" in wrong["home"].text
+    assert run("doctor", code=ExitCode.NOT_WRITABLE).splitlines()[-1] == "2 do not work"
