@@ -54,7 +54,7 @@ def page(chromium, report, request):
         "request", lambda asked: told.append(asked.url) if asked.url.partition("#")[0] != report.as_uri() else None
     )
     found.goto(report.as_uri() + part)
-    found.wait_for_function(READY)
+    found.wait_for_function(READY, polling=50)
     yield found
     context.close()
     assert told == []  # no error, no request
@@ -62,7 +62,7 @@ def page(chromium, report, request):
 
 def seek(page, t):
     page.evaluate("(t) => cdpr.seek(t)", t)
-    page.wait_for_function(READY)
+    page.wait_for_function(READY, polling=50)
 
 
 def area(page, label):
@@ -85,7 +85,7 @@ def test_the_space_bar_plays_and_stops_and_arrows_step(page):
 def test_a_click_in_a_plot_seeks_and_the_scene_follows(page, run):
     box = area(page, "cable tension (N)").bounding_box()
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_function(READY)
+    page.wait_for_function(READY, polling=50)
     t = page.evaluate("cdpr.time")
     assert 0.8 < t < 1.2
     drawn = page.evaluate("Array.from(cdpr.stage.pictures[0].pose)")
@@ -227,12 +227,12 @@ def test_odd_runs_play_without_an_error(chromium, tmp_path, case):
     page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: told.append(str(error)))
     page.goto(path.as_uri())
-    page.wait_for_function(READY)
+    page.wait_for_function(READY, polling=50)
     low, high = page.evaluate("cdpr.data.span")
     for part in (0.25, 0.9, 1.0):
         seek(page, low + part * (high - low))
     page.evaluate("cdpr.zoom(cdpr.time, cdpr.time)")
-    page.wait_for_function(READY)
+    page.wait_for_function(READY, polling=50)
     assert page.evaluate("document.documentElement.scrollWidth") <= 1200
     page.close()
     assert told == []
