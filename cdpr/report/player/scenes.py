@@ -77,7 +77,9 @@ def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
     """Corners of a box around frame, anchors and the platform's way."""
     subject = shown.subject
     fixed = np.concatenate([subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3)])
-    middle, size = fixed.mean(axis=0), float(np.linalg.norm(np.ptp(fixed, axis=0))) or 1.0
+    wanted = shown.position[:1] if shown.desired_position is None else shown.desired_position
+    known = np.concatenate([fixed, wanted[np.isfinite(wanted).all(axis=1)]])  # one anchor alone has no size
+    middle, size = known.mean(axis=0), float(np.linalg.norm(np.ptp(known, axis=0))) or 1.0
     way = shown.position[sane]
     way = way[np.linalg.norm(way - middle, axis=1) < FAR * size]
     around = radius_around(subject.shape, subject.anchors[:, 3:])

@@ -57,6 +57,7 @@ function shortNumber(value) {
 
 // Steps of 1, 2, 2.5 and 5 times a power of ten, at most so many of them in a range.
 function niceStep(range, count) {
+  if (!(range > 0)) return 1; // nothing is there to divide
   const rough = range / Math.max(count, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
   for (const step of [1, 2, 2.5, 5, 10]) if (step * power >= rough * 0.999) return step * power;
