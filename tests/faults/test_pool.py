@@ -118,6 +118,7 @@ def test_a_case_is_the_run_of_this_process(tmp_path):
         }
 
 
+@pytest.mark.slow
 def test_a_text_runs_in_place_of_the_file():
     text = cdpr.load_scenario(CAROCA, overrides=SHORT).resolved_yaml()
     (outcome,) = run_cases([Case("text", CAROCA, text=text)], jobs=4, timeout=None)

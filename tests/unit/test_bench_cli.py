@@ -68,6 +68,7 @@ def test_table():
     assert not any("failed" in line or "not asked" in line for line in lines)
 
 
+@pytest.mark.slow
 def test_problems_made_to_mislead_have_tables_of_their_own(tmp_path):
     """Also on the page, which states the band; and something is told before anything is done."""
     result = solvers(POINT, "--poses", "5", "--solvers", "qp", "--adversaries", "9", "--out", tmp_path)

@@ -216,6 +216,7 @@ def test_times():
     assert time["median_pinv"] == pytest.approx(time["median_us"] / time["pinv_us"])
 
 
+@pytest.mark.slow
 def test_slow_solvers_get_the_first_problems_only():
     row = measured(MinimumNorm, poses=600, slow=True)
     assert row["problems"] == 12
@@ -277,6 +278,7 @@ def test_what_a_stranger_declares_is_text():
     json.dumps(found, allow_nan=False)
 
 
+@pytest.mark.slow
 def test_overview_goes_from_the_worst_to_the_best():
     found = run([wall(), cases.carriage()], ["closed_form", "qp"], 100)
     closed, exact = overview(found)

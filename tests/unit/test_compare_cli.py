@@ -132,6 +132,7 @@ def test_a_folder_of_others_is_not_emptied_by_an_interrupt(tmp_path):
     assert (tmp_path / "runs" / "mine").read_text() == "years of work"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("traps_plugin")
 def test_a_trap_ends_with_seven(tmp_path):
     """In workers, too; the page says who and why first."""

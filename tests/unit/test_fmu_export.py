@@ -112,6 +112,7 @@ def test_another_plant_has_another_token(tmp_path):
     assert len(tokens) == 2
 
 
+@pytest.mark.slow
 def test_it_is_compiled_once(tmp_path, monkeypatch):
     """Then it comes from the cache, as long as source and compiler are the same."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

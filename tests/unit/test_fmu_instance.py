@@ -185,6 +185,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.slow
 def test_a_process_does_not_outlive_its_parent(files):
     command = [sys.executable, "-c", ORPHAN, str(files[3]), str(ROOT / "tests")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
@@ -216,7 +217,7 @@ def check_leaks(path, isolation, first, then):
     assert temporary_folders() == folders
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_forty_cycles_leave_nothing(files, fmi):
     check_leaks(files[fmi], "inproc", 20, 40)
 

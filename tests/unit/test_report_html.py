@@ -76,7 +76,7 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 # Seconds of drawing what hardly differs from the others, or has two hundred times their points.
-SLOW = {"100000 rows", "interrupted", "12 cables", "noisy"}
+SLOW = {"100000 rows", "interrupted", "12 cables", "noisy", "far limits", "two rows", "long names"}
 
 
 @pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])

@@ -97,7 +97,7 @@ def _panel(panel: Panel, run: Run | None, arrays: Arrays) -> dict[str, Any]:
         "log": panel.log,
         "tall": panel.height,
         "dots": run is not None and len(run.rows) <= FEW,
-        "limits": [
+        "dashed": [
             {"label": limit.label, "values": [float(value) for value in limit.values]} for limit in panel.limits
         ],
         "series": [line for curves in panel.curves for line in _lines(panel, curves, arrays, exact=calm is not None)],

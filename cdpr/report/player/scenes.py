@@ -31,7 +31,6 @@ def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
         "label": label,
         "cables": list(subject.cables),
         "anchors": subject.anchors.tolist(),
-        "limits": [subject.tension_min.tolist(), subject.tension_max.tolist()],
         "frame": np.asarray(subject.frame).tolist(),
         "colours": subject.colours,
         "body": _body(subject, arrays),

@@ -54,7 +54,7 @@ class Plot {
       home.append(button);
       return { series, button, value: button.querySelector("b") };
     });
-    for (const limit of this.panel.limits) {
+    for (const limit of this.panel.dashed) {
       const span = document.createElement("span");
       span.className = "limit";
       span.textContent = `- - ${limit.label}`;
@@ -124,7 +124,7 @@ class Plot {
     c.rect(EDGE.left, EDGE.top - 2, this.width, this.height + 4);
     c.clip();
     this.happenings(c, dark);
-    for (const limit of this.panel.limits) for (const value of limit.values) this.level(c, value, dark);
+    for (const limit of this.panel.dashed) for (const value of limit.values) this.level(c, value, dark);
     for (const series of this.panel.series) if (!this.hidden(series)) this.curve(c, series);
     c.restore();
     this.names(c);
