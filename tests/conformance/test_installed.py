@@ -18,11 +18,13 @@ def needs_options(entry):
     return any(field.is_required() for field in entry.info.options.model_fields.values())
 
 
+# Rational numbers, and libraries that are wrapped as daqp, highs and piqp are.
+COSTLY = {"exact", "clarabel", "osqp", "qpsolvers"}
+
+
 def is_slow(role, name, check):
-    """Seconds of rational numbers, and the search for leaks, of which one solver shows that the others are asked."""
-    if check == "nothing_leaks":
-        return role == "solver" and name != "qp"
-    return (name, check) == ("exact", "answers_are_continuous")
+    """The costly ones, and the search for leaks, of which one solver shows that the others are asked."""
+    return role == "solver" and (name in COSTLY or (check == "nothing_leaks" and name != "qp"))
 
 
 CASES = [

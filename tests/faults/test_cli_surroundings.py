@@ -62,6 +62,7 @@ def test_two_commands_never_share_a_folder(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_does_not_change_how_a_run_ends(tmp_path):
     read, write = os.pipe()
     os.close(read)
@@ -71,6 +72,7 @@ def test_a_reader_that_goes_does_not_change_how_a_run_ends(tmp_path):
     assert json.loads((tmp_path / "run" / "run.json").read_text())["status"] == "finished"
 
 
+@pytest.mark.slow
 def test_a_folder_whose_name_is_no_utf_8(tmp_path):
     out = os.fsencode(tmp_path) + b"/run\xff"
     done = subprocess.run([*RUN, "--out", out], capture_output=True, check=False, env={**os.environ, "LC_ALL": "C"})

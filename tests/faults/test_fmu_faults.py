@@ -137,6 +137,7 @@ def test_printing_stays_off_stdout(options, tmp_path):
     assert "an FMU that prints" not in done.stderr
 
 
+@pytest.mark.slow
 def test_the_exit_code_tells(options, tmp_path):
     done = command(options("segfault"), f"--out={tmp_path / 'run'}")
     assert done.returncode == ExitCode.BACKEND_DIED

@@ -43,6 +43,7 @@ def gone(pid):
         return True
 
 
+@pytest.mark.slow
 def test_every_kind_of_end(monkeypatch):
     with pytest.raises(Diverged):  # compiles all kernels that the cases need: not in their time
         cdpr.simulate(CAROCA, overrides=DIVERGING)

@@ -50,7 +50,9 @@ def reference(plant, steps):
     return rows
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(x, marks=pytest.mark.slow if k % 2 else ()) for k, x in enumerate(CASES)]
+)
 def test_it_moves_as_reference_does_and_alike_in_both_versions(case, tmp_path):
     plant = plant_of(scenario(case))
     expected = reference(plant, 1000)

@@ -139,6 +139,7 @@ def test_a_diverging_engine_shows_it_at_once_and_is_silent(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_importing_says_nothing():
     script = "import sys\nfrom cdpr.plugins.registry import registry\nfor name in sys.argv[1:]:\n"
     script += "    registry().get('backend', name).load()\n    print(name)"

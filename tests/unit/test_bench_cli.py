@@ -118,6 +118,7 @@ def test_files(tmp_path):
     assert str(ROOT) not in (out / "bench.json").read_text() + (out / "bench.html").read_text()
 
 
+@pytest.mark.slow
 def test_page(zoo, tmp_path):
     write_bench(zoo, tmp_path)
     text = (tmp_path / "bench.html").read_text()

@@ -132,6 +132,7 @@ def test_gap_of_linear_programs_is_one_of_cost(objective, best, other):
     assert measured(other, objective=objective)["gap"] > 0.01
 
 
+@pytest.mark.slow
 def test_jump():
     both = plugins(plugin(cases.Jumping, "jumping"), plugin(MinimumNorm, "sound"))
     row, sound = run([wall()], None, 300, plugins=both)["robots"][0]["results"]

@@ -51,6 +51,7 @@ def test_json_is_all_that_stands_on_stdout(tmp_path):
     assert figures["tension_N"]["min"] > 50
 
 
+@pytest.mark.slow
 def test_the_resolved_scenario_runs_to_the_same_bits(tmp_path):
     cdpr_here("run", CAROCA, *SHORT, "--out", "a", cwd=tmp_path)
     cdpr("run", "a/scenario.yaml", "--no-report", "--out", "b", cwd=tmp_path)

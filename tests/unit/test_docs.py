@@ -52,6 +52,7 @@ def test_pictures_are_small_and_sound(name):
     assert ET.parse(picture).getroot().get("aria-label") == teaching.LABELS[name]
 
 
+@pytest.mark.slow
 def test_thesis_csv_holds_the_cases_of_the_study_and_of_the_plants():
     cases = [tuple(row[name] for name in thesis.AXES) for row in ROWS]
     assert len(set(cases)) == len(cases)
@@ -83,6 +84,7 @@ def wrong_tables():
     yield None, "No such file"
 
 
+@pytest.mark.slow
 def test_the_thesis_page_refuses_another_study(tmp_path):
     """Its script ends with one line, before it computes or overwrites anything."""
     before = {path: path.read_bytes() for path in (thesis.PAGE, thesis.RESULTS)}

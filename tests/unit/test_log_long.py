@@ -305,9 +305,8 @@ def test_unthinned_logs_and_headers_are_those_of_before(whole: Run, thin: Run) -
     assert replace(thin.header, log_every=1, scenario_yaml=whole.header.scenario_yaml) == whole.header
 
 
-@pytest.mark.parametrize(
-    "changes", [pytest.param(SHORT, id="whole", marks=pytest.mark.slow), pytest.param(THINNED, id="thinned")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [pytest.param(SHORT, id="whole"), pytest.param(THINNED, id="thinned")])
 def test_report_and_exports_of_a_run_on_disk_are_the_same(
     changes: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

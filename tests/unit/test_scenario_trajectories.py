@@ -246,6 +246,7 @@ def test_files_that_are_none(folder):
     assert len(refused(folder, "t,x,y,z\n" + "a,b,c,d\n" * 1000)) == 10
 
 
+@pytest.mark.slow
 def test_large_tables():
     rows = "t,x,y,z\n" + "\n".join(f"{k},0,0,1" for k in range(MAX_ROWS))
     assert len(parse_table(rows.encode()).times) == MAX_ROWS
