@@ -8,26 +8,21 @@ from typing import Any
 
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.tension import Status
 from cdpr.view import colours
 
-INK, SOFT = colours.INK.light, colours.SOFT.light
+INK, SOFT, PALE = colours.INK.light, colours.SOFT.light, colours.PALE.light
 
 # Red, green and blue for x, y and z in tones that colour-blind readers tell apart; desired is darker.
 AXES = tuple(pair.light for pair in colours.AXES)
-DARK = ("#6b1204", "#00452f", "#0b2f5c")
+DARK = tuple(pair.light for pair in colours.DESIRED_AXES)
 DESIRED = (0, (3.5, 2.5))
 
 # The ninth cable is dashed.
 CABLES = tuple(pair.light for pair in colours.CABLES)
 DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (3.0, 1.0)))
 
-SHADES = {
-    Status.INFEASIBLE: ("infeasible", "#f8d3cb"),
-    Status.NOT_FOUND: ("not found", "#fbe7ad"),
-    Status.UNSUPPORTED: ("unsupported", "#d9d9d9"),
-    Status.BAD_INPUT: ("bad input", "#dcd0ee"),
-}
+# What a status is called where it is shaded.
+SHADES = {status: status.name.lower().replace("_", " ") for status in colours.SHADES}
 
 
 def paired(pair: colours.Pair) -> str:

@@ -1,7 +1,8 @@
 """Which colour stands for what, on light and on dark ground.
 
-Each list holds the same things twice: a colour that stands out from white and one that stands out from the dark ground
-of pages and viewers, both by a contrast of at least 3 (WCAG 2.1, 1.4.11). Cables differ for readers who are red-green
+Everything that is drawn, in figures, pages and viewers, takes its colour from here. Each is there twice: one that stands
+out from white and one that stands out from the dark ground of pages and viewers, both by a contrast of at least 3 (WCAG
+2.1, 1.4.11); but for what lies behind, from which that stands out: `BEHIND` and `SHADES`. Cables differ for readers who are red-green
 blind, too, and by dashes where they are many. Tension goes through lightness and hue together: what pulls harder
 differs more from the ground.
 """
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdpr.model.robot import Array
+from cdpr.tension import Status
 
 
 class Pair(NamedTuple):
@@ -25,8 +27,10 @@ class Pair(NamedTuple):
 GROUND = Pair("#ffffff", "#15181d")
 INK = Pair("#222222", "#e6e8eb")
 SOFT = Pair("#6b6b6b", "#9aa3ad")
+PALE = Pair("#8a8a8a", "#8d96a0")  # edges of axes and frame, the pose that was
 # Of x, y and z: red, green and blue.
 AXES = (Pair("#d1402a", "#ff7a63"), Pair("#00875c", "#2fc793"), Pair("#2f7fd1", "#6fb1f5"))
+DESIRED_AXES = (Pair("#6b1204", "#ffc9bd"), Pair("#00452f", "#b5f2d9"), Pair("#0b2f5c", "#cfe5fc"))  # beside those
 # Found by search: as far apart as eight colours of these hues can be, to all eyes, on each ground.
 CABLES = (
     Pair("#4c43f4", "#6452f9"),
@@ -39,9 +43,24 @@ CABLES = (
     Pair("#a37af8", "#8b9ff7"),
 )
 DESIRED = Pair("#0e8a54", "#35c983")
-SLACK = Pair("#8a8a8a", "#8d96a0")
+SLACK = PALE
 LIMIT = Pair("#c2008f", "#ff6bd6")
 FORCE = Pair("#b35900", "#ffab4a")
+GOOD, BAD = Pair("#1b7f4d", "#35c983"), Pair("#c0392b", "#ff7a63")
+
+# A platform of no colour of its own; its edges are of ink.
+BODY = Pair("#ccd6e3", "#6b788a")
+# What lies behind curves: lines of a grid, what is admissible, ...
+GRID = Pair("#e3e5e8", "#2c3138")
+ADMISSIBLE = Pair("#dcefe3", "#12301f")
+BEHIND = (GRID, ADMISSIBLE)
+# ... and times at which a solver had no valid answer.
+SHADES = {
+    Status.INFEASIBLE: Pair("#f8d3cb", "#57231a"),
+    Status.NOT_FOUND: Pair("#fbe7ad", "#4d3f10"),
+    Status.UNSUPPORTED: Pair("#d9d9d9", "#3a3d42"),
+    Status.BAD_INPUT: Pair("#dcd0ee", "#3b2f52"),
+}
 
 # Lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020) at the least and the largest tension.
 RAMPS = {"light": ((0.66, 0.13, 240.0), (0.40, 0.16, 385.0)), "dark": ((0.56, 0.17, 265.0), (0.90, 0.16, 455.0))}

@@ -22,6 +22,7 @@ PAPERS = ("#ffffff", "#0d1117")  # of light and of dark pages
 TOLD_APART = 3.0  # contrast that WCAG 2.1, 1.4.11, asks of graphics
 # px; poses of another processor differ by rounding, and numbers are written to a tenth.
 SAME = 0.11
+SHADE = 2  # of 255, red, green or blue: tensions of another processor differ by rounding, and so do their colours
 
 
 def test_the_readme_is_short_and_opens_with_the_picture():
@@ -65,17 +66,28 @@ def test_python_examples_run(monkeypatch, tmp_path):
 
 def test_the_picture_is_that_of_a_run():
     """Every number of it, but for rounding; colours likewise."""
-    kept, drawn = (
-        re.findall(r"#[0-9a-f]{6}|-?\d+\.?\d*", text)
-        for text in (picture.PICTURE.read_text(), picture.drawn(picture.simulated()))
-    )
-    assert len(kept) == len(drawn) > 5000
-    np.testing.assert_allclose(*([number(value) for value in values] for values in (kept, drawn)), atol=SAME)
+    kept, drawn = (numbers(text) for text in (picture.PICTURE.read_text(), picture.drawn(picture.simulated())))
+    (places, shades), (others, their_shades) = kept, drawn
+    assert len(places) == len(others) > 5000
+    assert len(shades) == len(their_shades) > 1000
+    np.testing.assert_allclose(places, others, atol=SAME, rtol=0.0)
+    np.testing.assert_allclose(shades, their_shades, atol=SHADE, rtol=0.0)
 
 
-def number(text):
-    """Of a colour, the mean of its parts, to less than a step."""
-    return float(text) if text[0] != "#" else sum(bytes.fromhex(text[1:])) / 765.0
+def test_another_ramp_is_another_picture():
+    """Even where its colours are as bright: red and blue change places."""
+    text = picture.PICTURE.read_text()
+    (places, shades), (others, wrong) = numbers(text), numbers(re.sub(r"#(..)(..)(..)(?=[\";])", r"#\3\2\1", text))
+    assert places == others
+    assert np.abs(np.subtract(shades, wrong)).max() > SHADE
+    assert np.sum(shades) == np.sum(wrong)
+
+
+def numbers(text):
+    """All numbers (k,) and all colours (n, 3), 0 to 255, in their order."""
+    colour = r"#[0-9a-f]{6}"
+    shades = [list(bytes.fromhex(found[1:])) for found in re.findall(colour, text)]
+    return [float(found) for found in re.findall(r"-?\d+\.?\d*", re.sub(colour, "", text))], shades
 
 
 def test_the_picture_is_small_sound_and_moves():

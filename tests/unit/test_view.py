@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import combinations
 
 import numpy as np
@@ -19,8 +20,22 @@ from cdpr.view.shapes import radius_around
 
 CONTRAST = 3.0  # WCAG 2.1, 1.4.11: graphical objects
 # Of OKLab: colours this far apart are seen as different side by side and apart; the step to the next shade is 0.02.
-APART = 0.1
+APART, STEP = 0.1, 0.02
 GROUNDS = ("light", "dark")
+# Contrast of a curve from a shade it crosses: it goes on beside it, on the ground, where it has CONTRAST. A shade from
+# which all had that would be the ground.
+ACROSS = 2.0
+
+
+SHADES = tuple(colours.SHADES.values())
+UNDER = {colours.GROUND, colours.BODY, *colours.BEHIND, *SHADES}
+# All other colours of the table, so that none is forgotten.
+DRAWN = [
+    pair
+    for value in vars(colours).values()
+    for pair in ([value] if isinstance(value, colours.Pair) else value if isinstance(value, tuple) else ())
+    if isinstance(pair, colours.Pair) and pair not in UNDER
+]
 
 
 def linear(colour):
@@ -47,10 +62,30 @@ def lab(rgb):
 @pytest.mark.parametrize("ground", GROUNDS)
 def test_all_colours_stand_out_from_their_ground(ground):
     paper = getattr(colours.GROUND, ground)
-    single = (colours.INK, colours.SOFT, colours.DESIRED, colours.SLACK, colours.LIMIT, colours.FORCE)
-    drawn = [getattr(pair, ground) for pair in (*single, *colours.AXES, *colours.CABLES)]
-    drawn += colours.tension_steps(ground)
+    drawn = [getattr(pair, ground) for pair in DRAWN] + colours.tension_steps(ground)
     assert min(contrast(colour, paper) for colour in drawn) >= CONTRAST
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_what_lies_behind_hides_nothing_and_shades_are_told_apart(ground):
+    def shown(pairs):
+        return [getattr(pair, ground) for pair in pairs]
+
+    for behind in shown((*colours.BEHIND, *colours.SHADES.values())):
+        assert min(contrast(colour, behind) for colour in shown(DRAWN)) >= ACROSS
+    assert min(contrast(*shown((colours.INK, fill))) for fill in (*colours.SHADES.values(), colours.BODY)) >= CONTRAST
+    shades, paper = ([lab(linear(colour)) for colour in shown(pairs)] for pairs in (SHADES, [colours.GROUND]))
+    assert min(np.linalg.norm(shade - paper[0]) for shade in shades) > APART
+    assert min(np.linalg.norm(a - b) for a, b in combinations(shades, 2)) > 2.0 * STEP
+
+
+def test_figures_and_pages_have_no_colours_of_their_own():
+    """Those of the colour table alone are held against their grounds; a page's style sheets colour what is around."""
+    report = ROOT / "cdpr" / "report"
+    files = [*report.rglob("*.py"), *report.rglob("*.js")]
+    assert len(files) > 50
+    own = {file.name: re.findall(r"""["']#[0-9a-fA-F]{3,8}["']""", file.read_text()) for file in files}
+    assert {name: found for name, found in own.items() if found} == {}
 
 
 @pytest.mark.parametrize("ground", GROUNDS)

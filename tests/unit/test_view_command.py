@@ -33,6 +33,11 @@ def shown(tmp_path, *arguments):
     return json.loads(block[1]), text
 
 
+def stills(text):
+    """What stands on paper in the place of what plays."""
+    return re.findall(r'<div class="scroll static">(<svg.*?</svg>)\s*</div>', text, re.DOTALL)
+
+
 def test_a_run(runs, tmp_path):
     data, text = shown(tmp_path, runs / "one")
     assert len(data["scenes"]) == 1
@@ -53,6 +58,8 @@ def test_a_robot_stands_still(tmp_path):
     assert scene["time"]["n"] == 1
     assert 'id="slider"' not in text[: text.index("<script")]  # nothing to play
     assert "degrees of freedom" in text
+    (still,) = stills(text)  # what is printed, and shown without script
+    assert 'aria-label="cogiro"' in still
 
 
 def test_a_scenario_moves_without_being_simulated(tmp_path):
@@ -62,6 +69,8 @@ def test_a_scenario_moves_without_being_simulated(tmp_path):
     assert len(scene["outlines"]["sizes"]) == 8  # pulleys
     assert {"tensions", "lengths", "motion"} <= set(data["figures"])
     assert 'id="slider"' in text[: text.index("<script")]
+    assert len(stills(text)) == 4
+    assert all("tension (N)" in still or "(m)" in still for still in stills(text)[1:])
 
 
 def test_what_cannot_be_shown_is_told(runs, tmp_path):

@@ -13,7 +13,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from cdpr.errors import PluginError
-from cdpr.report.marks import INK
+from cdpr.report.marks import INK, PALE
+from cdpr.view import colours
 
 try:
     import matplotlib as mpl
@@ -48,7 +49,7 @@ STYLE: dict[str, Any] = {
     "text.parse_math": False,  # a name may hold a dollar sign
     "axes.unicode_minus": True,
     "axes.facecolor": "white",
-    "axes.edgecolor": "#9a9a9a",
+    "axes.edgecolor": PALE,
     "axes.linewidth": 0.7,
     "axes.labelcolor": INK,
     "axes.labelsize": 9.0,
@@ -64,7 +65,7 @@ STYLE: dict[str, Any] = {
     "axes.formatter.use_locale": False,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "grid.color": "#e3e3e3",
+    "grid.color": colours.GRID.light,
     "grid.linewidth": 0.6,
     "grid.linestyle": "-",
     "grid.alpha": 1.0,

@@ -9,9 +9,9 @@ import numpy as np
 
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart
+from cdpr.view import colours
 
-GOOD, BAD = "#1b7f4d", "#c0392b"
-ADMISSIBLE = "#dcefe3"
+GOOD, BAD, ADMISSIBLE = colours.GOOD.light, colours.BAD.light, colours.ADMISSIBLE.light
 LABEL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.7, "alpha": 0.85}
 
 

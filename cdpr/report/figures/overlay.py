@@ -13,6 +13,7 @@ from cdpr.report.marks import INK, SHADES, events
 from cdpr.report.plots.histories import histories
 from cdpr.report.plots.overlay import shaded, span
 from cdpr.report.plots.panel import Entry
+from cdpr.view import colours
 
 CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
@@ -22,8 +23,8 @@ APART = 0.07  # of the time axis: room that the number of an event needs
 def overlay_entries(run: Run) -> list[Entry]:
     """Legend of what `draw_overlay` draws."""
     entries: list[Entry] = [
-        (name, {"color": colour, "linewidth": 7.0, "solid_capstyle": "butt"})
-        for status, (name, colour) in SHADES.items()
+        (name, {"color": colours.SHADES[status].light, "linewidth": 7.0, "solid_capstyle": "butt"})
+        for status, name in SHADES.items()
         if np.any(histories(run).status == status)
     ]
     if run.events:
@@ -34,11 +35,11 @@ def overlay_entries(run: Run) -> list[Entry]:
 def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
     """Shade where the solver had no valid answer; draw a line at each event and, if asked, its number."""
     across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
-    for status, (_, colour) in SHADES.items():
+    for status, pair in colours.SHADES.items():
         corners = [corner for a, b in shaded(run, status) for corner in ((a, 0), (a, 1), (b, 1), (b, 0), (a, 0))]
         if corners:
             shape = Path(corners, CODES * (len(corners) // len(CODES)))
-            axes.add_artist(PathPatch(shape, transform=across, facecolor=colour, linewidth=0, zorder=0.5))
+            axes.add_artist(PathPatch(shape, transform=across, facecolor=pair.light, linewidth=0, zorder=0.5))
     start, stop = span(run)
     times = [min(max(event.time, start), stop) for event in events(run)]
     if times:

@@ -23,11 +23,21 @@ STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times a power of ten
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") -> Chart:
-    """Draw `panels` under one another, each with its legend; the first explains the overlay too."""
-    right = legend_width(run.header.cables)
+def stack(
+    run: Run | None,
+    panels: Sequence[Panel],
+    title: str = "",
+    foot: str = "",
+    span_of: tuple[float, float] = (0.0, 0.0),
+) -> Chart:
+    """Draw `panels` under one another, each with its legend; the first explains the overlay too.
+
+    Where nothing was simulated there is no run and no overlay, and `span_of` is the first and the last time, s.
+    """
+    names = [text for panel in panels for text, _ in panel.legend] if run is None else run.header.cables
+    right = legend_width(names)
     above, below = TOP + (0.25 if title else 0.0), BOTTOM + (0.22 if foot else 0.0)
-    shared = [overlay_entries(run), *([] for _ in panels[1:])]
+    shared = [[] if run is None else overlay_entries(run), *([] for _ in panels[1:])]
     heights = [
         max(panel.height, LINE * (len(panel.legend) + 2 * len(panel.limits) + len(more)))
         for panel, more in zip(panels, shared, strict=True)
@@ -38,7 +48,9 @@ def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") ->
     for panel, tall, more in zip(panels, heights, shared, strict=True):
         box = (LEFT, top - tall, WIDTH - LEFT - right, tall)
         axes = chart.add_axes(tuple(np.array(box) / (WIDTH, height, WIDTH, height)))
-        draw_overlay(axes, run, numbered=panel is panels[0])
+        if run is not None:
+            draw_overlay(axes, run, numbered=panel is panels[0])
+        axes.set_xlim(*(span_of if run is None else span(run)))
         entries = [*panel.legend, *_draw(axes, run, panel), *more]
         write_legend(chart, entries, (WIDTH - right, top))
         axes.yaxis.set_label_coords(-0.66 / box[2], 0.5)
@@ -54,17 +66,16 @@ def stack(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") ->
     return chart
 
 
-def _draw(axes: Axes, run: Run, panel: Panel) -> list[Entry]:
+def _draw(axes: Axes, run: Run | None, panel: Panel) -> list[Entry]:
     """Draw curves, limits and ticks of one panel; return what its limits add to the legend."""
-    low, high, note = view(panel, calm_until(run))
-    dot = "o" if len(run.rows) <= FEW else ""
+    low, high, note = view(panel, None if run is None else calm_until(run))
+    dot = "o" if run is not None and len(run.rows) <= FEW else ""
     for curves in panel.curves:
         columns = curves.points.time.T, shown(panel, curves).T
         looks = zip(cycle(curves.colours), cycle(curves.dashes), *columns, strict=False)
         for colour, dashes, t, values in looks:
             look: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": curves.width}
             axes.add_artist(Line2D(t, values, marker=dot, markersize=3.0, **look))
-    axes.set_xlim(*span(run))
     axes.set_ylim(low, high)
     axes.ticklabel_format(axis="x", scilimits=(-3, 6))
     axes.set_ylabel(panel.label)

@@ -11,9 +11,9 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Chart, Line2D, MaxNLocator, styled
 from cdpr.report.figures.legend import LINE
-from cdpr.report.figures.null_space_panel import BAD, GOOD, Group, write_badge
+from cdpr.report.figures.null_space_panel import ADMISSIBLE, BAD, GOOD, Group, write_badge
 from cdpr.report.figures.placing import spread_out
-from cdpr.report.marks import INK, SOFT, shorten
+from cdpr.report.marks import INK, PALE, SOFT, shorten
 from cdpr.report.text.aligned import vector
 
 # Inches.
@@ -23,6 +23,7 @@ BAR = 0.11  # half the height of a range
 LEFT, BOTTOM, TOP, GAP, COLUMN = 1.15, 0.55, 0.8, 0.3, 3.0
 BADGE = 0.19  # between two numbers
 LETTERS = 38  # of a line in the column
+RANGE: dict[str, Any] = {"facecolor": ADMISSIBLE, "edgecolor": GOOD, "linewidth": 0.9, "zorder": 2}
 LIMITS_BEYOND = 3.0  # a limit farther than so many times the widest range is not shown
 
 
@@ -52,13 +53,13 @@ def chart(figures: dict[str, Any], groups: Sequence[Group], notes: Sequence[str]
     inch = (high - low) / WIDTH
     for i in range(m):
         middle = i + 0.2
-        axes.add_artist(Line2D([max(low, limits[i, 0]), min(high, limits[i, 1])], [middle] * 2, color="#b9b9b9"))
+        axes.add_artist(Line2D([max(low, limits[i, 0]), min(high, limits[i, 1])], [middle] * 2, color=PALE))
         for value in limits[i]:
             if low <= value <= high:
                 axes.add_artist(Line2D([value] * 2, [middle - 0.16, middle + 0.16], color=INK, linewidth=1.1, zorder=3))
         if np.isfinite(ranges[i]).all():
             bottom, size = middle - BAR / LANE, 2.0 * BAR / LANE
-            axes.broken_barh([(ranges[i, 0], ranges[i, 1] - ranges[i, 0])], (bottom, size), color="#8ccaa5", zorder=2)
+            axes.broken_barh([(ranges[i, 0], ranges[i, 1] - ranges[i, 0])], (bottom, size), **RANGE)
         shown = [k for k in range(len(groups)) if low <= tensions[k, i] <= high]
         places = spread_out([float(tensions[k, i] - low) / inch for k in shown], BADGE, 0.0, WIDTH)
         for k, place in zip(shown, places, strict=True):

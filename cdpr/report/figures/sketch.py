@@ -16,12 +16,12 @@ from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, Path, PathPatch, inline_svg, styled
 from cdpr.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.report.figures.panels import TOP, WIDTH
-from cdpr.report.marks import AXES, DESIRED, INK, SOFT, cable_looks, shorten
+from cdpr.report.marks import AXES, DESIRED, INK, PALE, SOFT, cable_looks, shorten
 from cdpr.report.plots.decimate import extrema
 from cdpr.report.plots.histories import histories
 from cdpr.report.plots.panel import Entry
 from cdpr.report.plots.pictures import pictures_of
-from cdpr.view import Pictures, Subject, solid
+from cdpr.view import Pictures, Subject, colours, solid
 from cdpr.view.shapes import CUBE, EDGES, radius_around
 
 LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
@@ -29,10 +29,11 @@ LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 AZIMUTH, ELEVATION = np.radians(-62.0), np.radians(18.0)
 VERTICAL = 0.3  # in, margin above and below
 
-FRAME: dict[str, Any] = {"color": "#d4d4d4", "linewidth": 0.7}
-START: dict[str, Any] = {"color": "#a0a0a0", "linewidth": 0.8}
+BOX: dict[str, Any] = {"color": colours.GRID.light, "linewidth": 1.0}  # around anchors, where no frame is known
+FRAME: dict[str, Any] = {"color": PALE, "linewidth": 1.2}
+START: dict[str, Any] = {"color": PALE, "linewidth": 0.7}
 PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
-DESIRED_PATH: dict[str, Any] = {"color": "#22b573", "linewidth": 1.0, "linestyle": DESIRED}
+DESIRED_PATH: dict[str, Any] = {"color": colours.DESIRED.light, "linewidth": 1.0, "linestyle": DESIRED}
 
 
 def robot(run: Run) -> Chart:
@@ -75,9 +76,9 @@ def draw(scene: Pictures) -> Chart:
     reach = _fit(axes, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
     if len(subject.frame):
         colour = {"color": subject.colours.get("frame", FRAME["color"])}
-        _segments(axes, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | {"linewidth": 1.2} | colour)
+        _segments(axes, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | colour)
     else:
-        _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **FRAME)
+        _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **BOX)
     entries = [_world_axes(axes, view, low, size)]
     if rows:
         entries += _motion(axes, scene, view, rows)
@@ -147,7 +148,7 @@ def _motion(axes: Axes, scene: Pictures, view: Array, rows: list[int]) -> list[E
         _segments(axes, view, list(ends), **START, zorder=1.5)
         _platform(axes, subject, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
-    face = subject.colours.get("platform", "#e9eef4")
+    face = subject.colours.get("platform", colours.BODY.light)
     _platform(axes, subject, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
     (ends,) = subject.ends(scene.position[[end]], scene.orientation[[end]])
     broken = subject.broken_by(float(scene.time[-1]))

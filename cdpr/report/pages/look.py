@@ -8,6 +8,7 @@ from typing import Any
 
 from cdpr.distribution.survey import Survey
 from cdpr.report.pages.page import figure, hall, page, panels, section
+from cdpr.report.pages.still import still_panels, still_scene
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
 from cdpr.report.player.data import page_data
@@ -35,9 +36,12 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     span = (float(shown.time[0]), float(shown.time[-1]))
     data = page_data(None, scenes, {key: drawn for key, (_, drawn) in found.items()}, arrays, span)
     about = ROBOT if survey is None else MOTION
-    parts = [hall([figure("robot", "Robot", "", about, live=stage(data))], "hall" if found else "hall alone")]
+    parts = [hall([figure("robot", "Robot", still_scene(shown, "robot", title), about, live=stage(data))], "hall" if found else "hall alone")]
     if found:
-        drawn = [figure(key, name, "", about, live=panels(key)) for key, (name, _) in found.items()]
+        drawn = [
+            figure(key, name, still_panels(which, span, key, name), about, live=panels(key))
+            for key, (name, which) in found.items()
+        ]
         parts.append(hall(drawn, "gallery"))
     told = escape("\n".join(lines(dict(figures))))
     parts.append(section("figures", f"<h2>What it can hold</h2>\n<pre>{told}</pre>"))

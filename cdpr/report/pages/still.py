@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from cdpr.errors import PluginError
 from cdpr.log.run import Run
 from cdpr.report.plots.panel import Panel
+from cdpr.view import Pictures
 
 
 def still(run: Run, panels: Sequence[Panel] | None, key: str, title: str) -> str:
@@ -18,6 +19,26 @@ def still(run: Run, panels: Sequence[Panel] | None, key: str, title: str) -> str
     from cdpr.report.figures.run import draw
 
     return inline_svg(sketch.robot(run) if panels is None else draw(run, panels), key, title)
+
+
+def still_scene(shown: Pictures, key: str, title: str) -> str:
+    """Return a robot in space as SVG; nothing without matplotlib."""
+    if no_stills():
+        return ""
+    from cdpr.report.figures import sketch
+    from cdpr.report.figures.canvas import inline_svg
+
+    return inline_svg(sketch.draw(shown), key, title)
+
+
+def still_panels(panels: Sequence[Panel], span_of: tuple[float, float], key: str, title: str) -> str:
+    """Return panels of what was not simulated as SVG, from the first to the last time, s; nothing without matplotlib."""
+    if no_stills():
+        return ""
+    from cdpr.report.figures.canvas import inline_svg
+    from cdpr.report.figures.run import draw
+
+    return inline_svg(draw(None, panels, span_of), key, title)
 
 
 def no_stills() -> str:

@@ -86,7 +86,7 @@ def _bad_steps(run: Run) -> str:
         figures = run.summary()
         return str(figures["infeasible_steps"] + figures["unanswered_steps"] or "none")
     found = histories(run).status
-    counts = [(int(np.count_nonzero(found == status)), name) for status, (name, _) in SHADES.items()]
+    counts = [(int(np.count_nonzero(found == status)), name) for status, name in SHADES.items()]
     return ", ".join(f"{count} {name}" for count, name in counts if count) or "none"
 
 

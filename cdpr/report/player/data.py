@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.report.marks import DARK, SHADES, events
+from cdpr.report.marks import SHADES, events
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.plots.overlay import FEW, shaded, span
 from cdpr.report.plots.panel import Curves, Panel, calm_until, shown, view
-from cdpr.view import colours
+from cdpr.view import State, colours
 
 MOST_EVENTS = 200
 
 # What stands on light ground, and in its place on dark ground.
 DARKER = {
-    **{pair.light: pair.dark for pair in (colours.INK, colours.SOFT, *colours.AXES, *colours.CABLES)},
-    **dict(zip(DARK, ("#ffc9bd", "#b5f2d9", "#cfe5fc"), strict=True)),
+    pair.light: pair.dark
+    for pair in (colours.INK, colours.SOFT, *colours.AXES, *colours.DESIRED_AXES, *colours.CABLES)
 }
 PAIRS = {
     "ink": colours.INK,
@@ -31,6 +31,8 @@ PAIRS = {
     "desired": colours.DESIRED,
     "force": colours.FORCE,
     "ground": colours.GROUND,
+    "grid": colours.GRID,
+    "body": colours.BODY,
 }
 
 
@@ -58,6 +60,7 @@ def page_data(
         "colours": {name: list(pair) for name, pair in PAIRS.items()},
         "axes": [list(pair) for pair in colours.AXES],
         "cables": [list(pair) for pair in colours.CABLES],
+        "states": {state.name.lower(): int(state) for state in State},
         "ramp": [colours.tension_steps("light"), colours.tension_steps("dark")],
         "scenes": list(scenes),
         "figures": {key: [_panel(panel, run, arrays) for panel in panels] for key, panels in figures.items()},
@@ -80,10 +83,10 @@ def _events(run: Run) -> Iterable[dict[str, Any]]:
 
 
 def _shades(run: Run) -> Iterable[dict[str, Any]]:
-    for status, (name, _) in SHADES.items():
+    for status, name in SHADES.items():
         intervals = shaded(run, status)
         if intervals:
-            yield {"name": name, "kind": int(status), "intervals": intervals}
+            yield {"name": name, "colour": list(colours.SHADES[status]), "intervals": intervals}
 
 
 def _panel(panel: Panel, run: Run | None, arrays: Arrays) -> dict[str, Any]:

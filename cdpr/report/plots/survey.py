@@ -8,7 +8,7 @@ import numpy as np
 
 from cdpr.distribution.survey import Survey
 from cdpr.model.robot import Array
-from cdpr.report.marks import AXES, CABLES, INK, cable_looks
+from cdpr.report.marks import AXES, CABLES, INK, cable_looks, shorten
 from cdpr.report.plots.histories import points
 from cdpr.report.plots.panel import Curves, Panel
 from cdpr.view import Pictures, Subject, pictures
@@ -21,10 +21,12 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
         looks = cable_looks(cables)
         colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
         lines = Curves(points(survey.time, values), colours, dashes, names=cables, group="cable")
-        return Panel(label, (lines,), least=least, height=height)
+        legend = [(shorten(name), look) for name, look in zip(cables, looks, strict=True)]
+        return Panel(label, (lines,), legend, least=least, height=height)
 
     def by_axis(label: str, values: Array, names: Sequence[str]) -> Panel:
-        return Panel(label, (Curves(points(survey.time, values), AXES, names=names, group=label),), least=1e-3)
+        legend = [(name, {"color": colour}) for name, colour in zip(names, AXES, strict=True)]
+        return Panel(label, (Curves(points(survey.time, values), AXES, names=names, group=label),), legend, least=1e-3)
 
     speed = np.linalg.norm(survey.desired[:, 7:10], axis=1, keepdims=True)
     margin = Curves(points(survey.time, survey.margin[:, None]), (INK,), names=("margin",))

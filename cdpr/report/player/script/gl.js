@@ -109,11 +109,11 @@ class GlPainter {
   }
 
   allLines(view, size, ratio, lines) {
-    const gl = this.gl, p = this.lines;
-    gl.useProgram(p);
-    gl.uniformMatrix4fv(gl.getUniformLocation(p, "view"), false, view);
-    gl.uniform2f(gl.getUniformLocation(p, "size"), ...size);
-    gl.uniform1f(gl.getUniformLocation(p, "ratio"), ratio);
+    const gl = this.gl, { used, at } = this.lines;
+    gl.useProgram(used);
+    gl.uniformMatrix4fv(at.view, false, view);
+    gl.uniform2f(at.size, ...size);
+    gl.uniform1f(at.ratio, ratio);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
@@ -122,9 +122,9 @@ class GlPainter {
       if (!count) continue;
       gl.depthMask(!behind); // what is drawn behind hides nothing that follows
       this.bind(data, keep);
-      [[1, 3, 0], [2, 3, 3], [3, 4, 6], [4, 2, 10]].forEach(([place, parts, at]) => {
+      [[1, 3, 0], [2, 3, 3], [3, 4, 6], [4, 2, 10]].forEach(([place, parts, from]) => {
         gl.enableVertexAttribArray(place);
-        gl.vertexAttribPointer(place, parts, gl.FLOAT, false, 4 * LINE, 4 * at);
+        gl.vertexAttribPointer(place, parts, gl.FLOAT, false, 4 * LINE, 4 * from);
         gl.vertexAttribDivisor(place, 1);
       });
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
@@ -134,18 +134,18 @@ class GlPainter {
   }
 
   solid(view, camera, { body, model, colour }) {
-    const gl = this.gl, p = this.solids, { right, above, back } = camera.axes();
+    const gl = this.gl, { used, at } = this.solids, { right, above, back } = camera.axes();
     const light = unit([0, 1, 2].map((i) => 0.35 * right[i] + 0.55 * above[i] + 0.75 * back[i]));
-    gl.useProgram(p);
-    gl.uniformMatrix4fv(gl.getUniformLocation(p, "view"), false, view);
-    gl.uniformMatrix4fv(gl.getUniformLocation(p, "model"), false, model);
-    gl.uniform3f(gl.getUniformLocation(p, "light"), ...light);
-    gl.uniform4f(gl.getUniformLocation(p, "colour"), ...colour);
+    gl.useProgram(used);
+    gl.uniformMatrix4fv(at.view, false, view);
+    gl.uniformMatrix4fv(at.model, false, model);
+    gl.uniform3f(at.light, ...light);
+    gl.uniform4f(at.colour, ...colour);
     this.bind(body.corners, true);
-    [[0, 0], [1, 3]].forEach(([place, at]) => {
+    [[0, 0], [1, 3]].forEach(([place, from]) => {
       gl.enableVertexAttribArray(place);
       gl.vertexAttribDivisor(place, 0);
-      gl.vertexAttribPointer(place, 3, gl.FLOAT, false, 24, 4 * at);
+      gl.vertexAttribPointer(place, 3, gl.FLOAT, false, 24, 4 * from);
     });
     gl.enable(gl.CULL_FACE);
     gl.drawArrays(gl.TRIANGLES, 0, body.corners.length / 6);
@@ -172,6 +172,7 @@ class GlPainter {
   }
 }
 
+// A program as `used`, and where its uniforms lie as `at`: asked for once, not in every frame.
 function program(gl, vertex, fragment) {
   const p = gl.createProgram();
   for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -183,5 +184,10 @@ function program(gl, vertex, fragment) {
   }
   gl.linkProgram(p);
   if (!gl.getProgramParameter(p, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(p));
-  return p;
+  const at = {};
+  for (let i = gl.getProgramParameter(p, gl.ACTIVE_UNIFORMS) - 1; i >= 0; i--) {
+    const { name } = gl.getActiveUniform(p, i);
+    at[name] = gl.getUniformLocation(p, name);
+  }
+  return { used: p, at };
 }

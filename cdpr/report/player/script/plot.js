@@ -133,8 +133,8 @@ class Plot {
   }
 
   shades(c, dark) {
-    for (const { kind, intervals } of this.data.shades) {
-      c.fillStyle = SHADES[dark][kind] || SHADES[dark][3];
+    for (const { colour, intervals } of this.data.shades) {
+      c.fillStyle = colour[dark];
       for (const [a, b] of intervals) {
         const left = clamp(this.x(a), EDGE.left, EDGE.left + this.width);
         const right = clamp(Math.max(this.x(b), this.x(a) + 1.5), EDGE.left, EDGE.left + this.width);
@@ -144,7 +144,7 @@ class Plot {
   }
 
   grid(c, dark) {
-    const line = dark ? "#2c3138" : "#e3e5e8", text = this.data.colours.soft[dark];
+    const line = this.data.colours.grid[dark], text = this.data.colours.soft[dark];
     const [low, high] = this.range, [from, to] = this.state.window;
     c.lineWidth = 1;
     c.strokeStyle = line;
@@ -280,7 +280,7 @@ class Plot {
       c.fill();
     }
     if (this.dragged) {
-      c.fillStyle = dark ? "#ffffff22" : "#0000001a";
+      c.fillStyle = `${this.data.colours.ink[dark]}1f`;
       c.fillRect(Math.min(...this.dragged), EDGE.top, Math.abs(this.dragged[1] - this.dragged[0]), this.height);
     }
   }
@@ -326,12 +326,6 @@ class Plot {
     area.addEventListener("dblclick", () => this.state.zoom(...this.data.span));
   }
 }
-
-// Of samples without valid tensions, by kind, on light and dark ground.
-const SHADES = [
-  { 1: "#f8d3cb", 2: "#fbe7ad", 3: "#d9d9d9", 4: "#dcd0ee" },
-  { 1: "#57231a", 2: "#4d3f10", 3: "#3a3d42", 4: "#3b2f52" },
-];
 
 function tick(value, step) {
   const digits = clamp(-Math.floor(Math.log10(step) + 1e-9) + (String(step).includes("25") ? 1 : 0), 0, 12);

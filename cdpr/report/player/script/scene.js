@@ -1,7 +1,5 @@
 // What is drawn in space at a time: frame, cables, platform, desired pose, paths and forces of one run or several.
 
-const TAUT = 0, SLACK = 1, LOWEST = 2, HIGHEST = 3, BROKEN = 4;
-
 // A picture between two rows: places go straight from one to the next, a cable's state is that of the row before.
 class Film {
   constructor(scene) {
@@ -148,20 +146,20 @@ function differ(a, b, radius) {
 // What moves, of one film in a picture; returns lines, solids and labels.
 function moving(film, picture, look, options) {
   const lines = new Lines(), solids = [], labels = [];
-  const m = film.cables.length, [low, high] = film.range;
+  const m = film.cables.length, [low, high] = film.range, { slack, lowest, highest, broken } = look.states;
   const number = (k) => picture.exits.slice(3 * k, 3 * k + 3);
   for (let k = 0; k < m; k++) {
     const state = picture.state[k], exit = number(k), tip = picture.tips[k];
-    if (state === BROKEN) { labels.push({ at: exit, text: `${k + 1} ×`, colour: look.css.soft }); continue; }
-    const limit = state === LOWEST || state === HIGHEST;
+    if (state === broken) { labels.push({ at: exit, text: `${k + 1} ×`, colour: look.css.soft }); continue; }
+    const limit = state === lowest || state === highest;
     const share = picture.tension && high > low ? (picture.tension[k] - low) / (high - low) : 0.5;
     const ramp = look.ramp[Math.round(clamp(share, 0, 1) * (look.ramp.length - 1)) || 0];
     let colour = look.run || (picture.tension ? ramp : look.ink);
-    if (state === SLACK) colour = look.slack;
+    if (state === slack) colour = look.slack;
     if (limit && !look.run) lines.add(exit, tip, look.limit, 7, 0.5);
     if (options.selected === k) lines.add(exit, tip, look.ink, 8, 0.35);
-    lines.add(exit, tip, colour, look.run ? 2 : 3, 1, state === SLACK ? 5 : 0);
-    const mark = limit ? (state === LOWEST ? " ▼" : " ▲") : "";
+    lines.add(exit, tip, colour, look.run ? 2 : 3, 1, state === slack ? 5 : 0);
+    const mark = limit ? (state === lowest ? " ▼" : " ▲") : "";
     labels.push({ at: exit, text: `${k + 1}${mark}`, colour: limit ? look.css.limit : look.css.ink, cable: k });
   }
   for (let k = 0; k < m; k++) lines.add(picture.tips[k], picture.tips[k], look.ink, 5);

@@ -50,18 +50,18 @@ class Stage {
 
   // Colours on the ground that the page has now.
   theme() {
-    const dark = this.state.dark ? 1 : 0, { colours } = this.data;
+    const dark = this.state.dark ? 1 : 0, { colours, cables, states } = this.data;
     const several = this.films.length > 1;
     const css = Object.fromEntries(Object.entries(colours).map(([key, pair]) => [key, pair[dark]]));
     const body = this.films[0].colours.platform;
     const base = {
-      css, ramp: this.data.ramp[dark].map(rgb), slack: rgb(css.slack), limit: rgb(css.limit), ink: rgb(css.ink),
+      css, states, ramp: this.data.ramp[dark].map(rgb), slack: rgb(css.slack), limit: rgb(css.limit), ink: rgb(css.ink),
       desired: rgb(css.desired), force: rgb(css.force), edge: rgb(css.ink), opacity: 1,
-      body: body ? rgb(body) : dark ? [0.42, 0.47, 0.54] : [0.8, 0.84, 0.89],
+      body: rgb(body || css.body),
     };
     this.looks = this.films.map((_, i) => {
       if (!several) return base;
-      const run = rgb(this.data.cables[i % 8][dark]);
+      const run = rgb(cables[i % cables.length][dark]);
       return { ...base, run, edge: run, opacity: i === 0 ? 1 : 0.35, body: base.body.map((x, k) => 0.6 * x + 0.4 * run[k]) };
     });
     this.painter.forget();
