@@ -3,7 +3,7 @@
     python benchmarks/page.py [--seconds 60]
 
 The browser is a Chromium of the system with --disable-gpu, 1200x800, driven by Playwright (extra `test`). The exit code
-is 1 where a figure misses its bound. WebGL is reported only: in software no page takes it by itself but for large meshes.
+is 1 where a figure misses its bound. WebGL is reported only: in software no page takes it but for large meshes.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ import json
 
 import click
 
+from cdpr.cli.load import strict_option
 from cdpr.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode
@@ -17,6 +18,7 @@ from cdpr.errors import CdprError, ExitCode
 @plugin_option("--solvers", "solver", metavar="A,B", help="Which tension solvers, instead of the scenario's.")
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
+@strict_option
 @click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
 @click.option("--jobs", type=click.IntRange(1), help="Processes at a time (default: one a core).")
 @click.option("--timeout", type=click.FloatRange(1.0), help="Seconds that a run may take (default: no limit).")
@@ -27,6 +29,7 @@ def command(
     backends: str,
     solvers: str | None,
     changes: tuple[str, ...],
+    strict: bool,
     refine: bool,
     jobs: int | None,
     timeout: float | None,
@@ -42,8 +45,9 @@ def command(
     from pathlib import Path
 
     finished = len(what) > 1 or Path(what[0]).is_dir()
-    if finished and (changes or refine or solvers or backends != "all"):
-        raise CdprError("finished runs are compared as they are: leave out --backends, --solvers, --set and --refine")
+    if finished and (changes or refine or solvers or strict or backends != "all"):
+        options = "--backends, --solvers, --set, --strict and --refine"
+        raise CdprError(f"finished runs are compared as they are: leave out {options}")
     if finished:
         from cdpr.compare.finished import compare_finished
         from cdpr.compare.job import RESERVED
@@ -67,6 +71,7 @@ def command(
                 result = job.compare_scenario(
                     what[0],
                     changes=changes,
+                    strict=strict,
                     backends=None if backends == "all" else names(backends),
                     solvers=None if solvers is None else names(solvers),
                     refine=refine,

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
-
-from cdpr.errors import ScenarioError
 
 if TYPE_CHECKING:
     from cdpr.model import Robot
@@ -22,21 +20,13 @@ strict_option = click.option(
 def load_told(file: str, changes: tuple[str, ...], *, strict: bool = False) -> Scenario | Robot:
     """Load and check a file, and tell its notes and warnings; where `strict`, ScenarioError for any of the latter."""
     from cdpr.scenario import load_any
+    from cdpr.scenario.problems import judged
 
     notes: list[str] = []
     warnings: list[Problem] = []
     loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
     tell([*notes, *judged(warnings, strict=strict)])
     return loaded
-
-
-def judged(warnings: Sequence[Problem], *, strict: bool) -> list[str]:
-    """Return a line for each warning; ScenarioError with all where there are such and `strict` is set."""
-    from cdpr.scenario.problems import in_order, told
-
-    if warnings and strict:
-        raise ScenarioError(told(warnings), in_order(warnings))
-    return [f"warning: {line}" for line in told(warnings)]
 
 
 def tell(lines: Iterable[str]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli import DEBUG
-from cdpr.cli.load import judged, strict_option, tell
+from cdpr.cli.load import strict_option, tell
 from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.hush import hushed
@@ -60,6 +60,7 @@ def command(
     with terminating() as signals:
         from cdpr.scenario import load_scenario
         from cdpr.scenario.overrides import typed
+        from cdpr.scenario.problems import judged
 
         if scenario is None:
             scenario = FIRST

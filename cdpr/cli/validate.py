@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from cdpr.cli.load import judged, strict_option, tell
+from cdpr.cli.load import strict_option, tell
 from cdpr.cli.names import change_keys, plugin_files
 from cdpr.errors import CdprError, ExitCode
 
@@ -32,7 +32,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
     for file in files:
         name = click.format_filename(file)
         try:
-            row = _facts(file, changes, strict=strict)
+            row, warned = _facts(file, changes, strict=strict)
         except CdprError as error:
             codes.add(error.exit_code)
             places = [problem.as_dict() for problem in error.rows]
@@ -42,7 +42,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
-            tell(row["notes"])
+            tell([*row["notes"], *warned])
     if as_json:
         click.echo(json.dumps(rows, indent=2))
     if codes:
@@ -50,31 +50,34 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
         raise click.exceptions.Exit(ExitCode.PLUGIN if codes == {ExitCode.PLUGIN} else ExitCode.BAD_INPUT)
 
 
-def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> dict[str, Any]:
-    """Load one file and return what there is to say of it."""
+def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[str, Any], list[str]]:
+    """Load one file and return what there is to say of it, each thing once, and its warnings as lines."""
     from cdpr.mechanics.restraint import few_cables
     from cdpr.scenario import Scenario, load_any
-    from cdpr.scenario.problems import Problem
+    from cdpr.scenario.problems import Problem, judged
 
     notes: list[str] = []
     warnings: list[Problem] = []
     loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
-    notes += judged(warnings, strict=strict)
+    warned = judged(warnings, strict=strict)
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
     if few := few_cables(robot):
         notes.append(f"{click.format_filename(file)}: note: {few}")
-    said = {"notes": notes, "warnings": [warning.as_dict() for warning in warnings]}
+    rows = [warning.as_dict() for warning in warnings]
+    said = {"notes": notes, "warnings": rows}
+    told = {warning["key"] for warning in rows}
     if not isinstance(loaded, Scenario):
-        return {"kind": "robot", "name": robot.name, "cables": robot.m, **said}
-    return {
+        return {"kind": "robot", "name": robot.name, "cables": robot.m, **said}, warned
+    row = {
         "kind": "scenario",
         "name": loaded.name,
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
         **({"believed": loaded.belief} if loaded.belief else {}),
-        "unused": list(loaded.unused),
+        "unused": [key for key in loaded.unused if key not in told],
         **said,
     }
+    return row, warned
 
 
 def _tell(name: str, lines: list[str], told: set[str]) -> None:

@@ -25,7 +25,9 @@ PAGE = "view.html"
 )
 @change_keys("Change any key of the file.")
 @plugin_files
-@click.option("--out", type=OutPath(), help="File for the page (default: one in the folder for temporary files).")
+@click.option(
+    "--out", type=OutPath(), help="File for the page (default: view.html in the user's cache, over the last)."
+)
 @click.option("--open/--no-open", "show", default=True, help="Open the page in the browser.")
 def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], out: str | None, show: bool) -> None:
     """Write a page that shows a run, several runs, a robot or a scenario's motion in space, and open it.
@@ -34,13 +36,16 @@ def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], o
     the desired motion is followed without simulating it. The page needs no network and can be sent as it is.
     """
     from cdpr.log.files import replace
+    from cdpr.report.pages.still import no_stills
 
     page = _runs(what, pose, changes) if _are_runs(what) else _look(what, pose, changes)
-    path = _temporary() if out is None else Path(out)
+    path = _usual() if out is None else Path(out)
     if path.is_dir():
         path /= PAGE
     replace(path, page.encode(errors="xmlcharrefreplace"))
     click.echo(path)
+    if problem := no_stills():
+        click.echo(f"the page plays but has nothing to print: {problem}", err=True)
     if show:
         import webbrowser
 
@@ -49,8 +54,15 @@ def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], o
 
 
 def _are_runs(what: Sequence[str]) -> bool:
-    """Whether folders or logs are given; files of robots and scenarios, and names of examples, are none."""
-    return len(what) > 1 or Path(what[0]).is_dir() or what[0].endswith(".mcap")
+    """Whether folders or logs are given, or a file of a robot or scenario, or an example's name, by itself."""
+    others = [name for name in what if not (Path(name).is_dir() or name.endswith(".mcap"))]
+    if others and len(what) > 1:
+        named = ", ".join(map(click.format_filename, others))
+        raise CdprError(
+            f"{named}: not the folder or log of a run; several arguments are runs (folders or .mcap files) that are "
+            "laid over one another: give robots and scenarios one at a time"
+        )
+    return not others
 
 
 def _runs(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
@@ -79,7 +91,14 @@ def _look(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> 
     return render_look(loaded.name, figures, shown, survey)
 
 
-def _temporary() -> Path:
-    import tempfile
+def _usual() -> Path:
+    """Where pages go that nobody wants to keep: always the same place, so that they do not pile up."""
+    from cdpr.log.files import unwritable
+    from cdpr.model.kernel_cache import user_cache
 
-    return Path(tempfile.mkdtemp(prefix="cdpr-view-")) / PAGE
+    path = user_cache() / PAGE
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise unwritable(path, error) from error
+    return path

@@ -19,7 +19,7 @@ from cdpr.compare.runs import Progress, Runs
 from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import plain
 from cdpr.scenario import load_scenario
-from cdpr.scenario.problems import told
+from cdpr.scenario.problems import judged
 
 RUNS = "runs"
 RESERVED = "compare.json.tmp"  # makes a folder ours until compare.json takes its place
@@ -42,6 +42,7 @@ def compare_scenario(
     path: str | os.PathLike[str],
     *,
     changes: Sequence[str] = (),
+    strict: bool = False,
     backends: Sequence[str] | None = None,
     solvers: Sequence[str] | None = None,
     refine: bool = False,
@@ -56,6 +57,7 @@ def compare_scenario(
     Args:
         path: the scenario file.
         changes: texts `key=value`, as typed after --set.
+        strict: refuse what is only warned of otherwise, before anything runs.
         backends: which engines, all that are installed by default; the judge runs in any case.
         solvers: which tension solvers instead of the scenario's; engines are held against each other with each.
         refine: measure the orders, too.
@@ -70,7 +72,7 @@ def compare_scenario(
     left.
     """
     scenario = load_scenario(path, overrides=list(changes))
-    for note in (*scenario.notes, *(f"warning: {line}" for line in told(scenario.warnings))):
+    for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):
         say(note)
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))

@@ -96,6 +96,13 @@ def told(problems: Iterable[Problem]) -> list[str]:
     return lines
 
 
+def judged(warnings: Sequence[Problem], *, strict: bool) -> list[str]:
+    """Return a line for each warning; ScenarioError with all where there are such and `strict` is set."""
+    if warnings and strict:
+        raise ScenarioError(told(warnings), in_order(warnings))
+    return [f"warning: {line}" for line in told(warnings)]
+
+
 def _merged(problems: Sequence[Problem]) -> list[str]:
     """One line each, and one for the same mistake in many items of a list."""
     alike: dict[tuple[object, ...], list[Problem]] = {}

@@ -1,10 +1,10 @@
 """Which colour stands for what, on light and on dark ground.
 
-Everything that is drawn, in figures, pages and viewers, takes its colour from here. Each is there twice: one that stands
+Everything that is drawn in figures, pages and viewers takes its colour from here. Each is there twice: one that stands
 out from white and one that stands out from the dark ground of pages and viewers, both by a contrast of at least 3 (WCAG
-2.1, 1.4.11); but for what lies behind, from which that stands out: `BEHIND` and `SHADES`. Cables differ for readers who are red-green
-blind, too, and by dashes where they are many. Tension goes through lightness and hue together: what pulls harder
-differs more from the ground.
+2.1, 1.4.11); but for what lies behind: `BEHIND` and `SHADES`. Cables differ for readers who are red-green blind, too,
+and by dashes where they are many. Tension goes through lightness and hue together: what pulls harder differs more from
+the ground.
 """
 
 from __future__ import annotations

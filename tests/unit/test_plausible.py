@@ -328,6 +328,23 @@ def test_warnings_in_json(tmp_path):
     assert row["rows"] == [warning]
 
 
+def test_an_event_after_the_end_is_told_once(tmp_path):
+    late = ("--set", "events=[{type: cable_break, time: 9, cable: 1}]")
+    done = cdpr_here("validate", CAROCA, *late, "--json", cwd=tmp_path)
+    (row,) = json.loads(done.stdout)
+    assert [warning["key"] for warning in row["warnings"]] == ["events[0]"]
+    assert (row["unused"], row["notes"]) == ([], [])
+    assert done.stderr.count("events[0]: happens at 9 s, after the end") == 1
+
+
+def test_compare_tells_and_refuses(tmp_path):
+    done = cdpr_here("compare", CAROCA, *WRONG, "--strict", "--out", tmp_path / "it", cwd=tmp_path, code=2)
+    assert "initial.position: lies outside the frame" in done.stderr
+    assert (done.stdout, list(tmp_path.iterdir())) == ("", [])  # nothing has run
+    done = cdpr_here("compare", tmp_path, tmp_path, "--strict", cwd=tmp_path, code=2)
+    assert "leave out" in done.stderr
+
+
 def test_errors_keep_the_rows_of_what_is_wrong():
     wrong = ["robot.platform.mass=-1", "simulation.backend=bullet_train", "initial.positon=[0,0,1]"]
     with pytest.raises(ScenarioError) as caught:

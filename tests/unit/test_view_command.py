@@ -78,3 +78,21 @@ def test_what_cannot_be_shown_is_told(runs, tmp_path):
     assert "finished runs are shown as they are: leave out --pose and --set" in done.stderr
     done = cdpr_here("view", tmp_path / "nothing.yaml", "--no-open", code=2)
     assert "nothing.yaml" in done.stderr
+
+
+def test_robots_and_scenarios_go_one_at_a_time(runs):
+    robots = [SCENARIOS / "robots" / name for name in ("cogiro.yaml", "cogiro_pulleys.yaml")]
+    done = cdpr_here("view", *robots, "--no-open", code=2)
+    assert "cogiro.yaml" in done.stderr
+    assert "give robots and scenarios one at a time" in done.stderr
+    done = cdpr_here("view", runs / "one", robots[0], "--no-open", code=2)
+    assert done.stderr.count(".yaml: not the folder or log of a run") == 1
+    assert str(runs) not in done.stderr
+
+
+def test_pages_that_nobody_keeps_do_not_pile_up(runs, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    pages = {cdpr_here("view", runs / name, "--no-open").stdout.strip() for name in ("one", "other")}
+    assert pages == {str(tmp_path / "cdpr" / "view.html")}
+    assert [path.name for path in tmp_path.rglob("*.html")] == ["view.html"]

@@ -36,7 +36,12 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     span = (float(shown.time[0]), float(shown.time[-1]))
     data = page_data(None, scenes, {key: drawn for key, (_, drawn) in found.items()}, arrays, span)
     about = ROBOT if survey is None else MOTION
-    parts = [hall([figure("robot", "Robot", still_scene(shown, "robot", title), about, live=stage(data))], "hall" if found else "hall alone")]
+    parts = [
+        hall(
+            [figure("robot", "Robot", still_scene(shown, "robot", title), about, live=stage(data))],
+            "hall" if found else "hall alone",
+        )
+    ]
     if found:
         drawn = [
             figure(key, name, still_panels(which, span, key, name), about, live=panels(key))

@@ -32,7 +32,7 @@ def still_scene(shown: Pictures, key: str, title: str) -> str:
 
 
 def still_panels(panels: Sequence[Panel], span_of: tuple[float, float], key: str, title: str) -> str:
-    """Return panels of what was not simulated as SVG, from the first to the last time, s; nothing without matplotlib."""
+    """Return panels of what was not simulated, over `span_of` (s), as SVG; nothing without matplotlib."""
     if no_stills():
         return ""
     from cdpr.report.figures.canvas import inline_svg

@@ -20,8 +20,7 @@ MOST_EVENTS = 200
 
 # What stands on light ground, and in its place on dark ground.
 DARKER = {
-    pair.light: pair.dark
-    for pair in (colours.INK, colours.SOFT, *colours.AXES, *colours.DESIRED_AXES, *colours.CABLES)
+    pair.light: pair.dark for pair in (colours.INK, colours.SOFT, *colours.AXES, *colours.DESIRED_AXES, *colours.CABLES)
 }
 PAIRS = {
     "ink": colours.INK,

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdpr.model import DOF_NAMES
-from cdpr.scenario.events import first_sample
+from cdpr.scenario.event_checks import beyond
 from cdpr.scenario.plausible.subject import Finding, Subject
 from cdpr.scenario.problems import exact
 
@@ -30,10 +30,9 @@ def after_the_end(subject: Subject) -> Iterator[Finding]:
     """Events and motions that would begin after the run."""
     if subject.run is None:
         return
-    end, step, steps = (getattr(subject.run.simulation, name) for name in ("duration", "control_step", "steps"))
-    for i, event in enumerate(subject.run.events):
-        if first_sample(event.time, step) > steps:
-            yield ("events", i), f"happens at {exact(event.time)} s, after the end of the run at {exact(end)} s: never"
+    end, events = subject.run.simulation.duration, subject.run.events
+    for i in beyond(events, subject.run.simulation):
+        yield ("events", i), f"happens at {exact(events[i].time)} s, after the end of the run at {exact(end)} s: never"
     start = getattr(subject.motion, "start", 0.0)
     if start >= end:
         yield (
