@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
+from contextlib import closing
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from chromium import FRAMES, browser, executable
+from command_line import cdpr_here
+from conftest import ROOT
 from test_report_cases import CASES
 
 import cdpr
@@ -213,6 +216,23 @@ def test_on_paper_it_has_two_pages_without_yaml(page):
     assert shown == SimpleNamespace(tensions=True, scenario=False, pose=False)
     assert page.locator("#tensions svg[role=img]").is_visible()
     assert not page.locator(".transport").is_visible()
+
+
+def test_a_robot_is_on_paper_and_there_without_script(chromium, tmp_path):
+    path = tmp_path / "view.html"
+    cdpr_here("view", ROOT / "scenarios" / "robots" / "cogiro.yaml", "--no-open", "--out", path)
+    still = "#robot svg[role=img]"
+    with closing(chromium.new_page()) as page:
+        page.goto(path.as_uri())
+        page.wait_for_function(READY, polling=50)
+        assert not page.locator(still).is_visible()  # the scene plays in its place
+        page.emulate_media(media="print")
+        assert page.locator(still).is_visible()
+        assert not page.locator("#stage").is_visible()
+    with closing(chromium.new_context(java_script_enabled=False)) as without:
+        page = without.new_page()
+        page.goto(path.as_uri())
+        assert page.locator(still).is_visible()
 
 
 ODD = ("infeasible", "diverged", "one row", "two rows", "one cable", "12 cables", "long names", "far limits")

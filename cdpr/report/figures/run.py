@@ -30,5 +30,5 @@ def overview(run: Run) -> Chart:
 
 @styled
 def draw(run: Run | None, panels: Sequence[Panel], span_of: tuple[float, float] = (0.0, 0.0)) -> Chart:
-    """Draw panels under one another, on the time axis of a run and with what happened in it, or without over `span_of`."""
+    """Draw panels under one another on the time axis of a run, with what happened in it, or over `span_of`, s."""
     return stack(run, panels, span_of=span_of)
