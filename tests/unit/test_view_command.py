@@ -69,3 +69,15 @@ def test_what_cannot_be_shown_is_told(runs, tmp_path):
     assert "finished runs are shown as they are: leave out --pose and --set" in done.stderr
     done = cdpr_here("view", tmp_path / "nothing.yaml", "--no-open", code=2)
     assert "nothing.yaml" in done.stderr
+
+
+def test_only_a_page_is_written_over(tmp_path):
+    robot, page = tmp_path / "robot.yaml", tmp_path / "view.html"
+    robot.write_text((SCENARIOS / "robots" / "cogiro.yaml").read_text())
+    before = robot.read_bytes()
+    done = cdpr_here("view", robot, "--no-open", "--out", robot, code=8)
+    assert "robot.yaml' is there already and is no page: it is not written over" in done.stderr
+    assert robot.read_bytes() == before
+    for _ in range(2):
+        cdpr_here("view", robot, "--no-open", "--out", tmp_path)
+    assert page.read_bytes().startswith(b"<!DOCTYPE html>")
