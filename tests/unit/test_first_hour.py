@@ -254,3 +254,16 @@ def test_the_doctor_tells_what_cannot_be_written(monkeypatch, here):
     assert set(wrong) == {"kernel cache", "home"}
     assert "cannot be written" in wrong["home"].text
     assert run("doctor", code=ExitCode.NOT_WRITABLE).splitlines()[-1] == "2 do not work"
+
+
+def test_the_doctor_in_a_folder_that_is_gone(monkeypatch, here):
+    (here / "gone").mkdir()
+    monkeypatch.chdir(here / "gone")
+    (here / "gone").rmdir()
+    assert {one.name: one for one in health.folders()}["here"].state == "wrong"
+
+
+@pytest.mark.parametrize(("command", "state"), [("cc 'x", "missing"), ("no-such-cc", "missing"), ("''", "missing")])
+def test_the_doctor_and_a_compiler_that_is_none(monkeypatch, command, state):
+    monkeypatch.setenv("CC", command)
+    assert {one.name: one for one in health.tools()}["C compiler"].state == state
