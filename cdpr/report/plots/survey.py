@@ -52,10 +52,9 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
 
 def unheld(survey: Survey) -> list[dict[str, Any]]:
     """Return where no tensions are admissible, as the player shades it."""
-    ends = np.append(survey.time, survey.time[-1])
-    found = [
-        (float(ends[first]), float(ends[min(stop, len(survey.time))])) for first, stop in intervals(~survey.feasible)
-    ]
+    ends, last = np.append(survey.time, survey.time[-1]), len(survey.time)
+    rows = intervals(survey.status != Status.OK)
+    found = [(float(ends[first]), float(ends[min(stop, last)])) for first, stop in rows]
     name, _ = SHADES[Status.INFEASIBLE]
     return [{"name": name, "kind": int(Status.INFEASIBLE), "intervals": found}] if found else []
 
