@@ -12,13 +12,12 @@ import pytest
 def spread(names: str, *axes: Sequence[Any]) -> pytest.MarkDecorator:
     """Parametrize with all combinations of `axes`, which `names` names, separated by commas.
 
-    By default each value of the longest axis takes part once, and those of the others by turns; a fault in one of them
-    rarely shows in one combination alone. `pytest -m slow` runs what is left.
+    By default each value of the longest axis takes part, the others by turns; of three axes and more any two values
+    meet (a Latin square). `pytest -m slow` runs what is left. Not for values of which one pair is a case of its own.
     """
-    longest = max(range(len(axes)), key=lambda k: len(axes[k]))
+    shortest = min(len(axis) for axis in axes)
     cases = []
     for places in product(*(range(len(axis)) for axis in axes)):
-        turn = all(place == places[longest] % len(axis) for place, axis in zip(places, axes, strict=True))
         values = [axis[place] for place, axis in zip(places, axes, strict=True)]
-        cases.append(pytest.param(*values, marks=() if turn else pytest.mark.slow))
+        cases.append(pytest.param(*values, marks=pytest.mark.slow if sum(places) % shortest else ()))
     return pytest.mark.parametrize(names, cases)

@@ -66,6 +66,11 @@ class Part:
     kernels: str = ""
     numbers: tuple[Number, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse what its row does not hold; CdprError."""
+        if len(self.numbers) > MOST:
+            raise CdprError(f"a part of a cable takes {MOST} numbers at most, not {len(self.numbers)}")
+
 
 @dataclass(frozen=True)
 class Winch(Part):

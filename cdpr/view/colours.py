@@ -8,11 +8,12 @@ differs more from the ground.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, frozen_array
 
 
 class Pair(NamedTuple):
@@ -46,18 +47,21 @@ FORCE = Pair("#b35900", "#ffab4a")
 # Lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020) at the least and the largest tension.
 RAMPS = {"light": ((0.66, 0.13, 240.0), (0.40, 0.16, 385.0)), "dark": ((0.56, 0.17, 265.0), (0.90, 0.16, 455.0))}
 
-_LMS = np.array(
+STEPS = 256  # of a ramp: neighbours differ by less than eyes tell, and lie as near as bytes do
+
+# From OKLab to the cube roots of cone responses, and from these responses to linear sRGB (Ottosson 2020).
+_CONES = np.array(
     [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
+        [1.0, 0.3963377774, 0.2158037573],
+        [1.0, -0.1055613458, -0.0638541728],
+        [1.0, -0.0894841775, -1.2914855480],
     ]
 )
-_LAB = np.array(
+_SRGB = np.array(
     [
-        [0.2104542553, 0.7936177850, -0.0040720468],
-        [1.9779984951, -2.4285922050, 0.4505937099],
-        [0.0259040371, 0.7827717662, -0.8086757660],
+        [4.0767416621, -3.3077115913, 0.2309699292],
+        [-1.2684380046, 2.6097574011, -0.3413193965],
+        [-0.0041960863, -0.7034186147, 1.7076147010],
     ]
 )
 
@@ -67,15 +71,23 @@ def tension_colours(share: Array, ground: str = "dark") -> Array:
 
     `ground` is "light" or "dark". What is not a number is taken as the least.
     """
+    part = np.clip(np.nan_to_num(np.asarray(share, dtype=float)), 0.0, 1.0)
+    colours: Array = _ramp(ground)[np.rint(STEPS * part).astype(np.intp)]
+    return colours
+
+
+@cache
+def _ramp(ground: str) -> Array:
+    """Colours (STEPS + 1, 3) from the least to the largest tension."""
     low, high = (np.array(end) for end in RAMPS[ground])
-    part = np.clip(np.nan_to_num(np.asarray(share, dtype=float)), 0.0, 1.0)[..., None]
+    part = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
     lightness, chroma, hue = np.moveaxis(low + part * (high - low), -1, 0)
     angle = np.radians(hue)
     while True:
         rgb = _linear(np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=-1))
         outside = (rgb < -1e-4).any(axis=-1) | (rgb > 1.0 + 1e-4).any(axis=-1)
         if not outside.any():
-            return _encoded(np.clip(rgb, 0.0, 1.0))
+            return frozen_array(_encoded(np.clip(rgb, 0.0, 1.0)))
         chroma = np.where(outside, 0.97 * chroma, chroma)  # no screen shows it: less colourful, as light
 
 
@@ -97,8 +109,7 @@ def parts(colour: str) -> tuple[float, float, float]:
 
 def _linear(lab: Array) -> Array:
     """Linear red, green and blue of OKLab, without matmul, whose last bit depends on the machine."""
-    cubes = _times(np.linalg.inv(_LAB), lab) ** 3
-    return _times(np.linalg.inv(_LMS), cubes)
+    return _times(_SRGB, _times(_CONES, lab) ** 3)
 
 
 def _times(M: Array, x: Array) -> Array:

@@ -12,16 +12,26 @@ def thinned(points: Array, tolerance: float) -> Array:
 
     Ramer (1972), Douglas and Peucker (1973).
     """
-    if len(points) < 3:
-        return points
+    kept = np.zeros(len(points), dtype=bool)
+    kept[[0, -1]] = True
+    pieces = [(0, len(points) - 1)]
+    while pieces:
+        first, last = pieces.pop()
+        distance = _distances(points[first : last + 1])
+        k = int(np.argmax(distance))
+        if distance[k] > tolerance:
+            kept[first + k] = True
+            pieces += [(first, first + k), (first + k, last)]
+    return points[kept]
+
+
+def _distances(points: Array) -> Array:
+    """How far each point (m) is from the line between the first and the last."""
     along = points[-1] - points[0]
     length = float(np.linalg.norm(along))
     away = points - points[0]
     if length > 0.0:
         share = np.clip(np.sum(away * along, axis=1) / length**2, 0.0, 1.0)
         away = away - share[:, None] * along
-    distance = np.linalg.norm(away, axis=1)
-    k = int(np.argmax(distance))
-    if distance[k] <= tolerance:
-        return points[[0, -1]]
-    return np.concatenate([thinned(points[: k + 1], tolerance)[:-1], thinned(points[k:], tolerance)])
+    distances: Array = np.linalg.norm(away, axis=1)
+    return distances

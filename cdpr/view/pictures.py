@@ -120,7 +120,8 @@ def _states(subject: Subject, time: Array, tension: Array, command: Array, limit
     with np.errstate(invalid="ignore"):  # comparisons with NaN are false
         state[known & (command <= subject.tension_min + near)] = State.LOWEST
         state[known & (command >= subject.tension_max - near)] = State.HIGHEST
-        state[tension <= near] = State.SLACK
+        # Cables are slack without tension; legs, whose lower limits are negative, push.
+        state[(tension <= near) & (subject.tension_min >= 0.0)] = State.SLACK
     for cable, since in subject.broken:
         state[time >= since, cable] = State.BROKEN
     return state

@@ -65,8 +65,7 @@ def tensions(backend):
     return tension
 
 
-@spread("kind, name", KINDS, ALL)
-@pytest.mark.parametrize("model", [*MODELS, "mixed"])
+@spread("kind, name, model", KINDS, ALL, [*MODELS, "mixed"])
 def test_semi_implicit_or_exact(name, model, kind):
     """Centre of mass off the origin, friction, an external wrench, a guide: as the equations written anew."""
     robot = on_winches(getattr(samples, kind)(), model)

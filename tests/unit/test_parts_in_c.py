@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 from test_exits import example, rows
 
-from cdpr.cables.chain import Winch
+import cdpr.fmu.export
+from cdpr.cables.chain import MOST, Number, Winch
 from cdpr.cables.exit import Exit
 from cdpr.cables.lines import NUMBERS
 from cdpr.cables.twin import name_in_c, source
+from cdpr.errors import CdprError
 from cdpr.fmu.export.library import library, part_sources, sources
 from cdpr.fmu.export.parts import exits, spans, winches
 
@@ -132,3 +134,10 @@ def test_the_c_of_a_part_is_its_kernels_to_the_bit(part, compiled):
 def test_all_c_beside_parts_is_that_of_a_part():
     folder = Path(import_module("cdpr.cables").__file__).parent
     assert {source(part.kernels) for part in PARTS} == set(folder.rglob("*.c"))
+
+
+def test_rows_have_the_length_that_c_expects():
+    text = (Path(cdpr.fmu.export.__file__).parent / "source" / "parts.h").read_text()
+    assert f"PART_NUMBERS = {MOST} " in text
+    with pytest.raises(CdprError, match="takes 8 numbers at most, not 9"):
+        Winch(numbers=tuple(Number(f"cable.n{i}", "1", "") for i in range(MOST + 1)))

@@ -11,7 +11,8 @@ from test_report_cases import diverged_run, infeasible_run, make_run
 
 from cdpr.model import rotations
 from cdpr.report.plots.pictures import MOST, frames, pictures_of
-from cdpr.scenario import load_robot
+from cdpr.scenario import load_robot, load_scenario
+from cdpr.simulation.build import desired_path
 from cdpr.view import State, Subject, colours, pictures, solid
 from cdpr.view.path import thinned
 from cdpr.view.pictures import weight_range
@@ -41,7 +42,7 @@ DEUTERANOPIA = np.array(
 
 
 def lab(rgb):
-    return colours._LAB @ np.cbrt(colours._LMS @ rgb)
+    return np.linalg.inv(colours._CONES) @ np.cbrt(np.linalg.inv(colours._SRGB) @ rgb)
 
 
 @pytest.mark.parametrize("ground", GROUNDS)
@@ -114,6 +115,15 @@ def test_states_of_cables():
     assert pictures(subject, t, *pose, tension=tension, command=command).state[0, 0] == State.HIGHEST
 
 
+def test_legs_that_push_are_not_slack():
+    run = make_run(rows=2, limits=(-1000.0, 1000.0))
+    tension = np.full((2, 8), -200.0)
+    tension[1, 0] = -1000.0
+    found = pictures(run.header.subject, run.time, run.position, run.orientation, tension=tension).state
+    assert (found[0] == State.TAUT).all()
+    assert found[1, 0] == State.LOWEST
+
+
 def test_the_range_of_colours_is_that_of_cables_that_pull():
     run = make_run(rows=3)
     tension = np.full((3, 8), 100.0)
@@ -160,6 +170,17 @@ def test_the_range_that_is_known_before_a_run_holds_usual_tensions_apart(weight,
     shares = np.log(np.array(tension) / low) / np.log(high / low)
     assert 0.0 < shares[0] < shares[1] < 1.0
     assert shares[1] - shares[0] > 0.25
+
+
+def test_the_desired_path_of_a_long_run_keeps_its_corners():
+    """Around a square, with a stop at each corner, for minutes."""
+    corners = [[0.4, 0.4, 1.0], [-0.4, 0.4, 1.0], [-0.4, -0.4, 1.0], [0.4, -0.4, 1.0]]
+    limits = {"velocity": 0.5, "acceleration": 1.0, "jerk": 5.0}
+    motion = {"type": "jerk_limited", "points": [{"position": corners[k % 4]} for k in range(1, 101)], "limits": limits}
+    changes = {"trajectory": motion, "initial.position": corners[0], "simulation.duration": 300.0}
+    path = np.array(desired_path(load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides=changes)))
+    for corner in corners:
+        assert np.linalg.norm(path - corner, axis=1).min() < 1e-3
 
 
 def test_a_path_keeps_its_corners_and_no_more():
