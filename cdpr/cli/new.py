@@ -134,5 +134,8 @@ def _write(file: str, text: str, then: str) -> None:
         raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
     except OSError as error:
         raise OutputError(f"cannot write '{file}': {error.strerror}") from None
+    from cdpr.cli.load import load_told
+
     click.echo(file)
+    load_told(file, ())  # sizes that are seldom meant
     click.echo(f"next: {then}", err=True)

@@ -183,6 +183,12 @@ def test_sizes_that_cannot_be(here, words, told):
     assert not list(here.iterdir())
 
 
+def test_sizes_as_if_in_millimetres_are_told(here):
+    done = cdpr_here("new", "robot", *shlex.split("--frame 4000,3000,2500 --platform 400,300,200"), cwd=here)
+    assert "in millimetres that is 5.59 m" in done.stderr
+    assert "warning" not in cdpr_here("new", "robot", "good.yaml", cwd=here).stderr
+
+
 def test_sizes_are_those_of_the_robot_that_is_named(here):
     assert "--mass" in run("new", "scenario", "--robot", "caroca", "--mass", "3", code=ExitCode.BAD_INPUT)
     assert "there is no file" in run("new", "scenario", "--robot", "nowhere.yaml", code=ExitCode.BAD_INPUT)

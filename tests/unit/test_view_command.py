@@ -64,6 +64,20 @@ def test_a_scenario_moves_without_being_simulated(tmp_path):
     assert 'id="slider"' in text[: text.index("<script")]
 
 
+def test_a_motion_that_is_not_feasible_says_so_and_shades_where(tmp_path):
+    cut = "events=[{type: cable_break, time: 1, cable: 1}, {type: cable_break, time: 1, cable: 3}]"
+    data, text = shown(tmp_path, SCENARIOS / "planar.yaml", "--set", cut)
+    (shade,) = data["shades"]
+    ((start, stop),) = shade["intervals"]
+    assert shade["name"] == "infeasible"
+    assert start == pytest.approx(1.0, abs=0.01)
+    assert stop == pytest.approx(data["span"][1])
+    assert "<strong>Not feasible</strong>" in text
+    calm, whole = shown(tmp_path, SCENARIOS / "planar.yaml")
+    assert calm["shades"] == []
+    assert "Not feasible" not in whole
+
+
 def test_what_cannot_be_shown_is_told(runs, tmp_path):
     done = cdpr_here("view", runs / "one", "--pose", "0,0,1", "--no-open", code=2)
     assert "finished runs are shown as they are: leave out --pose and --set" in done.stderr

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from cdpr.distribution.survey import Survey
 from cdpr.model.robot import Array
-from cdpr.report.marks import AXES, CABLES, INK, cable_looks
+from cdpr.report.marks import AXES, CABLES, INK, SHADES, cable_looks
+from cdpr.report.plots.decimate import intervals
 from cdpr.report.plots.histories import points
 from cdpr.report.plots.panel import Curves, Panel
+from cdpr.tension import Status
 from cdpr.view import Pictures, Subject, pictures
 
 
@@ -45,6 +48,15 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
             ],
         ),
     }
+
+
+def unheld(survey: Survey) -> list[dict[str, Any]]:
+    """Return where no tensions are admissible, as the player shades it."""
+    ends, last = np.append(survey.time, survey.time[-1]), len(survey.time)
+    rows = intervals(survey.status != Status.OK)
+    found = [(float(ends[first]), float(ends[min(stop, last)])) for first, stop in rows]
+    name, _ = SHADES[Status.INFEASIBLE]
+    return [{"name": name, "kind": int(Status.INFEASIBLE), "intervals": found}] if found else []
 
 
 def survey_pictures(survey: Survey, subject: Subject) -> Pictures:
