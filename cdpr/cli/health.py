@@ -133,7 +133,11 @@ def folders() -> Iterator[Found]:
         yield _folder("home", Path.home(), "set HOME")
     except RuntimeError as error:
         yield Found("folders", "home", "wrong", str(error), "set HOME")
-    yield _folder("here", Path.cwd(), "results go to --out DIR, or change to a folder of yours")
+    remedy = "results go to --out DIR, or change to a folder of yours"
+    try:
+        yield _folder("here", Path.cwd(), remedy)
+    except OSError as error:  # it was removed
+        yield Found("folders", "here", "wrong", f"cannot be found: {error.strerror}", remedy)
 
 
 def _folder(name: str, path: Path, remedy: str) -> Found:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -69,7 +70,7 @@ def robot(file: str, **given: Any) -> None:
     head = f"{_about(asked)} Written by cdpr new robot; lengths in m, masses in kg, forces in N, angles in rad."
     text = commented(RobotSection, robot_data(asked, _stem(file, "robot")), registry(), head)
     load_robot(file, text=text)  # what is wrong with it would be our fault: it is told before it is written
-    _write(file, text, f"cdpr info {file}")
+    _write(file, text, f"cdpr info {shlex.quote(file)}")
 
 
 @command.command("scenario")
@@ -82,6 +83,7 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
     from cdpr.plugins.registry import registry
     from cdpr.scenario import examples, load_robot, load_scenario
+    from cdpr.scenario.files import seen_from
     from cdpr.scenario.schema import ScenarioSection
     from cdpr.scenario.template import commented, robot_data, scenario_data
 
@@ -95,12 +97,12 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
         if extra := [f"--{key}" for key, value in given.items() if value is not None]:
             raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
         made = load_robot(source)
-        section = os.path.relpath(examples.resolve(source, "robot"), os.path.dirname(file) or ".")
+        section = seen_from(os.path.dirname(file), examples.resolve(source, "robot"))
     data = scenario_data(made, section, registry())
     head = "A gentle move from home, then rest. Written by cdpr new scenario; lengths in m, times in s, angles in rad."
     text = commented(ScenarioSection, data, registry(), head)
     load_scenario(file, text=text)  # likewise
-    _write(file, text, f"cdpr run {file}")
+    _write(file, text, f"cdpr run {shlex.quote(file)}")
 
 
 def _sizes(given: dict[str, Any]) -> Sizes:
@@ -132,5 +134,8 @@ def _write(file: str, text: str, then: str) -> None:
         raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
     except OSError as error:
         raise OutputError(f"cannot write '{file}': {error.strerror}") from None
+    from cdpr.cli.load import load_told
+
     click.echo(file)
+    load_told(file, ())  # sizes that are seldom meant
     click.echo(f"next: {then}", err=True)

@@ -20,6 +20,7 @@ from cdpr.scenario import Scenario
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.schedule import Schedule, redirected
 from cdpr.tension.stage import TensionStage
+from cdpr.trajectory import Trajectory
 from cdpr.view import Pictures, Subject, pictures
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
@@ -42,22 +43,27 @@ def portray(loaded: Scenario | Robot, pose: str | None) -> tuple[dict[str, Any],
     if not isinstance(loaded, Scenario):
         return plain(figures), pictures(subject, np.zeros(1), at[None, :3], at[None, 3:7]), None
     asked = loaded.controlled
-    motion = _follow(loaded, gravity, solver(asked, options).solve)
+    trajectory = redirected(loaded.trajectory.make(), loaded.events, loaded.simulation.control_step)
+    motion = _follow(loaded, trajectory, gravity, solver(asked, options).solve)
     told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
     if loaded.belief:
         figures["robot"]["believed"] = loaded.belief
-    figures["motion"] = {"type": loaded.trajectory.type, **describe_motion(asked, motion), "events": told}
+    figures["motion"] = {
+        "type": loaded.trajectory.type,
+        "end_s": trajectory.end,
+        **describe_motion(asked, motion),
+        "events": told,
+    }
     return plain(figures), survey_pictures(motion, subject), motion
 
 
-def _follow(scenario: Scenario, gravity: Array, solve: Any) -> Survey:
+def _follow(scenario: Scenario, trajectory: Trajectory, gravity: Array, solve: Any) -> Survey:
     simulation, events, period = scenario.simulation, scenario.events, scenario.simulation.control_step
     steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
 
     def happens(stage: TensionStage, external: Array) -> Schedule:
         return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))
 
-    trajectory = redirected(scenario.trajectory.make(), events, period)
     time = steps * period
     desired = np.array([trajectory.sample(t) for t in time])
     return survey(scenario.controlled, time, desired, gravity, solve, happens=happens, samples=steps)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
+from cdpr.cli.names import names as listed
 from cdpr.defaults import SOLVER
 from cdpr.errors import PluginError
 from cdpr.hush import hushed
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     metavar="NAME",
     multiple=True,
     default=[SOLVER],
-    help=f"Repeatable; all for all. [{SOLVER}]",
+    help=f"Repeatable, or several with commas; all for all. [{SOLVER}]",
 )
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
@@ -103,7 +104,7 @@ def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] 
 
     found = registry()
     chosen: dict[str, Registered] = {}
-    for name in names:
+    for name in (one for text in names for one in listed(text)):
         for each in found.names("solver") if name == "all" else [name]:
             chosen[each] = found.get("solver", each)
             if name != "all":

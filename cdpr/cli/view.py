@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli.names import OutPath, change_keys, plugin_files
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 PAGE = "view.html"
+BEGINS = b"<!DOCTYPE html>"
 
 
 @click.command("view")
@@ -38,10 +39,9 @@ def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], o
     from cdpr.log.files import replace
     from cdpr.report.pages.still import no_stills
 
+    path = None if out is None else _page_at(Path(out))
     page = _runs(what, pose, changes) if _are_runs(what) else _look(what, pose, changes)
-    path = _usual() if out is None else Path(out)
-    if path.is_dir():
-        path /= PAGE
+    path = path or _usual()
     replace(path, page.encode(errors="xmlcharrefreplace"))
     click.echo(path)
     if problem := no_stills():
@@ -51,6 +51,19 @@ def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], o
 
         if not webbrowser.open(path.resolve().as_uri()):
             click.echo("no browser could be opened: open the page by hand", err=True)
+
+
+def _page_at(path: Path) -> Path:
+    """Return where a page is to be written: over an older page, and over nothing else."""
+    path = path / PAGE if path.is_dir() else path
+    if path.exists():
+        content = b""
+        if path.is_file():
+            with path.open("rb") as file:
+                content = file.read(len(BEGINS))
+        if content != BEGINS:
+            raise OutputError(f"'{path}' is there already and is no page: it is not written over; choose another name")
+    return path
 
 
 def _are_runs(what: Sequence[str]) -> bool:

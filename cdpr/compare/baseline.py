@@ -9,7 +9,6 @@ is off.
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +23,7 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import safe_name
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
+from cdpr.scenario.files import seen_from
 
 SUFFIX = ".baseline.json"
 STATE = (*POSE, "velocity", "angular_velocity", "tension")  # the quantities that follow from what is kept
@@ -78,7 +78,7 @@ def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> 
         scenario=run.header.scenario,
         backend=run.header.backend,
         solver=run.header.solver,
-        source=Path(os.path.relpath(scenario.source, folder)).as_posix(),
+        source=Path(seen_from(folder, scenario.source)).as_posix(),
         changes=list(changes),
         scenario_yaml=run.header.scenario_yaml,
         versions=run.header.versions,

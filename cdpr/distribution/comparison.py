@@ -24,7 +24,7 @@ SECONDS = 0.02
 REASONS = {
     Status.INFEASIBLE: "says that no tensions within the limits balance the wrench",
     Status.NOT_FOUND: "found no tensions",
-    Status.UNSUPPORTED: "does not support this robot or pose",
+    Status.UNSUPPORTED: "does not support this robot or pose: 'cdpr solvers NAME' tells what it takes",
     Status.BAD_INPUT: "refused its input",
 }
 

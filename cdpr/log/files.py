@@ -27,6 +27,8 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a file that takes the name `path` once all of it is written. Raises OutputError."""
     temporary = path.with_name(f"{path.name}.tmp")
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would take its place
+            raise OutputError(f"{path}: cannot be written: it is no regular file")
         with temporary.open("wb") as file:
             yield file
         os.replace(temporary, path)

@@ -176,7 +176,7 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
     try:
         header = Header.from_dict(json.loads(text))
         return header, LogFormat(header, text)
-    except (KeyError, TypeError, ValueError) as error:
+    except (LookupError, ArithmeticError, TypeError, ValueError) as error:
         raise LogError(f"{log}: was written by another version of cdpr: {error}") from error
 
 

@@ -27,7 +27,7 @@ def begin_at_home(document: Document, problems: Problems) -> None:
     home, base = document.get(HOME), document.get(BASE)
     lacking = (*INITIAL, "position") if "initial" in document.data else INITIAL
     if home is None:
-        if ("robot",) in problems.unreadable:
+        if ("robot",) in problems.unreadable or "home" in (document.get(HOME[:1]) or {}):  # null is told
             problems.unreadable.add(lacking)
         return
     try:

@@ -10,6 +10,8 @@ from pydantic import BaseModel
 
 from cdpr.scenario.problems import Path
 
+DEEP = 4  # sections below one another in which a misplaced key is looked for
+
 
 @dataclass(frozen=True)
 class Place:
@@ -34,11 +36,7 @@ def json_schema(model: type[BaseModel]) -> dict[str, Any]:
 
 def look(model: type[BaseModel], path: Path, data: Any) -> Place:
     """Return what `model` says of `path`; `data`, what was validated, decides between forms of a union."""
-    root = json_schema(model)
-    nodes = _forms(root, root, data)
-    for part in path:
-        data = data[part] if _holds(data, part) else None
-        nodes = [form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)]
+    _, nodes = _at(model, path, data)
     return Place(
         unit=next((node["unit"] for node in nodes if "unit" in node), ""),
         description=next((node["description"] for node in nodes if "description" in node), ""),
@@ -47,6 +45,32 @@ def look(model: type[BaseModel], path: Path, data: Any) -> Place:
         item=next((_item(node) for node in nodes if node.get("type") == "array"), ""),
         types=tuple(constant for node in nodes if isinstance(constant := _type_of(node), str)),
     )
+
+
+def below(model: type[BaseModel], path: Path, data: Any, key: str) -> list[Path]:
+    """Return where in the sections under `path` a key of this name stands: the least deep places, from `path` on."""
+    root, nodes = _at(model, path, data)
+    level: list[tuple[Path, dict[str, Any]]] = [((), node) for node in nodes]
+    for _ in range(DEEP):
+        level = [
+            ((*stem, name), form)
+            for stem, node in level
+            for name, child in node.get("properties", {}).items()
+            for form in _forms(child, root, None)
+        ]
+        if found := [place for place, _ in level if len(place) > 1 and place[-1] == key]:
+            return list(dict.fromkeys(found))
+    return []
+
+
+def _at(model: type[BaseModel], path: Path, data: Any) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """The model's schema, and in it the forms of what stands at `path`."""
+    root = json_schema(model)
+    nodes = _forms(root, root, data)
+    for part in path:
+        data = data[part] if _holds(data, part) else None
+        nodes = [form for node in nodes for child in _children(node, part) for form in _forms(child, root, data)]
+    return root, nodes
 
 
 def _holds(data: Any, part: str | int) -> bool:

@@ -35,6 +35,15 @@ def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml",
         raise UnreadableError(f"cannot read '{path}': {reason}") from None
 
 
+def seen_from(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> str:
+    """Return the name of a file as seen from a folder.
+
+    Links to folders are followed before: `..` leads upwards from where a link leads, not from where it stands.
+    """
+    above, name = os.path.split(path)
+    return os.path.relpath(os.path.join(os.path.realpath(above), name), os.path.realpath(folder))
+
+
 def _refuse_special(status: os.stat_result, path: str) -> None:
     if stat.S_ISDIR(status.st_mode):
         raise UnreadableError(f"'{path}' is a folder; a file is expected")

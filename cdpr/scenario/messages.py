@@ -15,8 +15,8 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.fmu.read.units import known_unit
 from cdpr.nearest import did_you_mean
-from cdpr.scenario.describe import Place, look
-from cdpr.scenario.problems import Path, shown
+from cdpr.scenario.describe import Place, below, look
+from cdpr.scenario.problems import Path, dotted, shown
 
 # Errors that say "another kind of value is expected", and that kind.
 KINDS = {
@@ -47,6 +47,9 @@ BOUNDS = {
     "less_than": ("less than", "lt"),
     "less_than_equal": ("at most", "le"),
 }
+
+
+FEW = 3  # places at which a misplaced key may belong; more are no help
 
 
 @dataclass(frozen=True)
@@ -149,14 +152,15 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         meaning = f": {place.description}" if place.description else ""
         return Message(path, f"required but not given{meaning}{unit}")
     if fault.type == "extra_forbidden":
-        return _unknown_key(path, (*core_keys, *look(model, path[:-1], data).keys))
+        allowed = (*core_keys, *look(model, path[:-1], data).keys)
+        return _unknown_key(path, allowed, below(model, path[:-1], data, str(path[-1])))
     if fault.type in ("union_tag_invalid", "union_tag_not_found", "model_attributes_type") and place.types:
         return _unknown_type(fault, place.types)
     if fault.type == "literal_error" and len(fault.kinds) == 1:
         hint = did_you_mean(str(fault.value), _words(fault.context["expected"]))
         return Message(path, f"{fault.kinds[0]} expected, got {found}{'; ' + hint.strip() if hint else ''}")
     if fault.kinds:
-        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_remedy(fault, place.unit)}")
+        return Message(path, f"{' or '.join(fault.kinds)} expected{unit}, got {found}{_remedy(fault, place)}")
     if fault.type == "finite_number":
         return Message(path, f"a finite number expected{unit}, got {found}")
     if fault.type in BOUNDS:
@@ -171,8 +175,11 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
     return Message(path, f"{fault.message[:1].lower()}{fault.message[1:]}{unit}, got {found}")
 
 
-def _remedy(fault: _Fault, unit: str) -> str:
-    """Say how a number is written that has a decimal comma, or its unit behind it."""
+def _remedy(fault: _Fault, place: Place) -> str:
+    """Say how a number is written that has a decimal comma, or its unit behind it; and a type that stands alone."""
+    unit = place.unit
+    if isinstance(fault.value, str) and "type" in place.keys:
+        return f"; write {{type: {fault.value}}}"
     if not isinstance(fault.value, str) or not {"a number", "a whole number"} & set(fault.kinds):
         return ""
     if DECIMAL.fullmatch(fault.value):
@@ -187,10 +194,22 @@ def _remedy(fault: _Fault, unit: str) -> str:
     return f"; write {value}, without the unit: it is always {unit}"
 
 
-def _unknown_key(path: Path, allowed: tuple[str, ...]) -> Message:
+def _unknown_key(path: Path, allowed: tuple[str, ...], elsewhere: list[Path]) -> Message:
     key = str(path[-1])
     listed = f"allowed: {', '.join(allowed)}" if allowed else "none is allowed here"
-    return Message(path, f"unknown key {shown(key)}: {did_you_mean(key, allowed)}{listed}", at_key=True)
+    return Message(path, f"unknown key {shown(key)}: {_key_meant(key, allowed, elsewhere)}{listed}", at_key=True)
+
+
+def _key_meant(key: str, allowed: tuple[str, ...], elsewhere: list[Path]) -> str:
+    """A key of that very name, if it stands further down in few places; otherwise one that is allowed here."""
+    if not 0 < len(elsewhere) <= FEW:
+        return did_you_mean(key, allowed)
+    written = f", written {_nested(elsewhere[0])}" if len(elsewhere) == 1 else ""
+    return f"did you mean {' or '.join(map(dotted, elsewhere))}{written}? "
+
+
+def _nested(path: Path) -> str:
+    return f"{path[0]}: {{{_nested(path[1:])}}}" if len(path) > 1 else f"{path[0]}: ..."
 
 
 def _unknown_type(fault: _Fault, types: tuple[str, ...]) -> Message:

@@ -62,7 +62,8 @@ class MotionChecks(Checks):
         guide = Guide(dof, initial.position, self.say)
         if not guide.held.any():
             return
-        guide.attitude(("initial", "orientation"), initial.orientation)
+        if ("initial", "orientation") not in self.document.filled:  # what is wrong with home is told there
+            guide.attitude(("initial", "orientation"), initial.orientation)
         guide.rates(("initial",), initial)
         if self.motion:
             for path, point in self.motion.poses():

@@ -23,6 +23,7 @@ from cdpr.scenario.changes import Options
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_checks import EventChecks, beyond
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.files import seen_from
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.options import OptionsReader
@@ -233,7 +234,7 @@ class Scenario:
 
         def move(section: dict[str, Any], *keys: str) -> None:
             for key in keys:
-                section[key] = os.path.relpath(os.path.join(self._document.folder, section[key]), folder)
+                section[key] = seen_from(folder, os.path.join(self._document.folder, section[key]))
 
         move(data["trajectory"], *self.trajectory.files)
         for written, event in zip(data["events"], self.events, strict=True):
@@ -355,7 +356,7 @@ def _dumped(section: BaseModel) -> dict[str, Any]:
 def _located(options: BaseModel, folder: str) -> dict[str, str]:
     """Return the names of the files that options name, as seen from a folder."""
     names = {field.alias or key: getattr(options, key) for key, field in type(options).model_fields.items()}
-    return {key: os.path.relpath(name.path, folder) for key, name in names.items() if isinstance(name, FileName)}
+    return {key: seen_from(folder, name.path) for key, name in names.items() if isinstance(name, FileName)}
 
 
 def _split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:

@@ -23,7 +23,10 @@ Kind = Literal["robot", "scenario", "study"]
 ROBOT_KEYS = {"cables", "platform"}
 SCENARIO_KEYS = {"robot", "simulation", "initial", "trajectory"}
 STUDY_KEYS = {"axes", "blocks"}
-HINTS = {"robot": "a scenario names it with 'robot: FILE'", "study": "cdpr study runs it"}
+HINTS = {
+    "robot": "a scenario names it with 'robot: FILE': 'cdpr new scenario --robot FILE' writes one",
+    "study": "cdpr study runs it",
+}
 
 
 def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str | None = None) -> Document:

@@ -62,7 +62,7 @@ def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:
 def scheduled_events(
     scheduled: Sequence[ScenarioEvent], samples: int, marked: Mapping[int, Array], header: Header
 ) -> list[Event]:
-    """Return the scenario's events that came to pass within so many samples.
+    """Return the scenario's events that came to pass within so many samples, in the order in which they did.
 
     `marked` holds the rows of those that `marks` names, as far as they were made.
     """
@@ -71,5 +71,5 @@ def scheduled_events(
     def tensions(k: int) -> dict[str, float]:
         return dict(zip(header.cables, marked[k][columns].tolist(), strict=True)) if k in marked else {}
 
-    came = [one for one in scheduled if first_sample(one.time, step) < samples]
+    came = [one for one in sorted(scheduled, key=lambda one: one.time) if first_sample(one.time, step) < samples]
     return [event for one in came for event in one.tell(step, samples, tensions(first_sample(one.time, step)))]

@@ -182,6 +182,14 @@ def test_a_header_with_fields_of_a_later_version_is_refused(tmp_path: Path, monk
         load_run(path)
 
 
+@pytest.mark.parametrize("wrong", [{"control_step": 0.0}, {"log_every": 0}, {"frame": 3}], ids=str)
+def test_a_header_that_makes_no_sense_is_refused(tmp_path: Path, wrong: dict[str, object]) -> None:
+    path = tmp_path / "log.mcap"
+    path.write_bytes(LogFormat(HEADER, json.dumps(HEADER.to_dict() | wrong)).description)
+    with pytest.raises(LogError, match="another version of cdpr"):
+        load_run(path)
+
+
 @pytest.mark.parametrize("cut", [-1, -9000, -120_000, 9000])
 def test_repair(tmp_path: Path, whole: bytes, cut: int) -> None:
     folder = RunFolder(tmp_path / "run", HEADER, ["cdpr", "run"]).path

@@ -126,6 +126,28 @@ def test_the_new_scenario_names_its_robot_from_where_it_lies(here):
     assert load_scenario("two.yaml").robot.name == "cogiro"
 
 
+def test_a_scenario_beyond_a_link_names_its_robot(here):
+    """`..` leads upwards from where the link leads."""
+    (here / "far" / "away").mkdir(parents=True)
+    (here / "link").symlink_to("far/away")
+    run("new", "robot", "mine.yaml")
+    run("new", "scenario", "link/one.yaml", "--robot", "mine.yaml")
+    assert load_scenario("link/one.yaml").robot.name == "mine"
+    (here / "other.yaml").symlink_to("mine.yaml")  # the link's own name stays
+    run("new", "scenario", "link/two.yaml", "--robot", "other.yaml")
+    assert yaml.safe_load((here / "link" / "two.yaml").read_text())["robot"] == "../../other.yaml"
+
+
+def test_a_scenario_of_a_tiny_robot_moves_a_tenth_of_it(here):
+    run("new", "scenario", "s.yaml", *["--cables", "3", "--frame", "1e-3,1e-3,1e-3", "--platform", "1e-4,1e-4,1e-4"])
+    scenario = load_scenario("s.yaml")
+    assert scenario.trajectory.to.position == (1e-4, 1e-4, 5e-4)  # hangs from anchors of one height
+
+
+def test_names_can_be_typed_as_they_are_told(here):
+    assert "next: cdpr info 'a b.yaml'" in CliRunner().invoke(cli, ["new", "robot", "a b.yaml"]).stderr
+
+
 def test_what_is_there_stays(here):
     run("new", "robot")
     before = (here / "robot.yaml").read_text()
@@ -141,8 +163,14 @@ def test_what_is_there_stays(here):
     [
         ("--frame 4,3", "three lengths (m)"),
         ("--frame a,b,c", "three lengths (m)"),
-        ("--mass -1", "greater than 0"),
-        ("--mass nan", "greater than 0"),
+        ("--mass -1", "mass: from 1e-09 to 1e+06 kg is expected, got -1 kg"),
+        ("--mass nan", "got nan kg"),
+        ("--mass 1e300", "got 1e+300 kg"),
+        ("--frame 1e9,1e9,1e9", "frame and platform: from 0.0001 to 2000 m is expected, got 1e+09 m"),
+        ("--frame 1e-6,1e-6,1e-6 --platform 1e-7,1e-7,1e-7", "got 1e-06 m"),
+        ("--frame inf,1,1", "got inf m"),
+        ("--cables 0", "got 0"),
+        ("--planar --cables 0", "got 0"),
         ("--platform 5,0.3,0.2", "must be smaller than the frame"),
         ("--cables 7", "8 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot"),
         ("--planar --cables 8", "a planar robot has 4 cables"),
@@ -153,6 +181,12 @@ def test_sizes_that_cannot_be(here, words, told):
     done = cdpr_here("new", "robot", *shlex.split(words), cwd=here, code=2)
     assert told in done.stderr
     assert not list(here.iterdir())
+
+
+def test_sizes_as_if_in_millimetres_are_told(here):
+    done = cdpr_here("new", "robot", *shlex.split("--frame 4000,3000,2500 --platform 400,300,200"), cwd=here)
+    assert "in millimetres that is 5.59 m" in done.stderr
+    assert "warning" not in cdpr_here("new", "robot", "good.yaml", cwd=here).stderr
 
 
 def test_sizes_are_those_of_the_robot_that_is_named(here):
@@ -226,3 +260,16 @@ def test_the_doctor_tells_what_cannot_be_written(monkeypatch, here):
     assert set(wrong) == {"kernel cache", "home"}
     assert "cannot be written" in wrong["home"].text
     assert run("doctor", code=ExitCode.NOT_WRITABLE).splitlines()[-1] == "2 do not work"
+
+
+def test_the_doctor_in_a_folder_that_is_gone(monkeypatch, here):
+    (here / "gone").mkdir()
+    monkeypatch.chdir(here / "gone")
+    (here / "gone").rmdir()
+    assert {one.name: one for one in health.folders()}["here"].state == "wrong"
+
+
+@pytest.mark.parametrize(("command", "state"), [("cc 'x", "missing"), ("no-such-cc", "missing"), ("''", "missing")])
+def test_the_doctor_and_a_compiler_that_is_none(monkeypatch, command, state):
+    monkeypatch.setenv("CC", command)
+    assert {one.name: one for one in health.tools()}["C compiler"].state == state

@@ -180,6 +180,13 @@ def test_why_there_are_no_static_tensions(anchors, limits, reason):
     assert re.search(reason, pose["static_problem"])
 
 
+@pytest.mark.parametrize(("duration", "cut"), [(1, True), (7, False)])
+def test_a_motion_that_the_run_does_not_finish_says_so(duration, cut):
+    text = info(SCENARIOS / "cogiro.yaml", "--set", f"simulation.duration={duration}").stdout
+    assert f"motion: quintic, {duration} s" in text
+    assert ("of the 6 s until it ends: simulation.duration stops it on its way" in text) == cut
+
+
 def test_a_preview_agrees_with_the_run():
     told = figures(SCENARIOS / "cogiro.yaml")["motion"]
     run = simulate(SCENARIOS / "cogiro.yaml")

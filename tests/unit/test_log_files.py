@@ -43,3 +43,11 @@ def test_what_is_in_the_way_is_told(tmp_path):
     with pytest.raises(OutputError, match="file: cannot be written: "):
         make_folder(tmp_path / "file")
     assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
+
+
+def test_what_is_no_file_is_not_replaced_by_one(tmp_path):
+    """Such as /dev/null, by whoever may."""
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OutputError, match="it is no regular file"):
+        replace(tmp_path / "pipe", "text")
+    assert (tmp_path / "pipe").is_fifo()

@@ -174,6 +174,23 @@ def test_a_run_folder_names_the_same_files_as_its_scenario(tmp_path):
     assert load_scenario(moved).robot.platform.outline == {"mesh": [list(corner) for corner in AROUND]}
 
 
+def test_a_run_folder_beyond_a_link_names_the_same_files(tmp_path):
+    """`..` leads upwards from where a link leads: of the run's folder, and of the scenario's."""
+    for name in ("far/away", "near"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "link").symlink_to("far/away")
+    (tmp_path / "far" / "back").symlink_to("../near")
+    (tmp_path / "near" / "tool.stl").write_bytes(binary(CORNERS))
+    changes = {"robot.platform.shape": {"mesh": "tool.stl"}}
+    (tmp_path / "near" / "robot.yaml").write_text(ROBOT.read_text())
+    (tmp_path / "near" / "s.yaml").write_text(
+        "robot: robot.yaml\ninitial: {position: [0, 0, 1.2]}\nsimulation: {duration: 0.02}\n"
+    )
+    scenario = load_scenario(tmp_path / "far" / "back" / "s.yaml", overrides=changes)
+    (tmp_path / "link" / "again.yaml").write_text(scenario.yaml_in(str(tmp_path / "link")))
+    assert load_scenario(tmp_path / "link" / "again.yaml").robot.platform.outline == scenario.robot.platform.outline
+
+
 @pytest.mark.parametrize("good", [binary(CORNERS), text(CORNERS), obj(CORNERS)], ids=["binary", "text", "obj"])
 def test_whatever_bytes_are_a_mesh_or_told(tmp_path, good):
     """Cut, bytes changed, lines repeated: a finite box or one sentence."""

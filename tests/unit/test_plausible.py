@@ -89,7 +89,7 @@ def test_a_robot_in_millimetres_is_told_whatever_its_size(width, mass, platform,
 CASES = [
     (
         {"robot.cables": times(ROBOT["cables"], frame=1000.0)},
-        r"robot.cables: the frame's anchors are 8062 m apart; lengths are in metres: of millimetres it were 8.062 m",
+        r"robot.cables: the frame's anchors are 8062 m apart; lengths are in metres: in millimetres that is 8.062 m",
         {"robot.cables": times(ROBOT["cables"], frame=300.0)},
     ),
     (
@@ -124,7 +124,7 @@ CASES = [
     ),
     (
         {"robot.cable.diameter": 4},
-        r"robot.cable.diameter: a cable 4 m thick; lengths are in metres: of millimetres 0.004 m",
+        r"robot.cable.diameter: a cable 4 m thick; lengths are in metres: in millimetres 0.004 m",
         {"robot.cable.diameter": 0.3},
     ),
     ({"robot.cables[2].diameter": 4}, r"robot.cables\[2\].diameter: a cable 4 m", {"robot.cables[2].diameter": 0.3}),

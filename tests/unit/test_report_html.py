@@ -1,3 +1,4 @@
+import json
 import os
 import re
 import subprocess
@@ -7,6 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
@@ -14,10 +16,12 @@ from cdpr.errors import OutputError
 from cdpr.log.event import Event
 from cdpr.log.run import Run
 from cdpr.report.figures import run as plots
+from cdpr.report.figures import sketch
 from cdpr.report.figures.canvas import inline_svg
 from cdpr.report.marks import paired
-from cdpr.report.pages.run import drawings, render, write_report
+from cdpr.report.pages.run import drawings, player_data, render, write_report
 from cdpr.report.pages.tables import MOST_EVENTS, number
+from cdpr.report.player.data import block
 from cdpr.view import colours
 
 HERE = Path(__file__).parent
@@ -238,6 +242,19 @@ def test_a_run_without_a_sample_has_a_report() -> None:
 @pytest.mark.usefixtures("no_figures")
 def test_a_diverged_run_says_what_is_not_finite() -> None:
     assert row(render(diverged_run()), "Position error (mm)")[2] == "not finite"
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # as in `render`
+@pytest.mark.parametrize("values", [(np.nan, np.nan), (np.inf, -np.inf), (1e308, -1e308), (1e308, 1.0)], ids=str)
+def test_whatever_numbers_a_run_holds_the_player_gets_finite_ones(values: tuple[float, float]) -> None:
+    run = make_run(rows=6)
+    table = run.rows.copy()
+    for k, value in enumerate(values):
+        table[k::2, 1:] = value
+    odd = replace(run, rows=table)
+    assert json.loads(block(player_data(odd, drawings(odd))).split(">")[1].split("<")[0])
+    plot = sketch.robot(odd)  # on paper, too: the anchors are there in any case
+    assert all(np.isfinite(axis.get_xlim()).all() for axis in plot.axes)
 
 
 @pytest.mark.usefixtures("no_figures")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from conftest import ROOT
 from spread import spread
 from test_scenario_base import (
     BASE,
@@ -203,6 +204,34 @@ def test_unknown_keys(old, new, key, what):
     assert f": {key}: " in lines[0]
     bare = new.strip()
     assert lines[0].startswith(f"a.yaml:{line_of(text, bare)}:")
+
+
+@pytest.mark.parametrize(
+    ("path", "data", "told"),
+    [
+        ("gravity", [0, 0, -9.81], "did you mean world.gravity, written world: {gravity: ...}? allowed: name,"),
+        (
+            "home.rpy_deg",
+            [0, 0, 3],
+            "did you mean orientation.rpy_deg, written orientation: {rpy_deg: ...}? all",
+        ),
+        ("duration", 3, "did you mean simulation.duration or trajectory.duration? allowed: name,"),
+        ("trajectory.Start", 1, "did you mean 'start'? allowed: "),
+        ("trajectory.dur", 1, "did you mean 'duration'? allowed: "),
+    ],
+)
+def test_a_key_at_the_wrong_place_is_told_where_it_belongs(path, data, told):
+    path = path.replace("home", "robot.home")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={path: data})
+    assert told in str(caught.value)
+
+
+def test_a_type_that_stands_alone_is_told_how_it_is_written():
+    with pytest.raises(
+        ScenarioError, match=r"solver: a mapping \(type, infeasible\) expected, got 'qp'; write {type: qp}"
+    ):
+        load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"solver": "qp"})
 
 
 def test_an_unknown_key_stands_at_the_key_and_a_plugin_without_options_says_so():

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 from test_scenario_base import HOLD, TEXTS, line_of, load, problem, problems, whole
 
+import cdpr
 from cdpr.scenario.events import ScenarioEvent, first_sample
 
 
@@ -168,6 +170,15 @@ def test_events_that_contradict_each_other(events, key, text):
 def test_limits_of_different_cables_may_change_at_one_time():
     events = ["{type: limits, time: 1, cable: 1, max: 800}", "{type: limits, time: 1, cable: 2, max: 700}"]
     assert len(load(with_events(*events, "{type: limits, time: 1, cable: 1, min: 60}")).events) == 3
+
+
+def test_events_of_one_sample_are_told_in_the_order_in_which_they_act():
+    """The later of both holds, whichever is written first."""
+    late, early = "{type: limits, time: 0.02, max: 340}", "{type: limits, time: 0.0199999, max: 338}"
+    changes = {"simulation.duration": 0.03, "events": [yaml.safe_load(late), yaml.safe_load(early)]}
+    run = cdpr.simulate("caroca", overrides=changes)
+    assert run.tension[25].max() == 340.0
+    assert [event.text[-5:] for event in run.events if event.kind == "limits"] == ["338 N", "340 N"]
 
 
 def test_a_jammed_cable_may_break_and_loads_may_overlap():

@@ -86,6 +86,11 @@ def test_without_home_it_is_asked_for():
         ({"robot": "robots/no.yaml"}, "robot: there is no file"),
         ({"robot.frame": {"position": 1}}, "robot.frame.position: "),
         ({"initial": None}, "initial: "),
+        ({"robot.home": None}, "robot.home: no value is given"),
+        (
+            {"robot.home.orientation": {"rpy_deg": [0, 20, 0]}, "robot.dof": ["x", "y", "z", "rz"]},
+            "robot.home.orientation: may differ from upright only about the free directions",
+        ),
     ],
 )
 def test_what_is_wrong_with_home_is_told_alone(changes, told):

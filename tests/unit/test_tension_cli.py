@@ -67,6 +67,14 @@ def test_default_is_qp_on_the_weight_at_home():
     np.testing.assert_allclose(t, answer["tension_N"], atol=1e-9)
 
 
+def test_several_solvers_may_stand_in_one_option():
+    assert [a["solver"] for a in figures(PLANAR, "--solver", "qp,lp", "--solver", "centroid")["solvers"]] == [
+        "qp",
+        "lp",
+        "centroid",
+    ]
+
+
 def test_pose_wrench_and_changes_are_taken():
     out = figures(PLANAR, "--pose", "0.5,0,1.5,0,0.1,0", "--wrench", "10,0,250,0,5,0", "--set", "tension.max=600")
     assert out["wrench"] == {"source": "--wrench", "value": [10, 0, 250, 0, 5, 0]}

@@ -73,6 +73,20 @@ def test_a_scenario_moves_without_being_simulated(tmp_path):
     assert all("tension (N)" in still or "(m)" in still for still in stills(text)[1:])
 
 
+def test_a_motion_that_is_not_feasible_says_so_and_shades_where(tmp_path):
+    cut = "events=[{type: cable_break, time: 1, cable: 1}, {type: cable_break, time: 1, cable: 3}]"
+    data, text = shown(tmp_path, SCENARIOS / "planar.yaml", "--set", cut)
+    (shade,) = data["shades"]
+    ((start, stop),) = shade["intervals"]
+    assert shade["name"] == "infeasible"
+    assert start == pytest.approx(1.0, abs=0.01)
+    assert stop == pytest.approx(data["span"][1])
+    assert "<strong>Not feasible</strong>" in text
+    calm, whole = shown(tmp_path, SCENARIOS / "planar.yaml")
+    assert calm["shades"] == []
+    assert "Not feasible" not in whole
+
+
 def test_what_cannot_be_shown_is_told(runs, tmp_path):
     done = cdpr_here("view", runs / "one", "--pose", "0,0,1", "--no-open", code=2)
     assert "finished runs are shown as they are: leave out --pose and --set" in done.stderr
@@ -96,3 +110,15 @@ def test_pages_that_nobody_keeps_do_not_pile_up(runs, tmp_path, monkeypatch):
     pages = {cdpr_here("view", runs / name, "--no-open").stdout.strip() for name in ("one", "other")}
     assert pages == {str(tmp_path / "cdpr" / "view.html")}
     assert [path.name for path in tmp_path.rglob("*.html")] == ["view.html"]
+
+
+def test_only_a_page_is_written_over(tmp_path):
+    robot, page = tmp_path / "robot.yaml", tmp_path / "view.html"
+    robot.write_text((SCENARIOS / "robots" / "cogiro.yaml").read_text())
+    before = robot.read_bytes()
+    done = cdpr_here("view", robot, "--no-open", "--out", robot, code=8)
+    assert "robot.yaml' is there already and is no page: it is not written over" in done.stderr
+    assert robot.read_bytes() == before
+    for _ in range(2):
+        cdpr_here("view", robot, "--no-open", "--out", tmp_path)
+    assert page.read_bytes().startswith(b"<!DOCTYPE html>")

@@ -51,7 +51,13 @@ def platform_folder(fmi: int) -> str:
 
 def compiler() -> list[str]:
     """Return the command of the C compiler, $CC or cc, its program as a whole path."""
-    words = shlex.split(os.environ.get("CC") or "cc")
+    given = os.environ.get("CC", "").strip() or "cc"
+    try:
+        words = shlex.split(given)
+    except ValueError as error:
+        raise PluginError(
+            f"CC is no command: {error}, got {given!r}; set it to one, such as gcc, or {REMEDY}"
+        ) from None
     program = shutil.which(words[0])
     if program is None:
         raise PluginError(

@@ -51,7 +51,8 @@ def draw(scene: Pictures) -> Chart:
     """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
     subject = scene.subject
     A = subject.anchors[:, :3]
-    sane = np.concatenate([A, scene.position if scene.desired_position is None else scene.desired_position])
+    wanted = scene.position if scene.desired_position is None else scene.desired_position
+    sane = np.concatenate([A, wanted[np.isfinite(wanted).all(axis=1)]])
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
     shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite

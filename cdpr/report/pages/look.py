@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+import numpy as np
+
 from cdpr.distribution.survey import Survey
 from cdpr.report.pages.page import figure, hall, page, panels, section
 from cdpr.report.pages.still import still_panels, still_scene
@@ -13,7 +15,7 @@ from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
 from cdpr.report.player.data import page_data
 from cdpr.report.player.scenes import scene
-from cdpr.report.plots.survey import survey_panels
+from cdpr.report.plots.survey import survey_panels, unheld
 from cdpr.report.text.portrait import lines
 from cdpr.view import Pictures
 
@@ -34,7 +36,8 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     found = {} if survey is None else survey_panels(survey, shown.subject.cables)
     scenes = [scene(shown, arrays)]
     span = (float(shown.time[0]), float(shown.time[-1]))
-    data = page_data(None, scenes, {key: drawn for key, (_, drawn) in found.items()}, arrays, span)
+    drawn = {key: drawn for key, (_, drawn) in found.items()}
+    data = page_data(None, scenes, drawn, arrays, span, [] if survey is None else unheld(survey))
     about = ROBOT if survey is None else MOTION
     parts = [
         hall(
@@ -43,12 +46,24 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
         )
     ]
     if found:
-        drawn = [
+        gallery = [
             figure(key, name, still_panels(which, span, key, name), about, live=panels(key))
             for key, (name, which) in found.items()
         ]
-        parts.append(hall(drawn, "gallery"))
+        parts.append(hall(gallery, "gallery"))
     told = escape("\n".join(lines(dict(figures))))
     parts.append(section("figures", f"<h2>What it can hold</h2>\n<pre>{told}</pre>"))
     links = {"robot": "Robot", **{key: name for key, (name, _) in found.items()}, "figures": "Figures"}
-    return page(title, about, "", links, parts, data)
+    return page(title, about, "" if survey is None else _banner(survey), links, parts, data)
+
+
+def _banner(survey: Survey) -> str:
+    """What must be known of a motion that the robot cannot follow."""
+    if survey.feasible.all():
+        return ""
+    first = survey.time[np.argmin(survey.feasible)]
+    return (
+        f'<p class="banner warn" role="status"><strong>Not feasible</strong>: no admissible tensions at '
+        f"{100 * (1 - survey.feasible.mean()):.4g} % of the samples, first at {first:.4g} s; "
+        "the tensions shown there are those that come nearest</p>"
+    )

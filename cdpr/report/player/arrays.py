@@ -11,6 +11,7 @@ from cdpr.model.robot import Array
 
 STEPS = 65534  # of a quantised array; the number after them stands for what is not finite
 FLOAT32 = 3e38  # what is larger does not fit
+LARGEST = 1e307  # twice as much is a number, too
 
 
 class Arrays:
@@ -24,10 +25,11 @@ class Arrays:
         """Add an array (n,) in 65535 steps from its least to its largest value, 2 bytes a number: good for drawing."""
         values = np.asarray(values, dtype=np.float64).ravel()
         finite = np.isfinite(values)
+        values = np.where(finite, np.clip(values, -LARGEST, LARGEST), values)
         low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 0.0)
         scale = (high - low) / STEPS or 1.0
         steps = np.full(len(values), STEPS + 1, "<u2")
-        steps[finite] = np.rint((values[finite] - low) / scale).astype("<u2")
+        steps[finite] = np.minimum(np.rint((values[finite] - low) / scale), STEPS).astype("<u2")
         return {**self._add(steps, "u2"), "low": low, "scale": scale}
 
     def fine(self, values: Any) -> dict[str, Any]:

@@ -41,6 +41,7 @@ def page_data(
     figures: Mapping[str, Sequence[Panel]],
     arrays: Arrays,
     span_of: tuple[float, float] = (0.0, 0.0),
+    shades: Sequence[dict[str, Any]] = (),
 ) -> dict[str, Any]:
     """Return what the script needs.
 
@@ -50,12 +51,13 @@ def page_data(
         figures: panels under the addresses of their figures on the page.
         arrays: those of the scenes; the panels' are added.
         span_of: first and last time (s) where there is no run.
+        shades: what lies under the panels where there is no run.
     """
     start, stop = span_of if run is None else span(run)
     return {
         "span": [start, stop],
         "events": [] if run is None else list(_events(run)),
-        "shades": [] if run is None else list(_shades(run)),
+        "shades": list(shades if run is None else _shades(run)),
         "colours": {name: list(pair) for name, pair in PAIRS.items()},
         "axes": [list(pair) for pair in colours.AXES],
         "cables": [list(pair) for pair in colours.CABLES],

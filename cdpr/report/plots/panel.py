@@ -13,6 +13,8 @@ from cdpr.model.robot import Array
 from cdpr.report.marks import SOFT
 from cdpr.report.plots.histories import Points
 
+LARGEST = 1e307  # of the values that tell a range, which is a number then
+
 Entry = tuple[str, dict[str, Any]]  # text of a legend, and how the sample line looks
 
 
@@ -89,5 +91,5 @@ def shown(panel: Panel, curves: Curves) -> Array:
 
 
 def _range(values: Array) -> tuple[float, float]:
-    finite = values[np.isfinite(values)]
+    finite = np.clip(values[np.isfinite(values)], -LARGEST, LARGEST)
     return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)

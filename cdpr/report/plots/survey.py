@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from cdpr.distribution.survey import Survey
 from cdpr.model.robot import Array
-from cdpr.report.marks import AXES, CABLES, INK, cable_looks, shorten
+from cdpr.report.marks import AXES, CABLES, INK, SHADES, cable_looks, shorten
+from cdpr.report.plots.decimate import intervals
 from cdpr.report.plots.histories import points
 from cdpr.report.plots.panel import Curves, Panel
-from cdpr.view import Pictures, Subject, pictures
+from cdpr.tension import Status
+from cdpr.view import Pictures, Subject, colours, pictures
 
 
 def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str, list[Panel]]]:
@@ -19,8 +22,8 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
 
     def by_cable(label: str, values: Array, least: float, height: float = 1.55) -> Panel:
         looks = cable_looks(cables)
-        colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
-        lines = Curves(points(survey.time, values), colours, dashes, names=cables, group="cable")
+        tones, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
+        lines = Curves(points(survey.time, values), tones, dashes, names=cables, group="cable")
         legend = [(shorten(name), look) for name, look in zip(cables, looks, strict=True)]
         return Panel(label, (lines,), legend, least=least, height=height)
 
@@ -47,6 +50,15 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
             ],
         ),
     }
+
+
+def unheld(survey: Survey) -> list[dict[str, Any]]:
+    """Return where no tensions are admissible, as the player shades it."""
+    ends, last = np.append(survey.time, survey.time[-1]), len(survey.time)
+    rows = intervals(survey.status != Status.OK)
+    found = [(float(ends[first]), float(ends[min(stop, last)])) for first, stop in rows]
+    name, colour = SHADES[Status.INFEASIBLE], list(colours.SHADES[Status.INFEASIBLE])
+    return [{"name": name, "colour": colour, "intervals": found}] if found else []
 
 
 def survey_pictures(survey: Survey, subject: Subject) -> Pictures:

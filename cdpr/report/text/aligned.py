@@ -72,11 +72,15 @@ def turned(q: Sequence[float]) -> str:
 
 
 def number(value: float | None) -> str:
+    """`digits` as a page has it, with the sign that is as wide as a plus."""
+    return digits(value).replace("-", "−")
+
+
+def digits(value: float | None) -> str:
     """Four significant digits; powers of ten only for the very small and the very large. None is not finite."""
     if value is None or not math.isfinite(value):
         return "not finite"
-    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
-    return text.replace("-", "−")
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
 # Of lengths and angles: below this they are told in thousandths.

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cdpr.compare.differences import QUANTITIES
-from cdpr.report.text.aligned import number, table
+from cdpr.report.text.aligned import digits, table
 
 WIDTH = 80
 VERDICTS = {True: "agree", False: "DISAGREE", None: "not judged"}
@@ -127,7 +127,7 @@ def _rows(row: Figures) -> Iterator[list[str]]:
     checks = {check["quantity"]: check for check in row["checks"]}
     for name, found in row["differences"].items():
         quantity = QUANTITIES[name]
-        cells = [quantity.title, quantity.unit, *map(number, (found["max"], found["rms"])), f"{found['time']:.6g}"]
+        cells = [quantity.title, quantity.unit, *map(digits, (found["max"], found["rms"])), f"{found['time']:.6g}"]
         if row["standard"] != "none":
             cells += check_cells(checks[name]) if name in checks else ["", "not judged"]
         yield cells
@@ -137,8 +137,8 @@ def check_cells(check: Figures) -> list[str]:
     """The figure that was judged, and its bounds."""
     mark = "" if check["agrees"] else " !"
     if check["low"]:
-        return [f"/ {number(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
-    return [f"{number(check['value'])}{mark}", number(check["high"])]
+        return [f"/ {digits(check['value'])}{mark}", f"{check['low']:.3g} to {check['high']:.3g}"]
+    return [f"{digits(check['value'])}{mark}", digits(check["high"])]
 
 
 def worst(row: Figures) -> tuple[float, str] | None:

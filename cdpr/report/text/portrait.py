@@ -88,7 +88,9 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
 
 
 def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
-    yield f"motion: {motion['type']}, {motion['duration_s']:g} s, looked at in {motion['samples']} samples"
+    span, end = motion["duration_s"], motion["end_s"]
+    cut = f" of the {end:g} s until it ends: simulation.duration stops it on its way" if end > span else ""
+    yield f"motion: {motion['type']}, {span:g} s{cut}, looked at in {motion['samples']} samples"
     yield row("path length", f"{motion['path_length_m']:.4g} m")
     speed, acceleration = motion["speed_max_m_per_s"], motion["acceleration_max_m_per_s2"]
     yield row("peak speed", f"{speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from cdpr.report.text.aligned import number
+from cdpr.report.text.aligned import digits
 from cdpr.study.points import Label
 from cdpr.study.table import Cell
 
@@ -45,7 +45,7 @@ def cells(axes: Iterable[str], record: Record) -> tuple[list[str], list[str]]:
     """The cells of a case: its place on each axis and status, and its figures."""
     values = [value(record, figure) for figure in FIGURES]
     labels = [label_text(record[axis]) for axis in axes]
-    return [*labels, str(record["status"])], ["-" if cell is None else number(cell) for cell in values]
+    return [*labels, str(record["status"])], ["-" if cell is None else digits(cell) for cell in values]
 
 
 def label_text(label: Label) -> str:

@@ -35,13 +35,13 @@ def proportions(subject: Subject) -> Iterator[Finding]:
     frame = subject.extent
     platform = float(np.linalg.norm(np.ptp(subject.robot.anchors[:, 3:], axis=0)))
     if frame > LARGEST:
-        yield cables, f"the frame's anchors are {frame:.4g} m apart; {METRES}: of millimetres it were {_metres(frame)}"
+        yield cables, f"the frame's anchors are {frame:.4g} m apart; {METRES}: in millimetres that is {_metres(frame)}"
     elif platform > LARGEST_PLATFORM * frame > 0.0:
         text = f"the platform's anchors are {platform:.4g} m apart, those on the frame {frame:.4g} m; {METRES}"
-        yield cables, f"{text}: of millimetres the platform's were {_metres(platform)}"
+        yield cables, f"{text}: in millimetres the platform's are {_metres(platform)}"
     elif frame > LARGEST_FRAME * platform > 0.0:
         text = f"the frame's anchors are {frame:.4g} m apart, those on the platform {platform:.4g} m; {METRES}"
-        yield cables, f"{text}: of millimetres the frame's were {_metres(frame)}"
+        yield cables, f"{text}: in millimetres the frame's are {_metres(frame)}"
 
 
 def bodies(subject: Subject) -> Iterator[Finding]:
@@ -66,12 +66,12 @@ def cable_sizes(subject: Subject) -> Iterator[Finding]:
     given += [((*root, "cables", i), cable.diameter) for i, cable in enumerate(section.cables)]
     for path, diameter in given:
         if diameter is not None and diameter > THICKEST:
-            yield (*path, "diameter"), f"a cable {diameter:.4g} m thick; {METRES}: of millimetres {_metres(diameter)}"
+            yield (*path, "diameter"), f"a cable {diameter:.4g} m thick; {METRES}: in millimetres {_metres(diameter)}"
     winches = [(root, section.winch)]
     winches += [((*root, "cables", i), cable.winch) for i, cable in enumerate(section.cables)]
     for path, winch in winches:
         if winch is not None and winch.drum_radius > LARGEST_DRUM:
-            text = f"a drum of {winch.drum_radius:.4g} m; {METRES}: of millimetres {_metres(winch.drum_radius)}"
+            text = f"a drum of {winch.drum_radius:.4g} m; {METRES}: in millimetres {_metres(winch.drum_radius)}"
             yield (*path, "winch", "drum_radius"), text
 
 

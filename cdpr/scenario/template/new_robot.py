@@ -19,6 +19,10 @@ Rows = list[tuple[list[float], list[float]]]  # A_i and B_i of each cable, m
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 DIGITS = 6  # micrometres
 
+# What a robot may be made from: anchors that micrometres tell apart, and inertias that files may hold.
+LENGTHS = (1e-4, 2e3)  # m
+MASSES = (1e-9, 1e6)  # kg
+
 # Of the weight: low enough to be found, high enough to keep cables straight, and room for what moves the platform.
 LOWEST = 0.05
 HIGHEST = (2.0, 5.0, 10.0, 20.0)
@@ -47,11 +51,14 @@ class Sizes:
 
 def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
     """Return the robot as the plain data of its file; CdprError where none of these sizes holds its own weight."""
-    if not all(0.0 < part < np.inf for part in (*sizes.frame, *sizes.platform, sizes.mass)):
-        raise CdprError("frame, platform and mass: numbers greater than 0 (m, kg) are expected")
+    for parts, (low, high), unit in (((*sizes.frame, *sizes.platform), LENGTHS, "m"), ((sizes.mass,), MASSES, "kg")):
+        for part in parts:
+            if not low <= part <= high:  # not a number is neither
+                what = "mass" if unit == "kg" else "frame and platform"
+                raise CdprError(f"{what}: from {low:g} to {high:g} {unit} is expected, got {part:g} {unit}")
     if any(part >= around for part, around in zip(sizes.platform, sizes.frame, strict=True)):
         raise CdprError(f"the platform, {sizes.platform} m, must be smaller than the frame, {sizes.frame} m")
-    count = sizes.cables or (4 if sizes.planar else 8)
+    count = (4 if sizes.planar else 8) if sizes.cables is None else sizes.cables
     dof, rows = _layout(sizes, count)
     weight = sizes.mass * float(np.linalg.norm(World().gravity))
     home = [0.0, 0.0, _tidy(0.5 * sizes.frame[2])]

@@ -23,7 +23,7 @@ SHORTEST = 2.0  # s
 GENTLE = 0.05  # of gravity: the highest acceleration
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic move of length 1 in time 1
 REST = 1.0  # s after the move
-DIGITS = 3
+DIGITS = 3  # behind the point: millimetres of a robot of metres
 
 
 def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry) -> dict[str, Any]:
@@ -34,13 +34,19 @@ def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry
     duration = max(SHORTEST, math.ceil(math.sqrt(PEAK * length / (GENTLE * 9.81))))
     data["simulation"] = {"backend": defaults.BACKEND, "duration": duration + REST, "control_step": 0.001}
     if robot.home is None:
-        data["initial"] = {"position": [round(float(part), DIGITS) for part in home[:3]]}
+        data["initial"] = {"position": [round(float(part), _digits(robot)) for part in home[:3]]}
     if move:
         data["trajectory"] = {"type": Quintic.kind(), "duration": duration, "to": move}
     controller = plugins.get("controller", defaults.CONTROLLER).info.options()
     data["controller"] = {"type": defaults.CONTROLLER, **controller.model_dump(mode="json", by_alias=True)}
     data["solver"] = {"type": defaults.SOLVER}
     return data
+
+
+def _digits(robot: Robot) -> int:
+    """Return how many digits positions have behind the point: more for robots smaller than a metre."""
+    extent = float(np.ptp(robot.anchors[:, :3], axis=0).max())
+    return DIGITS if extent >= 1.0 or extent == 0.0 else DIGITS - math.floor(math.log10(extent))
 
 
 def _move(robot: Robot, home: Array) -> tuple[dict[str, Any], float]:
@@ -51,7 +57,7 @@ def _move(robot: Robot, home: Array) -> tuple[dict[str, Any], float]:
     way = SHARE * np.array([1.0, 1.0, 0.5]) * extent * free[:3]
     axis = next((DOF_NAMES[i] for i in (5, 4, 3) if free[i]), None)
     for halving in range(HALVINGS):
-        to = np.round(home[:3] + way / 2.0**halving, DIGITS)
+        to = np.round(home[:3] + way / 2.0**halving, _digits(robot))
         if free[:3].any():
             if holds(robot, to, home[3:], gravity):
                 upright = home[3:].tolist()
