@@ -180,7 +180,7 @@ BELIEVED: tuple[Column, ...] = (
         WORLD,
     ),
     Column(
-        "true_room",
+        "true_margin",
         CABLES,
         "N",
         "Room of each command within its limits in truth, negative beyond, NaN for what broke or jammed",

@@ -30,7 +30,7 @@ class Beyond:
     def __init__(self, layout: Layout, bounds: Bounds, limits: Array, broken: Sequence[tuple[int, float]]) -> None:
         self._columns = layout.columns
         self._reach = Reach(bounds, limits.shape[1], broken)
-        self._overdraw = Overdraw(limits) if "true_room" in layout.fields else None
+        self._overdraw = Overdraw(limits) if "true_margin" in layout.fields else None
         self.any = self._reach.any or self._overdraw is not None
 
     def lose(self, broken: Sequence[tuple[int, float]]) -> None:
@@ -43,7 +43,7 @@ class Beyond:
         time = np.ascontiguousarray(rows[:, at["time"]][:, 0])
         left = self._reach.add(time, *(np.ascontiguousarray(rows[:, at[name]]) for name in ("length", "rate")))
         if self._overdraw is not None:
-            left |= self._overdraw.add(rows[:, at["tension"]], rows[:, at["true_room"]])
+            left |= self._overdraw.add(rows[:, at["tension"]], rows[:, at["true_margin"]])
         return left
 
     def told(self) -> list[Exceeded]:

@@ -202,7 +202,7 @@ class Run(Frozen):
     cable_work = Quantity("cable_work")
     external_work = Quantity("external_work")
     true_wrench = Quantity("true_wrench")
-    true_room = Quantity("true_room")
+    true_margin = Quantity("true_margin")
 
     def __post_init__(self) -> None:
         """Protect the rows: who edits a result edits a copy."""

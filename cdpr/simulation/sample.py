@@ -18,7 +18,7 @@ from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
-from cdpr.tension.overdraw import true_room
+from cdpr.tension.overdraw import true_margin
 from cdpr.tension.present import Cables, Present
 
 Act = Callable[[], None]
@@ -109,7 +109,7 @@ class Sample:
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
         exerted = partial(exert, self.true_W, tension, self.view("true_wrench"))
-        measured = partial(true_room, cables.true_limits, command, cables.held, self.view("true_room"))
+        measured = partial(true_margin, cables.true_limits, command, cables.held, self.view("true_margin"))
 
         def distribute_and_exert() -> None:
             try:

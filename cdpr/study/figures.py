@@ -30,8 +30,8 @@ FIGURES = (
     "beyond_limits_shorter_steps",  # where the robot has such limits
     "beyond_limits_longer_steps",
     "beyond_limits_faster_steps",
-    "beyond_limits_slacker_steps",  # where the controller believes the robot to be another
-    "beyond_limits_tighter_steps",
+    "beyond_limits_below_min_steps",  # where the controller believes the robot to be another
+    "beyond_limits_above_max_steps",
     "energy_kinetic_max_J",
     "energy_cable_work_J",
     "energy_external_work_J",

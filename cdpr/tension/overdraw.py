@@ -13,7 +13,7 @@ from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
 # As `cdpr.mechanics.reach.EXCEEDED`.
-OVERDRAWN = (("slacker", "cables told to pull less", "N"), ("tighter", "cables told to pull more", "N"))
+OVERDRAWN = (("below_min", "cables told to pull less", "N"), ("above_max", "cables told to pull more", "N"))
 
 
 class Overdraw:
@@ -32,7 +32,7 @@ class Overdraw:
         self.counted = 0
 
     def add(self, tension: Array, room: Array) -> bool:
-        """Count the samples that follow: commands, N, and their `true_room`, N, both (n, m); True where one leaves."""
+        """Count the samples that follow: commands, N, their `true_margin`, N, both (n, m); True where one leaves."""
         beyond = room < self._least  # false for NaN
         self.counted += len(tension)
         if not beyond.any():
@@ -59,7 +59,7 @@ class Overdraw:
 
 
 @kernel
-def true_room(limits: Array, tension: Array, held: Array, room: Array) -> None:
+def true_margin(limits: Array, tension: Array, held: Array, room: Array) -> None:
     """Write how far the tensions (m,) are from the nearer of the limits (2, m), N, negative beyond.
 
     NaN for cables whose `held` (m,) is not: broken or jammed, nothing is asked of them.

@@ -245,8 +245,8 @@ def test_commands_beyond_the_true_limits_are_counted_and_told():
     beyond = run["tension"] > 400.0
     assert beyond.any(axis=1).all()
     assert not beyond.all()
-    assert run.summary()["beyond_limits_steps"] == {"slacker": 0, "tighter": 101}
-    assert np.array_equal(run["true_room"], np.minimum(run.tension - 50.0, 400.0 - run.tension))
+    assert run.summary()["beyond_limits_steps"] == {"below_min": 0, "above_max": 101}
+    assert np.array_equal(run["true_margin"], np.minimum(run.tension - 50.0, 400.0 - run.tension))
     worst = run.header.cables[int(run.tension.max(axis=0).argmax())]
     told = f"cables told to pull more than allowed: {worst} up to {run.tension.max():.4g} of 400 N, and "
     assert next(event.text for event in run.events if event.kind == "limit").startswith(told)
@@ -256,7 +256,7 @@ def test_commands_beyond_the_true_limits_are_counted_and_told():
 def test_so_they_are_of_a_log_that_is_thinned_and_on_disk(tmp_path):
     run = cdpr.simulate(CAROCA, overrides={**WEAK, "log.step": 0.01}, out=tmp_path / "run")
     assert len(run.rows) == 11
-    assert run.summary()["beyond_limits_steps"] == {"slacker": 0, "tighter": 101}
+    assert run.summary()["beyond_limits_steps"] == {"below_min": 0, "above_max": 101}
 
 
 def test_limits_stop_where_they_are_left(tmp_path, monkeypatch):
@@ -271,9 +271,9 @@ def test_what_broke_or_what_an_event_allows_is_not_beyond():
     looser = {"type": "limits", "time": 0.02, "max": 500}
     cut = {"type": "cable_break", "time": 0.05, "cable": 1}
     run = cdpr.simulate(CAROCA, overrides={**WEAK, "events": [looser, cut]})
-    assert run.summary()["beyond_limits_steps"]["tighter"] == 20
-    assert np.isnan(run["true_room"][50:, 0]).all()
-    assert run.summary()["beyond_limits_steps"]["slacker"] == 0
+    assert run.summary()["beyond_limits_steps"]["above_max"] == 20
+    assert np.isnan(run["true_margin"][50:, 0]).all()
+    assert run.summary()["beyond_limits_steps"]["below_min"] == 0
     with cdpr.Simulation(CAROCA, overrides=WEAK) as sim:
         sim.limits(max=500)
         here = sim.snapshot()
@@ -282,4 +282,4 @@ def test_what_broke_or_what_an_event_allows_is_not_beyond():
         sim.restore(here)
         while not sim.done:
             sim.step()
-        assert sim.run().summary()["beyond_limits_steps"]["tighter"] == 0
+        assert sim.run().summary()["beyond_limits_steps"]["above_max"] == 0

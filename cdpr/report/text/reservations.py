@@ -49,7 +49,9 @@ def lost(run: Run) -> Iterator[str]:
     if not len(run.rows):
         return
     anchors = np.array(run.header.anchors)[:, :3]
-    corners = np.vstack([anchors, run.position[:1]])  # all anchors may be one point
-    size, error = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), run.position_error[-1]))
+    # Of a run whose rows stand in its log these two are read, not all.
+    first, last = (Run(run.header, np.asarray(run.rows[k : k + 1])) for k in (0, len(run.rows) - 1))
+    corners = np.vstack([anchors, first.position])  # all anchors may be one point
+    size, error = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), last.position_error))
     if not error <= size:
         yield f"the platform ends {error:.4g} m from where it should be: more than the robot's size, {size:.4g} m"
