@@ -12,7 +12,12 @@ from docs_cases import INSTALLED, NOT_RUN, PAGES, SLOW, WHOLE, code, commands, m
 
 from cdpr.cli import cli
 
-ALL = [(page, command) for page, text in PAGES.items() for command in commands(text)]
+# By the page that shows them first: what several pages show runs once, as its folder is then taken.
+SHOWN: dict[str, str] = {}
+for _page, _text in PAGES.items():
+    for _command in commands(_text):
+        SHOWN.setdefault(_command, _page)
+ALL = [(page, command) for command, page in SHOWN.items()]
 OURS = [
     (page, command)
     for page, command in ALL
