@@ -24,8 +24,7 @@ COSTLY = {"exact", "clarabel", "osqp", "qpsolvers"}
 
 def is_slow(role, name, check):
     """The costly ones, and the search for leaks, of which one solver shows that the others are asked."""
-    costly = name in COSTLY and check not in ("answers_balance", "objective_is_reached")
-    return role == "solver" and (costly or (check == "nothing_leaks" and name != "qp"))
+    return role == "solver" and (name in COSTLY or (check == "nothing_leaks" and name != "qp"))
 
 
 CASES = [

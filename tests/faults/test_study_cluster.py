@@ -95,6 +95,7 @@ def run(study, out, *options):
     return cdpr_here("study", study, "--out", out, "--no-report", *options, code=None)
 
 
+@pytest.mark.slow
 def test_the_tables_are_the_same(scheduler, tmp_path):
     study = write_study(tmp_path, KINDS)
     here, there = run(study, tmp_path / "here"), run(study, tmp_path / "there", "--scheduler", scheduler)

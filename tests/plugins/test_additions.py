@@ -398,6 +398,7 @@ def test_a_column(tree):
     assert "/cdpr/speed" in {channel.topic for channel in summary.channels.values()}
 
 
+@pytest.mark.slow
 def test_parts_of_cables(tree):
     """A folder each, which holds the part and its kernels, and a line in the table."""
     folder, add, run = tree
@@ -485,6 +486,7 @@ def heavy_oracle(robot, state, gravity, command, external):
     return np.concatenate([y[:13], cables(y)[-1], y[-1:]])
 
 
+@pytest.mark.slow
 def test_a_span_that_bends(tree):
     """Its force on the platform is not along its chord: a folder and a line, and the robot moves as it must."""
     folder, add, run = tree

@@ -184,8 +184,8 @@ def test_sizes_that_cannot_be(here, words, told):
 
 
 def test_sizes_as_if_in_millimetres_are_told(here):
-    done = cdpr_here("new", "robot", *shlex.split("--frame 4000,3000,2500 --platform 400,300,200"), cwd=here)
-    assert "in millimetres that is 5.59 m" in done.stderr
+    done = cdpr_here("new", "robot", *shlex.split("--frame 2000,1500,1250 --platform 200,150,100"), cwd=here)
+    assert "in millimetres that is 2.8 m" in done.stderr
     assert "warning" not in cdpr_here("new", "robot", "good.yaml", cwd=here).stderr
 
 
