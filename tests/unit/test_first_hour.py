@@ -185,7 +185,7 @@ def test_sizes_that_cannot_be(here, words, told):
 
 def test_sizes_as_if_in_millimetres_are_told(here):
     done = cdpr_here("new", "robot", *shlex.split("--frame 2000,1500,1250 --platform 200,150,100"), cwd=here)
-    assert "in millimetres that is 2.8 m" in done.stderr
+    assert "lighter than air; lengths are in metres" in done.stderr
     assert "warning" not in cdpr_here("new", "robot", "good.yaml", cwd=here).stderr
 
 
