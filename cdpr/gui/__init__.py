@@ -1,0 +1,1 @@
+"""`cdpr gui`: a window in the browser that edits, runs and disturbs a scenario."""
