@@ -23,7 +23,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import first_sample
+from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
 from cdpr.simulation.live import Alone, Live
@@ -127,6 +127,19 @@ class Simulation(Live):
             raise CdprError("row: no sample is complete before the first step")
         rows = self._recorder.rows
         return np.array(rows[(self._loop.count - 1) % len(rows)])
+
+    def rows(self, first: int = 0) -> Array:
+        """Return the complete samples from number `first` on, (n, width), columns as in `Run.rows`; a copy.
+
+        Of a simulation that is thinned, or so long that its log is on disk, the last 4096 are at hand.
+        """
+        rows, stop = self._recorder.rows, self._loop.count
+        return np.array(rows[np.arange(max(first, stop - len(rows), 0), max(first, stop)) % len(rows)])
+
+    @property
+    def events(self) -> tuple[ScenarioEvent, ...]:
+        """The scenario's events, and those that were done since, in the order in which they came."""
+        return self._attempt.session.events
 
     @property
     def state(self) -> Array:
