@@ -38,7 +38,7 @@ def page(
         banner=banner,
         navigation="\n".join(navigation),
         sections="\n".join(parts),
-        style=STYLE.read_text(encoding="utf-8") + ("" if data is None else assets.style()),
+        style=assets.ground() + STYLE.read_text(encoding="utf-8") + ("" if data is None else assets.style()),
         layout="" if data is None else "theatre",
         script="" if data is None else assets.script(data),
     )

@@ -1,0 +1,72 @@
+"""The window's page: one HTML text with style and scripts in it, which asks for nothing but its own socket.
+
+Scene and plots are drawn by the scripts of the reports (`cdpr.report.player`); what is here feeds them with what the
+socket tells, and makes form, transport and lists. Names and texts come from files of others: scripts set them as text,
+never as HTML.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+
+from cdpr.report.marks import DASHES
+from cdpr.report.player import assets
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.data import page_data
+
+FOLDER = Path(__file__).parent
+# In this order: each uses what stands before it.
+FILES = (
+    "words.js",
+    "live.js",
+    "handles.js",
+    "curves.js",
+    "fields.js",
+    "table.js",
+    "form.js",
+    "files.js",
+    "told.js",
+    "transport.js",
+    "disturb.js",
+    "link.js",
+    "window.js",
+)
+STYLES = ("gui.css", "form.css")
+# What is fixed of a robot and a run before there is one.
+FIXED = ("colours", "axes", "cables", "states", "ramp")
+
+
+@cache
+def document() -> str:
+    """Return the page. It opens its socket at its own address, whose query it hands on."""
+    own = "\n".join(_text(name) for name in FILES)
+    script = f'(() => {{\n"use strict";\n{assets.drawing()}\n{own}}})();\n'
+    # No script but this one runs, and nothing is asked for anywhere else, whatever a file's texts hold.
+    policy = (
+        f"default-src 'none'; script-src 'sha256-{_digest(script)}'; style-src 'unsafe-inline'; img-src data:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'"
+    )
+    style = assets.ground() + assets.style() + "".join(map(_text, STYLES))
+    return Template(_text("page.html")).substitute(policy=policy, style=style, script=script)
+
+
+def hello() -> dict[str, Any]:
+    """Return what a window is told first: colours, and what stands for what."""
+    data = page_data(None, [], {}, Arrays())
+    dashes = [[] if isinstance(dash, str) else np.asarray(dash[1], float).tolist() for dash in DASHES]
+    return {**{key: data[key] for key in FIXED}, "dashes": dashes}
+
+
+def _digest(script: str) -> str:
+    return b64encode(sha256(script.encode()).digest()).decode()
+
+
+def _text(name: str) -> str:
+    return (FOLDER / name).read_text(encoding="utf-8")

@@ -1,0 +1,63 @@
+// Run, pause, step, reset, speed and the emergency stop; and the keys that stand for them.
+
+const SPEEDS = [[0.1, "0.1×"], [1, "1×"], [null, "max"]];
+const OVER = ["done", "ended", "failed"]; // phases from which only the start leads on
+
+class Transport {
+  constructor(home, live) {
+    this.live = live;
+    this.phase = null;
+    this.run = button("", () => this.toggle(), { className: "run main", title: "Space" });
+    this.step = button("", () => this.once(), { "aria-label": "Step", title: "One control step: . (with Shift ten)" });
+    this.step.append(sign("step"), "Step");
+    this.reset = button("", () => live.send({ do: "reset" }), { "aria-label": "Reset", title: "Back to the start: R" });
+    this.reset.append(sign("reset"), "Reset");
+    this.speeds = SPEEDS.map(([value, text]) => button(text, () => live.send({ do: "speed", value }), { "aria-label": value === null ? "As fast as it goes" : `Speed ${value}`, "aria-pressed": "false" }));
+    this.bar = make("progress", { max: 1, value: 0, "aria-label": "Share of the duration" });
+    this.time = make("output", { id: "time", text: "–" });
+    this.stop = button("Emergency stop", () => live.send({ do: "stop" }), { className: "stop", title: "All cables lose their tension commands, as the program's emergency stop does" });
+    home.append(this.reset, this.run, this.step, make("span", { className: "speeds", role: "group", "aria-label": "Speed" }, ...this.speeds), this.bar, this.time, this.stop);
+    this.show({ phase: "building" });
+    document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  toggle() {
+    if (OVER.includes(this.phase)) this.live.send({ do: "reset" });
+    this.live.send({ do: this.phase === "running" ? "pause" : "run" });
+  }
+
+  once(n = 1) { this.live.send({ do: "step", n }); }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input, select, textarea, dialog, summary")) return;
+    const does = { " ": () => this.toggle(), ".": () => this.once(), ":": () => this.once(10), ">": () => this.once(10), r: () => this.live.send({ do: "reset" }) };
+    const act = does[event.key.toLowerCase()];
+    if (!act || (event.key === " " && event.target.closest?.("button")) || event.repeat && event.key === " ") return;
+    event.preventDefault();
+    act();
+  }
+
+  show(status) {
+    this.phase = status.phase;
+    this.duration = status.duration;
+    const running = status.phase === "running", over = OVER.includes(status.phase);
+    const word = running ? "Pause" : over ? "Run again" : "Run";
+    if (this.word !== word) {
+      this.run.replaceChildren(sign(running ? "pause" : "run"), word);
+      this.run.setAttribute("aria-label", word);
+      this.word = word;
+    }
+    this.run.disabled = status.phase === "building";
+    this.step.disabled = running || over || status.phase === "building";
+    this.speeds.forEach((node, i) => node.setAttribute("aria-pressed", String((status.speed ?? null) === SPEEDS[i][0])));
+    if (Number.isFinite(status.t)) this.tick(status.t);
+  }
+
+  tick(t) {
+    const whole = Number.isFinite(this.duration) && this.duration > 0;
+    say(this.time, whole ? `${t.toFixed(3)} of ${shortNumber(this.duration)} s` : `${t.toFixed(3)} s`);
+    say(document.getElementById("now"), `${t.toFixed(3)} s`);
+    this.bar.hidden = !whole;
+    if (whole) this.bar.value = clamp(t / this.duration, 0, 1);
+  }
+}
