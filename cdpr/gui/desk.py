@@ -19,5 +19,4 @@ class Desk:
         """Return it."""
         return self._scenario
 
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(name)
+    edit = remove = insert = undo = redo = revert = save = save_as = open = new = texts = form

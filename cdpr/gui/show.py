@@ -32,10 +32,6 @@ SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
 PATIENCE = 5.0  # s that `close` waits for a step that is under way
 
-# What `Show.command` takes.
-STEERING = ("run", "pause", "step", "reset", "speed", "push", "release", "cut", "jam", "limits", "stop", "target", "set")
-STEERING += ("save_run", "save_session")
-
 Level = Literal["error", "warning", "info"]
 Tell = Callable[[Level, str], None]
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]

@@ -13,7 +13,7 @@ from cdpr.gui.arguments import call
 from cdpr.gui.board import Board, Reader
 from cdpr.gui.desk import Desk
 from cdpr.gui.server import Server, Words, said
-from cdpr.gui.show import STEERING, Level, Show
+from cdpr.gui.show import Level, Show
 
 Log = Callable[[str], None]
 
@@ -33,8 +33,26 @@ class Window:
     def __init__(self, desk: Desk, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
         self._desk, self._log, self._lock = desk, log, Lock()
         self._board = Board()
-        self._server = Server(_page, self._board, self.receive, host, port)
         self._show = Show(self._board, log)
+        self._doing: dict[str, Callable[..., Any]] = {
+            "edit": desk.edit,
+            "remove": desk.remove,
+            "insert": desk.insert,
+            "undo": desk.undo,
+            "redo": desk.redo,
+            "revert": desk.revert,
+            "apply": self._apply,
+            "save": desk.save,
+            "save_as": lambda file: desk.save_as(file),
+            "open": lambda name: self._other(desk.open, name),
+            "new": lambda kind, **arguments: self._other(desk.new, kind, **arguments),
+            "yaml": desk.texts,
+        }
+        try:
+            self._server = Server(_page, self._board, self.receive, host, port)
+        except BaseException:
+            self._show.close()
+            raise
 
     @property
     def address(self) -> str:
@@ -60,7 +78,7 @@ class Window:
         def tell(level: Level, text: str) -> None:
             reader.tell(said(level, text))
 
-        if do in STEERING:
+        if do not in self._doing:
             self._show.command(do, words, tell)
             return
         try:
@@ -73,26 +91,9 @@ class Window:
 
     def _edit(self, do: str, words: Words, reader: Reader) -> None:
         """Do what concerns the files; the form is shown anew to all windows."""
-        desk = self._desk
-        doing: dict[str, Callable[..., Any]] = {
-            "edit": desk.edit,
-            "remove": desk.remove,
-            "insert": desk.insert,
-            "undo": desk.undo,
-            "redo": desk.redo,
-            "revert": desk.revert,
-            "apply": self._apply,
-            "save": desk.save,
-            "save_as": lambda file: desk.save_as(file),
-            "open": lambda name: self._other(desk.open, name),
-            "new": lambda kind, **arguments: self._other(desk.new, kind, **arguments),
-            "yaml": desk.texts,
-        }
-        if do not in doing:
-            raise CdprError(f"'{do[:40]}' is nothing that a window may ask for")
         with self._lock:
             try:
-                done = call(do, doing[do], words)
+                done = call(do, self._doing[do], words)
             finally:
                 self._put_form()
         if do == "yaml":
