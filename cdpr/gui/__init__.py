@@ -4,5 +4,6 @@
 - `pictures`, `curves`: what of its rows goes to the page.
 - `board`: the latest of everything, which each window takes at its own pace.
 - `server`: the page by HTTP, and the sockets of the windows, on one port.
+- `desk`: the files that are edited, as a form.
 - `window`: joins them with the desk.
 """
