@@ -134,7 +134,7 @@ class Line {
     this.label = make("span", { className: "name", "aria-hidden": "true" });
     this.unit = make("span", { className: "unit" });
     this.clear = button("↺", () => desk.clear(this.field), { className: "clear", "aria-label": `Default for ${words(field.path || field.label)}`, title: "Back to the default" });
-    this.root = make("div", { className: `line ${field.kind}`, "data-path": field.path }, this.label,
+    this.root = make("div", { className: `line has-${field.kind}`, "data-path": field.path }, this.label,
       make("span", { className: "hold" }, this.widget.root, this.unit, this.clear), this.problem, this.help);
     for (const input of this.inputs()) input.setAttribute("aria-describedby", `${help} ${wrong}`);
     for (const kind of ["focusin", "pointerenter"]) this.root.addEventListener(kind, () => desk.explain(this.field));
