@@ -13,7 +13,7 @@ from cdpr.nearest import did_you_mean
 def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     """Return what a function returns. Raises CdprError where it takes no such arguments, or lacks some."""
     wanted = signature(function)
-    takes = [name for name in wanted.parameters]
+    takes = list(wanted.parameters)
     for name in arguments:
         if name not in takes:
             known = ", ".join(takes) or "nothing"

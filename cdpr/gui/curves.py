@@ -95,7 +95,9 @@ def plain(values: Array) -> Any:
     """Return numbers as lists; None in place of what is none, which JSON has not."""
     if np.isfinite(values).all():
         return values.tolist()
-    return np.where(np.isfinite(values), values.astype(object), None).tolist()
+    out = values.astype(object)
+    out[~np.isfinite(values)] = None
+    return out.tolist()
 
 
 def _extremes(spans: Array) -> Array:

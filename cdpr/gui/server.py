@@ -7,6 +7,7 @@ of sockets an Origin that is this very page, which browsers tell truly.
 
 from __future__ import annotations
 
+import contextlib
 import hmac
 import json
 import logging
@@ -208,10 +209,8 @@ def _send(window: ServerConnection, reader: Reader) -> None:
 
 
 def _abort(connection: socket.socket) -> None:
-    try:
+    with contextlib.suppress(OSError):
         connection.shutdown(socket.SHUT_RDWR)
-    except OSError:
-        pass
 
 
 def _no_number(name: str) -> None:

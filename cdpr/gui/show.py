@@ -144,9 +144,11 @@ class Show:
         if do in own:
             call(do, own[do], arguments)
         else:
-            text = self._there.do(do, arguments)
-            if text:
-                tell("info", text)
+            said = self._there.do(do, arguments)
+            if callable(said):
+                Thread(target=lambda: self._guarded(lambda: tell("info", said()), tell), daemon=True).start()
+            elif said:
+                tell("info", said)
         self._publish(monotonic(), everything=True)
 
     @property

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
+from functools import partial
 from itertools import count
 from operator import attrgetter
+from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -18,16 +20,21 @@ from cdpr.gui.drawing import Drawing
 from cdpr.log.event import Event
 from cdpr.log.rows import IN_MEMORY
 from cdpr.log.run import Run
+from cdpr.log.save import save
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableFault
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation import Simulation
+from cdpr.simulation.attempt import SESSION_NAME
 from cdpr.simulation.events import MOST
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 
+Later = Callable[[], str]
+
 BLOCK = 1024  # samples that are taken before they are looked at: fewer than a simulation keeps at hand
+FATES = ("broken", "jammed")
 TARGET_SECONDS = 2.0  # that the way to a new target takes unless said
 
 
@@ -91,8 +98,11 @@ class Stage:
                 self._board.curves.end()
                 self._run = self._sim.run()
 
-    def do(self, what: str, arguments: Mapping[str, Any]) -> str:
-        """Let something be done to the simulation now; return what there is to say of it. Raises CdprError."""
+    def do(self, what: str, arguments: Mapping[str, Any]) -> str | Later:
+        """Let something be done to the simulation now; return what there is to say of it. Raises CdprError.
+
+        What is `Later` takes its time, touches the simulation no more, and returns what there is to say then.
+        """
         sim = self._sim
         doing: dict[str, Callable[..., object]] = {
             "push": self._push,
@@ -104,12 +114,13 @@ class Stage:
             "target": self._target,
             "set": sim.set,
             "save_session": self._save_session,
+            "save_run": self._save_run,
         }
         if what not in doing:
             raise CdprError(f"'{what}' is not known")
         said = call(what, doing[what], arguments)
         self._drawing.change(sim.events)
-        return said if isinstance(said, str) else ""
+        return said if isinstance(said, str) or callable(said) else ""
 
     def show_frame(self) -> None:
         """Put the present frame on the board: of the last complete sample, unless none is."""
@@ -129,7 +140,7 @@ class Stage:
         options = scenario.options()
         for event in events:
             list(event.check_options(options))
-        values = {role: model.model_dump(mode="json") for role, model in options.values.items()}
+        values: dict[str, Any] = {role: model.model_dump(mode="json") for role, model in options.values.items()}
         keys = [(key, *key.split(".", 1)) for key in options.changeable()]
         fates = {str(event.cable): event.fate for event in events if isinstance(event, CableFault)}
         return {
@@ -139,11 +150,7 @@ class Stage:
             "events": [{"t": event.time, "text": event.text} for event in self._told(events)][:MOST],
             "pushes": [{"id": key, "text": _wrench(push)} for key, push in self._acting()],
             "cables": [
-                {
-                    "name": cable.name,
-                    "broken": fates.get(cable.name) == "broken",
-                    "jammed": fates.get(cable.name) == "jammed",
-                }
+                {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
                 for cable in scenario.robot.cables
             ],
             "backend": scenario.simulation.backend,
@@ -212,6 +219,23 @@ class Stage:
     def _save_session(self, out: str) -> str:
         self._sim.save(out)
         return f"the session is saved: cdpr run {out} repeats it"
+
+    def _save_run(self, out: str) -> Later:
+        """Write log, summary and scenario at once, and the report, which takes longer, later."""
+        if not self._samples:
+            raise CdprError("save_run: no sample is complete before the first step")
+        run = save(self._sim.so_far(), Path(out) if out else None, scenario=self.scenario.yaml_in)
+        assert run.folder is not None
+        if len(self._sim.events) > len(self.scenario.events):
+            self._sim.save(Path(run.folder) / SESSION_NAME)
+        return partial(_report, run, Path(run.folder))
+
+
+def _report(run: Run, folder: Path) -> str:
+    from cdpr.report.pages.run import write_report
+
+    write_report(run, folder / "report.html")
+    return f"the run is saved in {folder}"
 
 
 def _wrench(push: Wrench) -> str:

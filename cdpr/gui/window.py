@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-from cdpr.errors import CdprError
 from cdpr.gui.board import Board, Reader
 from cdpr.gui.server import Server, Words, said
-from cdpr.gui.show import Level, Show, Tell
-from cdpr.scenario import Scenario, load_scenario
+from cdpr.gui.show import Level, Show
+from cdpr.scenario import Scenario
 
-STEERING = "run pause step reset speed push release cut jam limits stop target set save_run save_session".split()
+STEERING = [
+    "run",
+    "pause",
+    "step",
+    "reset",
+    "speed",
+    "push",
+    "release",
+    "cut",
+    "jam",
+    "limits",
+    "stop",
+    "target",
+    "set",
+    "save_run",
+    "save_session",
+]
 
 
 class Window:

@@ -326,6 +326,11 @@ class Simulation(Live):
                 raise
             return self._attempt.run
 
+    def so_far(self) -> Run:
+        """Return the run up to the last complete sample, with the status "ended", and go on; after the end, the run."""
+        with self._alone("so_far"):
+            return self._attempt.so_far()
+
     def close(self) -> None:
         """End the simulation and free what the backend holds; may be called again."""
         self.run()
