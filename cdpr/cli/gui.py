@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import click
 
 from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.errors import PluginError
 
+LOCAL = ("127.0.0.1", "localhost", "::1")
+EXPOSED = (
+    "warning: whoever reaches this address and knows its token can run simulations here, with the plugins that are "
+    "installed, and read and write files as you can; it is not encrypted"
+)
 FIRST = "caroca"  # the example for who has no scenario yet
 
 
@@ -46,15 +53,20 @@ def command(
             raise PluginError("cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'") from None
         from threading import Event
 
-        from cdpr.scenario import load_scenario
+        from cdpr.cli.progress import tell_of_compilation
+        from cdpr.gui.desk import Desk
         from cdpr.scenario.overrides import typed
 
         chosen = {"backend": backend, "solver": solver, "controller": controller}
-        scenario = load_scenario(file or FIRST, overrides=typed(chosen, changes))
-        with Window(scenario, host, port) as window:
-            click.echo(window.server.address)
+        desk = Desk(file or FIRST, overrides=typed(chosen, changes))
+        with Window(desk, partial(click.echo, err=True), host, port) as window:
+            click.echo(window.address)
+            if host not in LOCAL:
+                click.echo(EXPOSED, err=True)
             if show:
-                _open(window.server.address)
+                _open(window.address)
+            tell_of_compilation()
+            window.begin()
             Event().wait()
 
 

@@ -13,7 +13,6 @@ from cdpr.log.event import Event
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.player.arrays import Arrays
-from cdpr.report.player.data import page_data
 from cdpr.report.player.scenes import scene
 from cdpr.report.plots.pictures import pictures_of
 from cdpr.scenario import Scenario
@@ -24,11 +23,6 @@ from cdpr.view.pictures import weight_range
 
 DECIMALS = 6  # of lengths and attitudes in frames, m: far below what a screen shows
 DECIMALS_N = 3  # of tensions and forces, N
-
-
-def hello() -> dict[str, Any]:
-    """Return what the page needs whatever is shown: colours and names."""
-    return {"kind": "hello", **page_data(None, [], {}, Arrays())}
 
 
 class Drawing:
@@ -68,7 +62,8 @@ class Drawing:
         drawn["bounds"] = [np.minimum(low, path.min(axis=0)).tolist(), np.maximum(high, path.max(axis=0)).tolist()]
         return {
             "kind": "scene",
-            "scene": {**drawn, "range": list(self.range), "path": path.tolist()},
+            "scene": {**drawn, "range": list(self.range)},
+            "path": path.tolist(),
             "bytes": arrays.text(),
             "duration": simulation.steps * simulation.control_step,
             "step": simulation.control_step,

@@ -31,7 +31,6 @@ from cdpr.errors import CdprError
 from cdpr.gui.board import Board, Reader
 
 PORTS = range(8080, 8100)  # the first that is free, unless one is asked for
-SOCKET = "/socket"
 MOST_BYTES = 2**20  # of a message from a window
 MOST_WINDOWS = 16
 STUCK = 10  # s after which a window that takes nothing is given up; it joins again when it can
@@ -132,18 +131,16 @@ class Server:
             return _refusal(HTTPStatus.MISDIRECTED_REQUEST, "this is not the host that was asked for")
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return _refusal(HTTPStatus.FORBIDDEN, "open the address that cdpr gui has printed, with its token")
-        if url.path == SOCKET:
-            return self._admit(request.headers, host)
         if url.path != "/":
             return _refusal(HTTPStatus.NOT_FOUND, "there is nothing here")
+        if "Upgrade" in request.headers:
+            return self._admit(request.headers, host)
         return _response(HTTPStatus.OK, self._page(), "text/html; charset=utf-8", host)
 
     def _admit(self, headers: Headers, host: str) -> Response | None:
         origins = headers.get_all("Origin")
         if any(origin != f"http://{host}" for origin in origins):
             return _refusal(HTTPStatus.FORBIDDEN, "another page's script is not let in")
-        if headers.get("Upgrade", "").lower() != "websocket":
-            return _refusal(HTTPStatus.UPGRADE_REQUIRED, "this is for sockets")
         with self._lock:
             full = len(self._windows) >= MOST_WINDOWS
         return _refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_WINDOWS} windows are open: close one") if full else None

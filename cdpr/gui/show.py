@@ -7,7 +7,6 @@ is a status with its text, and the next command is taken as if nothing had happe
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable, Mapping
 from queue import Empty, SimpleQueue
@@ -33,6 +32,10 @@ SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
 PATIENCE = 5.0  # s that `close` waits for a step that is under way
 
+# What `Show.command` takes.
+STEERING = ("run", "pause", "step", "reset", "speed", "push", "release", "cut", "jam", "limits", "stop", "target", "set")
+STEERING += ("save_run", "save_session")
+
 Level = Literal["error", "warning", "info"]
 Tell = Callable[[Level, str], None]
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
@@ -46,9 +49,8 @@ class Show:
         log: takes what only the terminal should have: tracebacks of faults of ours.
     """
 
-    def __init__(self, board: Board, log: Callable[[str], None] | None = None) -> None:
-        self._board = board
-        self._log = log or (lambda text: print(text, file=sys.stderr))
+    def __init__(self, board: Board, log: Callable[[str], None]) -> None:
+        self._board, self._log = board, log
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._stage: Stage | None = None
         self._scenario: Scenario | None = None
@@ -67,6 +69,10 @@ class Show:
     def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
         """Let something be done between two steps; `tell` has what there is to say of it."""
         self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
+
+    def nothing(self) -> None:
+        """Say that there is nothing that could be simulated."""
+        self._jobs.put(lambda: self._go_to("failed", "what is to be simulated is wrong: the form says where"))
 
     def close(self) -> None:
         """End the simulation and free what it holds."""

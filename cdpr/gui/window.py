@@ -2,55 +2,56 @@
 
 from __future__ import annotations
 
+import traceback
+from collections.abc import Callable
+from threading import Lock
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
+from cdpr.errors import CdprError, one_line
+from cdpr.gui.arguments import call
 from cdpr.gui.board import Board, Reader
+from cdpr.gui.desk import Desk
 from cdpr.gui.server import Server, Words, said
-from cdpr.gui.show import Level, Show
-from cdpr.scenario import Scenario
+from cdpr.gui.show import STEERING, Level, Show
 
-STEERING = [
-    "run",
-    "pause",
-    "step",
-    "reset",
-    "speed",
-    "push",
-    "release",
-    "cut",
-    "jam",
-    "limits",
-    "stop",
-    "target",
-    "set",
-    "save_run",
-    "save_session",
-]
+Log = Callable[[str], None]
 
 
 class Window:
-    """A scenario that is edited, simulated and shown.
+    """A scenario that is edited, simulated and shown, in as many windows of browsers as are opened.
 
     Args:
-        file: scenario or robot file, or the name of an example.
+        desk: the files.
+        log: takes what only the terminal should have.
         host: where to listen.
-        port: likewise; any that is free unless given.
+        port: likewise; the first that is free unless given.
+
+    Raises CdprError where it cannot listen there.
     """
 
-    def __init__(self, scenario: Scenario, host: str = "127.0.0.1", port: int | None = None) -> None:
-        self.board = Board()
-        self.show = Show(self.board)
-        try:
-            self.show.load(scenario)
-            self.server = Server(page, self.board, self.receive, host, port)
-        except BaseException:
-            self.show.close()
-            raise
-        from cdpr.gui.drawing import hello
+    def __init__(self, desk: Desk, log: Log, host: str = "127.0.0.1", port: int | None = None) -> None:
+        self._desk, self._log, self._lock = desk, log, Lock()
+        self._board = Board()
+        self._server = Server(_page, self._board, self.receive, host, port)
+        self._show = Show(self._board, log)
 
-        self.board.put({"kind": "form"})
-        self.board.put(hello())
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return self._server.address
+
+    def begin(self) -> None:
+        """Show the form, and simulate what it says, if that can be."""
+        from cdpr.gui.page import hello
+
+        self._board.put({"kind": "hello", **hello()})
+        with self._lock:
+            try:
+                self._apply()
+            except CdprError:  # the form shows why
+                self._show.nothing()
+            self._put_form()
 
     def receive(self, words: Words, reader: Reader) -> None:
         """Do what a window says; what goes wrong is told there."""
@@ -60,14 +61,60 @@ class Window:
             reader.tell(said(level, text))
 
         if do in STEERING:
-            self.show.command(do, words, tell)
-        else:
-            tell("error", f"'{do[:40]}' is not known")
+            self._show.command(do, words, tell)
+            return
+        try:
+            self._edit(do, words, reader)
+        except CdprError as error:
+            tell("error", str(error))
+        except Exception as error:
+            self._log(traceback.format_exc())
+            tell("error", f"internal error: {one_line(error)}; the terminal has more")
+
+    def _edit(self, do: str, words: Words, reader: Reader) -> None:
+        """Do what concerns the files; the form is shown anew to all windows."""
+        desk = self._desk
+        doing: dict[str, Callable[..., Any]] = {
+            "edit": desk.edit,
+            "remove": desk.remove,
+            "insert": desk.insert,
+            "undo": desk.undo,
+            "redo": desk.redo,
+            "revert": desk.revert,
+            "apply": self._apply,
+            "save": desk.save,
+            "save_as": lambda file: desk.save_as(file),
+            "open": lambda name: self._other(desk.open, name),
+            "new": lambda kind, **arguments: self._other(desk.new, kind, **arguments),
+            "yaml": desk.texts,
+        }
+        if do not in doing:
+            raise CdprError(f"'{do[:40]}' is nothing that a window may ask for")
+        with self._lock:
+            try:
+                done = call(do, doing[do], words)
+            finally:
+                self._put_form()
+        if do == "yaml":
+            reader.tell({"kind": "yaml", "files": done})
+        elif do in ("save", "save_as"):
+            reader.tell(said("info", f"saved: {', '.join(map(str, done))}"))
+
+    def _apply(self) -> None:
+        self._show.load(self._desk.scenario())
+
+    def _other(self, change: Callable[..., Any], *names: Any, **arguments: Any) -> None:
+        """Go on with other files, and show them at once."""
+        change(*names, **arguments)
+        self._apply()
+
+    def _put_form(self) -> None:
+        self._board.put({"kind": "form", **self._desk.form()})
 
     def close(self) -> None:
         """Close everything."""
-        self.server.close()
-        self.show.close()
+        self._server.close()
+        self._show.close()
 
     def __enter__(self) -> Self:
         return self
@@ -78,6 +125,8 @@ class Window:
         self.close()
 
 
-def page() -> str:
-    """Return the page."""
-    return "<!DOCTYPE html><title>cdpr</title>"
+def _page() -> str:
+    """The page; what it takes to make it is imported when the first browser asks."""
+    from cdpr.gui.page import document
+
+    return document()
