@@ -12,8 +12,12 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from string import Template
+from typing import Any
 
+from cdpr.report.marks import DASHES
 from cdpr.report.player import assets
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.data import page_data
 
 FOLDER = Path(__file__).parent
 # In this order: each uses what stands before it.
@@ -33,17 +37,26 @@ FILES = (
     "window.js",
 )
 STYLES = ("gui.css", "form.css")
+# What is fixed whatever robot is shown.
+FIXED = ("colours", "axes", "cables", "states", "ramp")
 
 
 @cache
-def html() -> str:
-    """Return the page. Its socket lies beside it, at "socket", and takes the page's own query."""
+def document() -> str:
+    """Return the page. It opens its socket at its own address, query and all."""
     own = "\n".join(_text(name) for name in FILES)
     script = f'(() => {{\n"use strict";\n{assets.drawing()}\n{own}}})();\n'
     # No script but this one runs, whatever a file's texts hold.
     policy = f"script-src 'sha256-{b64encode(sha256(script.encode()).digest()).decode()}'"
     style = assets.ground() + assets.style() + "".join(map(_text, STYLES))
     return Template(_text("page.html")).substitute(policy=policy, style=style, script=script)
+
+
+def hello() -> dict[str, Any]:
+    """Return what a window is told first: colours, and what stands for what."""
+    data = page_data(None, [], {}, Arrays())
+    dashes = [[] if isinstance(dash, str) else list(dash[1]) for dash in DASHES]
+    return {**{key: data[key] for key in FIXED}, "dashes": dashes}
 
 
 def _text(name: str) -> str:

@@ -89,6 +89,13 @@ function vectorWidget(field, desk, label = words(field.path || field.label)) {
   };
 }
 
+// A colour's name as "#rrggbb", as canvases write it.
+function sixDigits(colour) {
+  const c = document.createElement("canvas").getContext("2d");
+  c.fillStyle = colour;
+  return c.fillStyle;
+}
+
 function colourWidget(field, desk, label = words(field.path || field.label)) {
   const picker = make("input", { type: "color", "aria-label": `${label}, picked`, onchange: () => desk.edit(field, picker.value) });
   const { input, put } = entry(label, (text) => desk.edit(field, text.trim()), { className: "number" });
@@ -96,7 +103,7 @@ function colourWidget(field, desk, label = words(field.path || field.label)) {
     root: make("span", { className: "colour" }, picker, input),
     show(now) {
       const value = typeof now.value === "string" ? now.value : "";
-      if (/^#[0-9a-f]{6}$/i.test(value)) picker.value = value;
+      if (value) picker.value = sixDigits(value);
       put(value);
     },
   };

@@ -12,7 +12,7 @@ class Link {
 
   open() {
     const { protocol, host, pathname, search } = location;
-    this.socket = new WebSocket(`${protocol === "https:" ? "wss" : "ws"}://${host}${pathname}socket${search}`);
+    this.socket = new WebSocket(`${protocol === "https:" ? "wss" : "ws"}://${host}${pathname}${search}`);
     this.socket.addEventListener("open", () => {
       this.failed = 0;
       this.lost.hidden = true;

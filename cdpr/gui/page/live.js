@@ -7,7 +7,7 @@ class LiveFilm extends Film {
   constructor(message) {
     super(replaceArrays(message.scene, bufferOf(message.bytes)));
     this.base = message.base || null;
-    this.plan = this.path?.length ? Float32Array.from(this.path.flat()) : null;
+    this.plan = message.path?.length ? Float32Array.from(message.path.flat()) : null;
     this.strongest = 0;
     this.last = null;
     this.trail = [];
