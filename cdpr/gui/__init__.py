@@ -4,5 +4,7 @@
 - `pictures`, `curves`: what of its rows goes to the page.
 - `board`: the latest of everything, which each window takes at its own pace.
 - `server`: the page by HTTP, and the sockets of the windows, on one port.
-- `window`: joins them with the desk.
+- `desk`: the files that are edited, as a form.
+- `page`: what the browser shows.
+- `window`: joins them all.
 """
