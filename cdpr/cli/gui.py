@@ -14,7 +14,6 @@ EXPOSED = (
     "warning: whoever reaches this address and knows its token can run simulations here, with the plugins that are "
     "installed, and read and write files as you can; it is not encrypted"
 )
-FIRST = "caroca"  # the example for who has no scenario yet
 
 
 @click.command("gui")
@@ -58,7 +57,7 @@ def command(
         from cdpr.scenario.overrides import typed
 
         chosen = {"backend": backend, "solver": solver, "controller": controller}
-        desk = Desk(file or FIRST, overrides=typed(chosen, changes))
+        desk = Desk(file, typed(chosen, changes))
         with Window(desk, partial(click.echo, err=True), host, port) as window:
             click.echo(window.address)
             if host not in LOCAL:

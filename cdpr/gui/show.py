@@ -68,7 +68,7 @@ class Show:
 
     def nothing(self) -> None:
         """Say that there is nothing that could be simulated."""
-        self._jobs.put(lambda: self._go_to("failed", "what is to be simulated is wrong: the form says where"))
+        self._jobs.put(lambda: self._guarded(self._none, self._to_all))
 
     def close(self) -> None:
         """End the simulation and free what it holds."""
@@ -109,6 +109,11 @@ class Show:
 
     def _to_all(self, level: Level, text: str) -> None:
         self._board.put({"kind": "message", "level": level, "text": text})
+
+    def _none(self) -> None:
+        self._scenario = None
+        self._end()
+        self._go_to("failed", "nothing is simulated: the form says what is wrong")
 
     def _leave(self) -> None:
         self._guarded(self._end, self._to_all)
@@ -172,7 +177,7 @@ class Show:
 
     def _reset(self) -> None:
         if self._scenario is None:
-            raise CdprError("nothing has been applied yet")
+            raise CdprError("nothing is applied yet")
         self._begin(self._scenario)
 
     def _step(self, n: int = 1) -> None:

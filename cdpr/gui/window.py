@@ -43,7 +43,7 @@ class Window:
             "revert": desk.revert,
             "apply": self._apply,
             "save": desk.save,
-            "save_as": lambda file: desk.save_as(file),
+            "save_as": lambda file: desk.save_as(file),  # the names of the messages
             "open": lambda name: self._other(desk.open, name),
             "new": lambda kind, **arguments: self._other(desk.new, kind, **arguments),
             "yaml": desk.texts,
@@ -65,10 +65,7 @@ class Window:
 
         self._board.put({"kind": "hello", **hello()})
         with self._lock:
-            try:
-                self._apply()
-            except CdprError:  # the form shows why
-                self._show.nothing()
+            self._begin()
             self._put_form()
 
     def receive(self, words: Words, reader: Reader) -> None:
@@ -102,15 +99,27 @@ class Window:
             reader.tell(said("info", f"saved: {', '.join(map(str, done))}"))
 
     def _apply(self) -> None:
-        self._show.load(self._desk.scenario())
+        try:
+            scenario = self._desk.apply()
+        except CdprError as error:
+            first, count = str(error).partition("\n")[0], len(error.rows)
+            raise CdprError(f"not applied: {f'{count} problems, the first: ' if count > 1 else ''}{first}") from error
+        self._show.load(scenario)
 
     def _other(self, change: Callable[..., Any], *names: Any, **arguments: Any) -> None:
         """Go on with other files, and show them at once."""
         change(*names, **arguments)
-        self._apply()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Simulate what the form says; where that cannot be, nothing is, and the form says why."""
+        try:
+            self._apply()
+        except CdprError:
+            self._show.nothing()
 
     def _put_form(self) -> None:
-        self._board.put({"kind": "form", **self._desk.form()})
+        self._board.put(self._desk.form())
 
     def close(self) -> None:
         """Close everything."""

@@ -1,9 +1,8 @@
 // Plots that grow while the simulation runs: tension, and errors of position and attitude.
 
-const MOST_POINTS = 12000; // of a curve; then the older part is thinned, and its extremes stay
 const SPANS = [5, 10, 30, 60]; // s, seconds that may be shown
 
-// Time and value of one curve, on arrays that grow.
+// Time and value of one curve, on arrays that grow; the program thins what it sends, so that they stay short.
 class Curve {
   constructor() { this.clear(); }
 
@@ -21,10 +20,9 @@ class Curve {
   }
 
   add(time, value) {
-    if (this.n === MOST_POINTS) this.thin();
     if (this.n === this.t.length) {
       for (const key of ["t", "v"]) {
-        const more = new Float64Array(Math.min(2 * this.n, MOST_POINTS));
+        const more = new Float64Array(2 * this.n);
         more.set(this[key]);
         this[key] = more;
       }
@@ -32,24 +30,6 @@ class Curve {
     this.t[this.n] = time;
     this.v[this.n] = value === null ? NaN : value;
     this.n += 1;
-  }
-
-  // Of each four of the older three quarters the least and the largest stay, in their order.
-  thin() {
-    const end = Math.floor(0.75 * this.n / 4) * 4;
-    let n = 0;
-    const keep = (i) => { this.t[n] = this.t[i]; this.v[n] = this.v[i]; n += 1; };
-    for (let k = 0; k < end; k += 4) {
-      let low = k, high = k;
-      for (let i = k; i < k + 4; i++) {
-        if (this.v[i] < this.v[low] || Number.isNaN(this.v[low])) low = i;
-        if (this.v[i] > this.v[high] || Number.isNaN(this.v[high])) high = i;
-      }
-      keep(Math.min(low, high));
-      if (low !== high) keep(Math.max(low, high));
-    }
-    for (let i = end; i < this.n; i++) keep(i);
-    this.n = n;
   }
 }
 
@@ -69,10 +49,10 @@ class Curves {
 
   // For another robot: curves of as many cables as it has.
   load(message) {
-    const { scene: { cables }, limits } = message, data = this.live.data;
+    const { scene: { cables }, limits } = message, { data } = this.live, dashes = data.dashes || [[]];
     const looks = cables.map((name, i) => ({
       name, group: "cable", width: 1.4, colour: data.cables[i % data.cables.length],
-      dash: data.dashes[Math.floor(i / data.cables.length) % data.dashes.length],
+      dash: dashes[Math.floor(i / data.cables.length) % dashes.length],
     }));
     const one = (colour) => [{ name: "", group: "", width: 1.6, colour, dash: [] }];
     this.tension = this.panel("tension (N)", 2.6, looks, 1, this.levels(limits));

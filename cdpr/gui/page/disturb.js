@@ -5,9 +5,9 @@ class Disturb {
     this.live = live;
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
-    this.changes = make("span", { className: "changes" });
-    const parts = [this.push(), this.cables(), this.limits(), this.target(), this.changing(), this.saving()];
-    home.append(...parts);
+    this.changes = live.told.tabs.panel("change", "Change");
+    this.changes.classList.add("changes");
+    home.append(this.push(), this.cables(), this.limits(), this.target(), this.saving());
   }
 
   part(title, ...inputs) { return make("fieldset", {}, make("legend", { text: title }), ...inputs); }
@@ -81,13 +81,6 @@ class Disturb {
       button("Here", here, { title: "Fills in the pose of now" }));
   }
 
-  // What else may be changed while it runs, as the program lists it.
-  changing() {
-    this.changePart = this.part("Change", this.changes);
-    this.changePart.hidden = true;
-    return this.changePart;
-  }
-
   saving() {
     const ask = (what, title, name) => {
       const input = make("input", { type: "text", required: true, value: name, autocomplete: "off" });
@@ -121,6 +114,7 @@ class Disturb {
     this.change(status.changeable || []);
   }
 
+  // What else may be changed while it runs, as the program lists it.
   change(list) {
     const shape = JSON.stringify(list.map(({ key, choices }) => [key, choices]));
     if (shape !== this.shape) {
@@ -129,10 +123,10 @@ class Disturb {
         const desk = { edit: (_, value) => this.live.send({ do: "set", key: item.key, value }), clear() {} };
         const kind = item.choices ? "choice" : typeof item.value === "boolean" ? "flag" : Array.isArray(item.value) ? "vector" : "number";
         const widget = WIDGETS[kind]({ ...item, kind, path: item.key, single: true }, desk, `Change ${item.label || words(item.key)}`);
-        return { widget, root: make("span", { className: "vector" }, make("span", { className: "what", text: item.label || item.key }), widget.root) };
+        return { widget, root: make("div", { className: "line" }, make("span", { className: "name", text: item.label || item.key }), make("span", { className: "hold" }, widget.root)) };
       });
       this.changes.replaceChildren(...this.lines.map(({ root }) => root));
-      this.changePart.hidden = !list.length;
+      if (!list.length) this.changes.append(make("p", { className: "none", text: "Nothing can be changed while it runs." }));
     }
     this.lines?.forEach(({ widget }, i) => widget.show(list[i]));
   }

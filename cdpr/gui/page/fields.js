@@ -71,6 +71,7 @@ const AXES_OF = { 3: ["x", "y", "z"], 4: ["w", "x", "y", "z"], 6: ["x", "y", "z"
 
 // A few numbers side by side. Where one may stand for all, the others may be left empty.
 function vectorWidget(field, desk, label = words(field.path || field.label)) {
+  if (!field.size && field.single) return textWidget(field, desk, label); // one for all, or a list of as many as there are
   const size = field.size || (Array.isArray(field.value) ? field.value.length : 3);
   const names = field.labels || AXES_OF[size] || Array.from({ length: size }, (_, i) => String(i + 1));
   const parts = names.slice(0, size).map((name) => entry(`${label}, ${name}`, commit, { inputmode: "decimal", className: "number", title: name }));
@@ -89,6 +90,13 @@ function vectorWidget(field, desk, label = words(field.path || field.label)) {
   };
 }
 
+// A colour's name as "#rrggbb", as canvases write it.
+function sixDigits(colour) {
+  const c = document.createElement("canvas").getContext("2d");
+  c.fillStyle = colour;
+  return c.fillStyle;
+}
+
 function colourWidget(field, desk, label = words(field.path || field.label)) {
   const picker = make("input", { type: "color", "aria-label": `${label}, picked`, onchange: () => desk.edit(field, picker.value) });
   const { input, put } = entry(label, (text) => desk.edit(field, text.trim()), { className: "number" });
@@ -96,7 +104,7 @@ function colourWidget(field, desk, label = words(field.path || field.label)) {
     root: make("span", { className: "colour" }, picker, input),
     show(now) {
       const value = typeof now.value === "string" ? now.value : "";
-      if (/^#[0-9a-f]{6}$/i.test(value)) picker.value = value;
+      if (value) picker.value = sixDigits(value);
       put(value);
     },
   };
@@ -134,7 +142,7 @@ class Line {
     this.label = make("span", { className: "name", "aria-hidden": "true" });
     this.unit = make("span", { className: "unit" });
     this.clear = button("↺", () => desk.clear(this.field), { className: "clear", "aria-label": `Default for ${words(field.path || field.label)}`, title: "Back to the default" });
-    this.root = make("div", { className: `line ${field.kind}`, "data-path": field.path }, this.label,
+    this.root = make("div", { className: `line has-${field.kind}`, "data-path": field.path }, this.label,
       make("span", { className: "hold" }, this.widget.root, this.unit, this.clear), this.problem, this.help);
     for (const input of this.inputs()) input.setAttribute("aria-describedby", `${help} ${wrong}`);
     for (const kind of ["focusin", "pointerenter"]) this.root.addEventListener(kind, () => desk.explain(this.field));
@@ -171,11 +179,19 @@ class Group {
     this.problem = make("p", { className: "problem" });
     this.lines = new Lineup(desk);
     this.chosen = field.choices ? choiceWidget(field, desk, `Form of ${words(field.path || field.label)}`) : null;
+    this.fold = button("", () => this.open(this.lines.root.hidden), { className: "fold" });
+    this.fold.append(this.title);
     this.gone = button("×", () => desk.clear(this.field), { className: "clear", "aria-label": `Leave out ${words(field.path || field.label)}`, title: "Leaves all of it out" });
     this.root = make("fieldset", { className: "group", "data-path": field.path },
-      make("legend", {}, this.title, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);
-    this.root.querySelector("legend").addEventListener("pointerenter", () => desk.explain(this.field));
+      make("legend", {}, this.fold, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);
+    for (const kind of ["focusin", "pointerenter"]) this.root.querySelector("legend").addEventListener(kind, () => desk.explain(this.field));
     this.show(field);
+    this.open(field.given || !field.optional); // what the file does not say is folded away
+  }
+
+  open(on) {
+    this.lines.root.hidden = !on;
+    this.fold.setAttribute("aria-expanded", String(on));
   }
 
   show(field) {
@@ -185,7 +201,7 @@ class Group {
     this.root.classList.toggle("default", !field.given);
     if (this.chosen) this.chosen.show(field);
     this.lines.show(field.fields || []);
-    this.lines.root.hidden = !(field.fields || []).length;
+    this.fold.disabled = !(field.fields || []).length;
     this.fault();
   }
 
@@ -194,6 +210,7 @@ class Group {
     say(this.problem, texts.join("\n"));
     this.problem.hidden = !texts.length;
     this.lines.fault();
+    if (this.root.querySelector(".problem:not([hidden])")) this.open(true);
   }
 }
 

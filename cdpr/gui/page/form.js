@@ -95,18 +95,19 @@ class Form {
     this.live.unfold();
     this.tabs.choose(tab);
     const home = [...this.root.querySelectorAll("[data-path]")].find((node) => node.dataset.path === path);
-    home?.closest("details")?.setAttribute("open", "");
+    for (let node = home; node; node = node.parentElement) if (node.matches(".lines, details")) { node.hidden = false; node.open = true; }
     home?.scrollIntoView({ block: "center" });
     home?.querySelector("input, select, textarea")?.focus();
   }
 
   head(message) {
     const { file, title, modified, applied, undo, redo, problems } = message;
-    say(document.getElementById("file"), file || title || "new scenario");
-    document.getElementById("file").title = (message.files || []).join("\n");
+    const name = file ? file.split("/").pop() : title || "new scenario";
+    say(document.getElementById("file"), name);
+    document.getElementById("file").title = [file, ...(message.files || [])].join("\n");
     const told = [modified ? "modified" : "", message.unsaved ? "not saved yet" : "", applied ? "" : "not applied"].filter(Boolean);
     say(document.getElementById("state"), told.join(", "));
-    document.title = `${modified ? "* " : ""}${file || title || "cdpr gui"} – cdpr gui`;
+    document.title = `${modified ? "* " : ""}${name} – cdpr gui`;
     this.acts.apply.disabled = applied || problems.length > 0;
     this.acts.apply.classList.toggle("main", !applied && !problems.length);
     this.acts.revert.disabled = !modified;

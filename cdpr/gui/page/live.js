@@ -7,11 +7,10 @@ class LiveFilm extends Film {
   constructor(message) {
     super(replaceArrays(message.scene, bufferOf(message.bytes)));
     this.base = message.base || null;
-    this.plan = message.path ? Float32Array.from(message.path.flat()) : null;
+    this.plan = message.path?.length ? Float32Array.from(message.path.flat()) : null;
     this.strongest = 0;
     this.last = null;
     this.trail = [];
-    this.span = [Infinity, -Infinity];
   }
 
   at(t) { return this.last || super.at(t); }
@@ -32,17 +31,9 @@ class LiveFilm extends Film {
     this.last.n = frame.n;
     this.last.t = frame.t;
     this.last.bends = frame.outlines || null;
+    if (frame.range) this.range = frame.range;
     if (frame.outlines) this.outlines = null; // those at home, which stand still
     if (force) this.strongest = Math.max(this.strongest, Math.hypot(...force));
-  }
-
-  // Cables are coloured over the range that those which pull have had so far.
-  stretch(frame, { slack, broken }, most) {
-    frame.tension.forEach((tension, k) => {
-      if (tension === null || frame.state[k] === slack || frame.state[k] === broken || tension > most) return;
-      this.span = [Math.min(this.span[0], tension), Math.max(this.span[1], tension)];
-    });
-    if (this.span[1] > this.span[0]) this.range = this.span;
   }
 
   // The way so far grows by where the platform is.
@@ -59,7 +50,6 @@ class LiveFilm extends Film {
     this.trodden = null;
     this.last = null;
     this.strongest = 0;
-    this.span = [Infinity, -Infinity];
   }
 }
 
@@ -96,7 +86,7 @@ class LiveStage extends Stage {
   more(lines, solids, labels) {
     const [film] = this.films, [picture] = this.pictures, [look] = this.looks, own = new Lines();
     for (const line of picture.bends || []) {
-      for (let k = 3; k < line.length; k += 3) own.add(line.slice(k - 3, k), line.slice(k, k + 3), look.ink, 1.4);
+      for (let k = 1; k < line.length; k++) own.add(line[k - 1], line[k], look.ink, 1.4);
     }
     this.state.handles?.draw(own, solids, labels, film, picture, look);
     if (own.data.length) lines.push(own.done());

@@ -8,16 +8,16 @@ class Table {
     this.shape = "";
     this.table = make("table", { "aria-label": words(field.path) });
     this.problem = make("p", { className: "problem" });
-    const add = button("Add a cable", () => desk.insert(field.path));
+    const add = button("Add", () => desk.insert(field.path), { "aria-label": `Add to ${words(field.path)}`, title: "Adds a cable" });
     const wide = button("Wide", () => {
       const on = document.body.classList.toggle("wideform");
       wide.setAttribute("aria-pressed", String(on));
-    }, { "aria-pressed": "false", title: "Gives the form more room", className: "widen" });
+    }, { "aria-pressed": "false", "aria-label": `Wide ${words(field.path)}`, title: "Gives the form more room" });
     const all = button("All columns", () => {
       this.all = !this.all;
       all.setAttribute("aria-pressed", String(this.all));
       this.show(this.field);
-    }, { "aria-pressed": "false", title: "Also what no cable has of its own yet" });
+    }, { "aria-pressed": "false", "aria-label": `All columns of ${words(field.path)}`, title: "Also what no cable has of its own yet" });
     this.all = false;
     this.title = make("span", { className: "title" });
     this.root = make("div", { className: "group", "data-path": field.path },
@@ -58,14 +58,14 @@ class Table {
       const cell = make("td"), given = row.cells[column.key];
       if (!given) return cell;
       const one = { ...column, ...given, path: `${row.path}.${column.key}` };
-      const widget = (WIDGETS[one.kind] || yamlWidget)(one, this.desk, `cable ${i + 1}, ${column.label}`);
+      const widget = (WIDGETS[one.kind] || yamlWidget)(one, this.desk, `${words(row.path)}, ${column.label}`);
       cell.dataset.path = one.path;
       cell.append(widget.root);
       cell.addEventListener("focusin", () => this.desk.explain(one));
       cells[column.key] = Object.assign(widget, { cell });
       return cell;
     });
-    const gone = button("×", () => this.desk.remove(row.path), { "aria-label": `Remove cable ${i + 1}`, title: "Remove this cable", className: "clear" });
+    const gone = button("×", () => this.desk.remove(row.path), { "aria-label": `Remove ${words(row.path)}`, title: "Remove this cable", className: "clear" });
     const root = make("tr", {}, make("th", { scope: "row", text: i + 1 }), ...nodes, make("td", {}, gone));
     root.addEventListener("focusin", () => this.desk.mark(i));
     root.addEventListener("focusout", () => this.desk.mark(null));
@@ -73,7 +73,7 @@ class Table {
     let more = null;
     if (row.fields?.length) {
       more = new Lineup(this.desk);
-      const fold = make("details", {}, make("summary", { text: `More of cable ${i + 1}` }), more.root);
+      const fold = make("details", {}, make("summary", { text: `More of ${words(row.path)}` }), more.root);
       body.append(make("tr", { className: "more" }, make("td"), make("td", { colspan: this.columns.length + 1 }, fold)));
     }
     return { root, cells, more };

@@ -1,6 +1,11 @@
 // What the program tells: one sentence of status, numbers of now, events and messages.
 
 const LEVELS = { building: "wait", ready: "good", running: "good", paused: "good", done: "good", ended: "warn", failed: "bad" };
+// What a phase is called where the program says no more.
+const PHASES = { building: "Building the simulation …", ready: "Ready to run.", running: "Running.", paused: "Paused.", done: "The run is complete.",
+  ended: "The run has ended early.", failed: "There is nothing to run." };
+const TROUBLES = { INFEASIBLE: "no tensions within the limits give the wrench that is asked for", NOT_FOUND: "the solver has found no tensions",
+  UNSUPPORTED: "the solver cannot take this robot", BAD_INPUT: "what the solver is asked is no number", DIVERGED: "the motion has diverged" };
 const MOST_MESSAGES = 200;
 
 class Told {
@@ -61,11 +66,12 @@ class Told {
     });
   }
 
+  // One sentence: the program's own text where it has one.
   status(status) {
-    const root = document.getElementById("status"), verdict = status.status;
-    const bad = /INFEASIBLE|DIVERGED|FAILED/i.test(verdict || "");
-    root.className = bad ? "bad" : LEVELS[status.phase] || "good";
-    say(root.querySelector(".text"), status.text || status.phase);
+    const root = document.getElementById("status"), trouble = TROUBLES[status.status];
+    const known = PHASES[status.phase] || status.phase, name = (status.status || "").toLowerCase().replace("_", " ");
+    root.className = trouble ? "bad" : LEVELS[status.phase] || "good";
+    say(root.querySelector(".text"), status.text || (trouble ? `${known.replace(/\.$/, "")}; ${name}: ${trouble}.` : known));
     say(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
     say(document.getElementById("parts"), [status.backend, status.solver, status.controller].filter(Boolean).join(" · ") || "–");
     this.happened(status.events || []);

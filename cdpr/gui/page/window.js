@@ -5,7 +5,7 @@ class Live {
     const night = matchMedia("(prefers-color-scheme: dark)");
     Object.assign(this, { dark: night.matches, time: 0, window: [0, 10], zoomed: true, hover: null, selected: null,
       hidden: new Set(), playing: false, hint: "Drag to look at a part of the time, double click to follow again.",
-      data: null, stage: null, handles: null, frame: null, drawn: null, most: Infinity });
+      data: null, stage: null, handles: null, frame: null, drawn: null });
     night.addEventListener("change", () => { this.dark = night.matches; this.restyle(); });
     const at = (id) => document.getElementById(id);
     this.form = new Form(at("form"), this);
@@ -62,9 +62,6 @@ class Live {
     }
     this.handles.load(film);
     if (this.form.rows) this.handles.told(this.form.rows.rows, this.form.rows.applied);
-    this.limits = message.limits;
-    const highest = [message.limits?.tension_max ?? []].flat().filter(Number.isFinite);
-    this.most = highest.length ? 1.05 * Math.max(...highest) : Infinity;
     this.curves.load(message);
     this.told.load(message);
     this.disturb.load(message);
@@ -72,7 +69,7 @@ class Live {
     this.pressed();
   }
 
-  // The newest frame alone is drawn; the way it went and its range of tension miss none.
+  // The newest frame alone is drawn; the way it went misses none.
   feed(frame) {
     if (!this.stage) return;
     const [film] = this.stage.films;
@@ -81,7 +78,6 @@ class Live {
     this.time = frame.t;
     film.feed(frame);
     if (film.last) film.tread(this.stage.options.radius);
-    if (frame.tension) film.stretch(frame, this.data.states, this.most);
     this.wake();
   }
 
@@ -150,8 +146,8 @@ class Live {
     this.curves.draw();
     if (!frame) return;
     this.transport.tick(frame.t);
-    this.told.count(frame, Math.min(this.most, Number.isFinite(film.span[1]) ? film.span[1] : 1));
     const [low, high] = film.range;
+    this.told.count(frame, high > 0 ? high : 1);
     say(document.getElementById("least"), high > low ? shortNumber(low) : "–");
     say(document.getElementById("largest"), high > low ? shortNumber(high) : "–");
   }

@@ -335,7 +335,7 @@ class Plot {
 }
 
 function tick(value, step) {
-  const digits = clamp(-Math.floor(Math.log10(step) + 1e-9) + (String(step).includes("25") ? 1 : 0), 0, 12);
+  const digits = clamp(-Math.floor(Math.log10(step) + 1e-9) + (/25$/.test(String(step).replace(".", "")) ? 1 : 0), 0, 12);
   if (Math.abs(value) >= 1e6 || (step < 1e-4 && value !== 0)) return value.toExponential(1).replace(/-/g, "−");
   return (Math.abs(value) < 1e-12 * step ? 0 : value).toFixed(digits).replace("-", "−");
 }
