@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
+from functools import reduce
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +23,7 @@ if executable() is None:
 
 READY = "() => window.cdpr !== undefined && cdpr.drawn !== null && cdpr.form.message !== null && cdpr.phase === 'ready'"
 PHASE = "(phase) => cdpr.phase === phase"
-PATIENCE = 20_000  # ms, on a machine that does other things besides
+PATIENCE = 5_000  # ms, on a machine that does other things besides
 SCREEN = 1e-5  # m: frames hold lengths to a micrometre, and pages draw them as float32
 SAID = "(words) => document.querySelector('#status .text').textContent.includes(words)"
 
@@ -97,8 +99,11 @@ def page(visit):
 
 def at(page, path):
     """The inputs of a field, on its tab and unfolded."""
-    page.evaluate("(path) => cdpr.form.lead(path, path.startsWith('robot') ? 'robot' : path.startsWith('simulation') ? "
-                  "'simulation' : path.startsWith('trajectory') ? 'motion' : 'control')", path)
+    page.evaluate(
+        "(path) => cdpr.form.lead(path, path.startsWith('robot') ? 'robot' : path.startsWith('simulation') ? "
+        "'simulation' : path.startsWith('trajectory') ? 'motion' : 'control')",
+        path,
+    )
     return page.locator(f'[data-path="{path}"]').first.locator("input, select, textarea")
 
 
@@ -107,7 +112,8 @@ def write(page, path, *values):
     inputs = at(page, path)
     for i, value in enumerate(values):
         inputs.nth(i).fill(str(value))
-        inputs.nth(i).press("Enter")
+        if inputs.nth(i).get_attribute("type") != "color":  # where Enter opens a palette
+            inputs.nth(i).press("Enter")
     page.wait_for_function(IS, arg=[path, list(values) if len(values) > 1 else values[0]])
 
 
@@ -150,17 +156,28 @@ def test_each_edit_of_the_thesis_window_is_applied_saved_and_read_back(page, fil
     write(page, "robot.platform.shape.cylinder.radius", 0.35)
     write(page, "robot.platform.shape.cylinder.height", 0.5)
     apply(page)
-    assert page.evaluate("cdpr.stage.films[0].anchors[1].slice(0, 3)") == [-2.1, 2, 3.1]  # what is drawn is what is said
+    assert page.evaluate("cdpr.stage.films[0].anchors[1].slice(0, 3)") == [
+        -2.1,
+        2,
+        3.1,
+    ]  # what is drawn is what is said
     page.get_by_role("button", name="Save", exact=True).click()
     page.wait_for_function("() => !cdpr.form.message.modified")
 
     text = files.robot.read_text()
     robot, scenario = yaml.safe_load(text), yaml.safe_load(files.scenario.read_text())
     for path, value in edits.items():
-        assert eval(path.replace(".", "']['").replace("robot']", "robot", 1).replace("[1]", "'][1]").replace("[6]", "'][6]").replace("']']", "']") + "']", {"robot": robot}) == value, path  # noqa: S307
+        assert (
+            reduce(lambda node, key: node[int(key) if key.isdigit() else key], re.findall(r"\w+", path)[1:], robot)
+            == value
+        ), path
     assert robot["platform"]["shape"] == {"cylinder": {"radius": 0.35, "height": 0.5}}
     assert robot["frame"]["shape"] == "posts"
-    assert scenario["controller"] == {"type": "computed_torque", "kp": gains["controller.kp"], "kd": gains["controller.kd"]}
+    assert scenario["controller"] == {
+        "type": "computed_torque",
+        "kp": gains["controller.kp"],
+        "kd": gains["controller.kd"],
+    }
     for comment in ("# Seven cables, to be edited.", "# kg, as weighed", "# the first", "# the last"):
         assert comment in text
     assert "# stiff enough" in files.scenario.read_text()
@@ -177,7 +194,7 @@ def test_what_is_wrong_stands_under_its_field_and_is_not_applied(page):
     assert mass.get_attribute("aria-invalid") == "true"
     assert mass.input_value() == "-5"  # what was typed stays, to be mended
     assert page.get_by_role("button", name="Apply").is_disabled()
-    assert page.get_by_role("tab", name="Robot").inner_text().split() == ["Robot", "1"]
+    assert page.get_by_role("tab", name="Robot").locator(".count").inner_text() == "1"
     page.get_by_role("button", name="Undo").click()
     told.wait_for(state="hidden")
     assert mass.input_value() == "20"
@@ -191,7 +208,7 @@ def test_what_is_wrong_stands_under_its_field_and_is_not_applied(page):
 
 def test_a_run_a_push_and_a_cut_are_seen_in_the_plots(page):
     page.get_by_label("Push force, x").fill("40")
-    page.get_by_label("Push for").fill("0.3")
+    page.get_by_label("Push duration").fill("0.3")
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => cdpr.frame.t > 0.4")
     page.get_by_role("button", name="Push", exact=True).click()
@@ -205,17 +222,20 @@ def test_a_run_a_push_and_a_cut_are_seen_in_the_plots(page):
     page.wait_for_function(PHASE, arg="paused")
     page.wait_for_function("(t) => cdpr.curves.latest > 0.9 && !cdpr.waiting")
     page.wait_for_timeout(150)  # ms: the last curves come with the next message
-    curves = page.evaluate("cdpr.curves.panels.map((panel) => panel.series.map((curve) => [Array.from(curve.time), Array.from(curve.value)]))")
+    curves = page.evaluate(
+        "cdpr.curves.panels.map((panel) => panel.series.map((curve) => [Array.from(curve.time), Array.from(curve.value)]))"
+    )
     time, error = map(np.array, curves[1][0])
-    pushed = (time > 0.45) & (time < 0.85)
-    assert error[pushed].max() > 5 * error[time < 0.35].max()  # mm
+    push, cut = (event["time"] for event in page.evaluate("cdpr.data.events")[:2])
+    assert error[(time > push) & (time < cut)].max() > 5 * error[time < push].max()  # mm
     assert page.evaluate("cdpr.curves.plots[0].base.toDataURL()") != pixels
     time, tension = map(np.array, curves[0][6])
     assert tension[time < 0.9].min() > 10 > tension[-1]
     page.get_by_role("tab", name="Events").last.click()
     assert page.locator(".events li").count() > before - 1
     assert "cable_7" in page.locator(".events").inner_text()
-    assert page.locator(".numbers tr", has_text="cable_7").locator(".n").first.inner_text() == "broken" or True
+    page.get_by_role("tab", name="Numbers").click()
+    assert page.locator(".numbers tr", has_text="cable_7").locator(".n").first.inner_text() == "broken"
 
 
 def test_reset_begins_anew(page):
@@ -228,7 +248,9 @@ def test_reset_begins_anew(page):
     page.wait_for_function("(t) => cdpr.frame.t > t", arg=there)
     assert page.evaluate("cdpr.frame.t") == pytest.approx(there + 0.001, abs=1e-6)
     page.keyboard.press("r")
-    page.wait_for_function("() => cdpr.phase === 'ready' && cdpr.frame.t === 0 && cdpr.curves.panels[0].series[0].n === 0")
+    page.wait_for_function(
+        "() => cdpr.phase === 'ready' && cdpr.frame?.t === 0 && cdpr.curves.panels[0].series[0].n === 0"
+    )
 
 
 def test_a_saved_session_repeats_what_was_done_to_the_bit(page, files):
@@ -263,7 +285,9 @@ def test_two_windows_show_the_same(visit):
     for page in (one, other):
         page.wait_for_function(PHASE, arg="paused")
         page.wait_for_timeout(700)  # ms: the last frame is sent anew while nothing happens
-    drawn = [page.evaluate("[cdpr.drawn, cdpr.frame.tension, cdpr.curves.panels[0].series[0].n]") for page in (one, other)]
+    drawn = [
+        page.evaluate("[cdpr.drawn, cdpr.frame.tension, cdpr.curves.panels[0].series[0].n]") for page in (one, other)
+    ]
     assert drawn[0] == drawn[1]
 
 
@@ -274,9 +298,8 @@ def test_cables_and_platform_are_always_drawn_from_one_row(page, files):
       const draw = cdpr.draw.bind(cdpr);
       cdpr.draw = () => { draw(); cdpr.seen.push(cdpr.drawn); };
     }""")
-    run_to_the_end(page)
-    page.wait_for_function("() => cdpr.drawn.t > 1.99")
-    run = None
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_function("() => cdpr.drawn.t > 1.2")
     seen = [drawn for drawn in page.evaluate("cdpr.seen") if drawn["n"] is not None]
     assert len({drawn["n"] for drawn in seen}) > 3
     run = cdpr.simulate(files.scenario)
@@ -298,7 +321,9 @@ def test_a_page_that_is_loaded_again_goes_on_from_where_the_run_is(page):
 
 
 def test_a_connection_that_is_lost_is_told_and_made_again(page):
-    page.evaluate("() => { cdpr.link.open = ((open) => () => { setTimeout(open, 300); })(cdpr.link.open.bind(cdpr.link)); cdpr.link.socket.close(); }")
+    page.evaluate(
+        "() => { cdpr.link.open = ((open) => () => { setTimeout(open, 300); })(cdpr.link.open.bind(cdpr.link)); cdpr.link.socket.close(); }"
+    )
     page.locator("#lost").wait_for(state="visible")
     page.keyboard.press("Space")
     page.locator(".messages li", has_text="Not connected").wait_for(state="attached")
@@ -314,10 +339,11 @@ def test_a_run_that_ends_badly_is_told_and_leaves_the_window_usable(page):
     apply(page)
     run_to_the_end(page)
     assert page.locator("#status").get_attribute("class") == "bad"
-    assert "infeasible" in page.locator("#status .text").inner_text().lower()
+    assert "no tensions within the limits" in page.locator("#status .text").inner_text()
     write(page, "robot.tension.max", 500)
     apply(page)
-    page.keyboard.press("Space")
+    page.get_by_role("button", name="Speed 1", exact=True).click()
+    page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => cdpr.frame.t > 0.1 && cdpr.phase === 'running'")
 
 
@@ -348,13 +374,16 @@ def test_an_anchor_that_is_dragged_is_an_edit(page):
 
 
 def test_names_and_texts_of_files_are_texts(files, page):
-    evil = "<img src=x onerror=document.title='gone'>"
-    write(page, "robot.name", evil)
-    write(page, "robot.cables[0].name", evil)
-    apply(page)
-    assert evil in page.locator("#cable").inner_text()
+    evil = "<img src=x onerror=alert(1)>"
+    (files.folder / f"{evil}.yaml").write_text(SCENARIO.replace("quintic", evil))
+    page.get_by_role("button", name="Open…").click()
+    dialog = page.locator("dialog[open]")
+    dialog.get_by_role("combobox").fill(str(files.folder / f"{evil}.yaml"))
+    dialog.get_by_role("button", name="Open").click()
+    page.wait_for_function("() => cdpr.form.message.problems.length > 0")
+    assert evil in page.locator("#file").inner_text()
+    assert evil in page.locator(".problems").inner_text()  # the message shows what was found
     assert page.locator("img").count() == 0
-    assert "gone" not in page.title()
 
 
 def test_every_control_has_a_name_of_its_own(page):
@@ -362,7 +391,9 @@ def test_every_control_has_a_name_of_its_own(page):
         folded = page.locator('#form [role=tabpanel] .fold[aria-expanded="false"]:not([disabled])')
         if not folded.count():
             break
-        page.evaluate("document.querySelectorAll('.fold[aria-expanded=\"false\"]:not([disabled])').forEach((node) => node.click())")
+        page.evaluate(
+            "document.querySelectorAll('.fold[aria-expanded=\"false\"]:not([disabled])').forEach((node) => node.click())"
+        )
     names = page.evaluate(
         """() => [...document.querySelectorAll("button:not([role=tab]), input, select, textarea, canvas[tabindex]")]
           .filter((node) => !node.closest("[hidden]") || node.closest("[role=tabpanel]"))
@@ -393,18 +424,23 @@ def test_in_the_dark_the_ground_is_dark(visit):
     page = visit(color_scheme="dark")
     assert page.evaluate("cdpr.dark")
     for part in ("#form", "#scene", "#side", "#top", "#bottom"):
-        assert page.evaluate("(part) => getComputedStyle(document.querySelector(part)).backgroundColor", part) == "rgb(21, 24, 29)"
+        assert (
+            page.evaluate("(part) => getComputedStyle(document.querySelector(part)).backgroundColor", part)
+            == "rgb(21, 24, 29)"
+        )
 
 
 def test_hovering_a_plot_tells_values_and_a_series_can_be_switched_off(page):
     run_to_the_end(page)
-    page.wait_for_function("() => cdpr.curves.latest > 1.9")
+    page.wait_for_function("() => cdpr.curves.latest > 5.9")
     plot = page.locator("#curves .plot").first
     box = plot.locator(".area").bounding_box()
     page.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 20)
     page.wait_for_function("() => cdpr.hover !== null && !cdpr.waiting")
     t = page.evaluate("cdpr.hover")
-    curves = page.evaluate("cdpr.curves.panels[0].series.map((curve) => [Array.from(curve.time), Array.from(curve.value)])")
+    curves = page.evaluate(
+        "cdpr.curves.panels[0].series.map((curve) => [Array.from(curve.time), Array.from(curve.value)])"
+    )
     told = [float(text) for text in plot.locator(".series b").all_inner_texts()]
     assert told == pytest.approx([np.interp(t, time, value) for time, value in curves], rel=0.02)
     plot.get_by_role("button", name="cable_3").click()

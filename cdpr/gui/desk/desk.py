@@ -10,8 +10,9 @@ from cdpr.errors import CdprError, OutputError
 from cdpr.gui.desk import believed, choose, edit, saving
 from cdpr.gui.desk.fields import MISSING, ONE_OF, Field, at, branches, every, resolve
 from cdpr.gui.desk.files import File, Files, unsaved
-from cdpr.gui.desk.form import Subject, placed, tabs
+from cdpr.gui.desk.form import SCHEMA, Subject, placed, tabs
 from cdpr.gui.desk.made import around, new_file
+from cdpr.gui.desk.starts import Starts
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import examples, load_scenario
 from cdpr.scenario.document import copied
@@ -203,13 +204,15 @@ class Desk:
         self._take(f"insert {path}[{len(items)}]", self._write(texts, key, value, insert=True))
 
     def _item(self, key: Path, name: Any, items: list[Any]) -> Any:
-        subject = Subject(self._data, "", MISSING, self._plugins)
+        """A new item of a list: of the form that has this name, or like the last."""
         node = self._schema_at(key)
-        item = resolve(node.get("items", {}), subject.schema) if node else {}
+        item = resolve(node.get("items", {}), SCHEMA) if node else {}
         if isinstance(name, str) and "discriminator" in item:
-            return choose.form_section(item, subject.schema, name, {}, self._data)
+            return choose.form_section(item, SCHEMA, name, {}, self._starts())
         if name is not None:
             return name
+        if key == ("robot", "cables"):
+            return self._starts().cable()
         if items:
             last = copied(items[-1])
             if isinstance(last, dict):
@@ -217,7 +220,7 @@ class Desk:
                 if isinstance(last.get("time"), (int, float)):
                     last["time"] += 1.0
             return last
-        return choose.started(item, subject.schema, "", self._data)
+        return self._starts().value(item, str(key[-1]))
 
     def _set(self, key: Path, value: Any) -> None:
         if len(key) > 1 and key[-1] == "type" and isinstance(value, str):
@@ -234,15 +237,13 @@ class Desk:
             return
         node = self._several(key) if isinstance(value, str) else None
         if node is not None:
-            root = Subject(self._data, "", MISSING, self._plugins).schema
-            present = at(self._data, key)
-            value = choose.form_section(node, root, value, None if present is MISSING else present, self._data)
+            value = choose.form_section(node, SCHEMA, value, at(self._data, key), self._starts())
         elif isinstance(value, str) and (field := self._field(key)) and field["kind"] == "yaml":
             try:
                 value = parse_value(value)
             except ValueError as error:
                 raise CdprError(f"{dotted(key)}: {error}") from None
-        key, value = self._whole(key, value)
+        key, value = self._typed(*self._whole(key, value))
         self._take(told, self._write(texts, key, value))
 
     def _several(self, key: Path) -> dict[str, Any] | None:
@@ -251,20 +252,19 @@ class Desk:
         return node if node and ("discriminator" in node or node.get("name") in ONE_OF) else None
 
     def _schema_at(self, key: Path) -> dict[str, Any] | None:
-        root = Subject(self._data, "", MISSING, self._plugins).schema
-        node: Any = {"$ref": "#", **root}
-        node = {key: value for key, value in node.items() if key != "$ref"}
+        """Return the resolved schema of what stands at a path; None where there is none."""
+        node: Any = SCHEMA
         data: Any = self._data
         for part in key:
-            node = resolve(node, root)
-            forms = branches(node, root)
+            node = resolve(node, SCHEMA)
+            forms = branches(node, SCHEMA)
             if forms:
                 node = forms.get(str(data.get("type")) if isinstance(data, dict) else "", {})
             node = node.get("properties", {}).get(part) if isinstance(part, str) else node.get("items")
             if not isinstance(node, dict):
                 return None
             data = at(data, (part,))
-        return resolve(node, root)
+        return resolve(node, SCHEMA)
 
     def _whole(self, key: Path, value: Any) -> tuple[Path, Any]:
         """Where an item is set of a vector that is not given, or given as one number, set all of it."""
@@ -279,6 +279,23 @@ class Desk:
         if isinstance(held, list) and key[-1] < len(held):
             return key[:-1], [*held[: key[-1]], value, *held[key[-1] + 1 :]]
         return key, value
+
+    def _typed(self, key: Path, value: Any) -> tuple[Path, Any]:
+        """Where a key is set of a section that is not given and may have several types, set its type, too."""
+        for end in range(1, len(key)):
+            node = self._schema_at(key[:end])
+            if node is None or "discriminator" not in node or at(self._data, key[:end]) is not MISSING:
+                continue
+            forms, default = branches(node, SCHEMA), node.get("default")
+            known = default.get("type") if isinstance(default, dict) else None
+            name = known or next((each for each, form in forms.items() if key[end] in form["properties"]), None)
+            for word in reversed(key[end:]):
+                value = {word: value}
+            return key[:end], {"type": name, **value} if name else value
+        return key, value
+
+    def _starts(self) -> Starts:
+        return Starts(self._data, SCHEMA, self._plugins)
 
     def _texts(self) -> dict[str, str]:
         return self._files.texts()

@@ -257,7 +257,9 @@ def _tall(value: Any, path: Path) -> bool:
     """Whether a value is written on several lines."""
     if isinstance(value, list):
         return any(isinstance(item, dict) for item in value)
-    return isinstance(value, dict) and bool(value) and len(flow(value)) + len(dotted(path)) > WIDTH
+    if not isinstance(value, dict) or not value:
+        return False
+    return len(flow(value)) + len(dotted(path)) > WIDTH or any(_tall(item, path) for item in value.values())
 
 
 def _lines(value: Any, column: int) -> list[str]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from cdpr.gui.desk.believed import cables_in_place
 from cdpr.gui.desk.fields import MISSING, Field, Maker, Schema, at, choice, every, resolve
+from cdpr.gui.desk.starts import Starts
 from cdpr.gui.desk.table import cable_table
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.belief import cable_names
@@ -20,6 +21,8 @@ ROBOT = ("name", "platform", "tension", "home", "frame", "cables", "cable", "win
 MOTION = ("initial", "trajectory")
 CONTROL = ("controller", "solver", "controlled", "limits", "actuators")
 SIMULATION = ("name", "simulation", "world", "log", "backend_options")
+
+SCHEMA: Schema = json_schema(ScenarioSection)
 
 
 @dataclass(frozen=True)
@@ -37,12 +40,11 @@ class Subject:
     robot_file: str
     known: Any
     plugins: Registry
-    schema: Schema = field(default_factory=lambda: json_schema(ScenarioSection))
 
 
 def tabs(subject: Subject) -> list[dict[str, Any]]:
     """Return the tabs of the form."""
-    maker = Maker(subject.schema, subject.known, _choices(subject))
+    maker = Maker(SCHEMA, subject.known, _choices(subject))
     rows = (
         ("robot", "Robot", _robot(subject, maker)),
         ("motion", "Motion", _sections(subject, maker, MOTION)),
@@ -76,7 +78,6 @@ def _paths(made: list[dict[str, Any]]) -> Iterable[str]:
 
 
 def _sections(subject: Subject, maker: Maker, keys: Iterable[str]) -> list[Field]:
-    root = subject.schema
     made = []
     for key in keys:
         if key in CORE_KEYS:
@@ -84,10 +85,10 @@ def _sections(subject: Subject, maker: Maker, keys: Iterable[str]) -> list[Field
         elif key == "backend_options":
             made.append(_of_backends(subject, maker))
         else:
-            needed = key in root["required"] and not (key == "initial" and at(subject.data, ("robot", "home")))
+            needed = key in SCHEMA["required"] and not (key == "initial" and at(subject.data, ("robot", "home")))
             value = subject.data.get(key, MISSING)
             known = at(subject.known, (key,))
-            made.append(maker.field(root["properties"][key], (key,), value, known, needed=needed))
+            made.append(maker.field(SCHEMA["properties"][key], (key,), value, known, needed=needed))
     keys_of_all = {"robot", "believed", *MOTION, *CONTROL, *SIMULATION, "events"}
     if "simulation" in keys:
         made += [maker.odd((key,), value) for key, value in subject.data.items() if key not in keys_of_all]
@@ -95,10 +96,10 @@ def _sections(subject: Subject, maker: Maker, keys: Iterable[str]) -> list[Field
 
 
 def _robot(subject: Subject, maker: Maker) -> list[Field]:
-    root, robot = subject.schema, subject.data.get("robot", MISSING)
+    robot = subject.data.get("robot", MISSING)
     made: list[Field] = []
     if subject.robot_file or not isinstance(robot, dict):
-        about = root["properties"]["robot"]["description"]
+        about = SCHEMA["properties"]["robot"]["description"]
         made.append(
             {
                 "path": "robot",
@@ -113,7 +114,7 @@ def _robot(subject: Subject, maker: Maker) -> list[Field]:
         )
     if not isinstance(robot, dict):
         return made
-    node = root["$defs"]["RobotSection"]
+    node = SCHEMA["$defs"]["RobotSection"]
     made += _of_robot(node, maker, ("robot",), robot, at(subject.known, ("robot",)))
     made.append(_believed(subject, maker, node, robot))
     return made
@@ -134,7 +135,7 @@ def _of_robot(node: Schema, maker: Maker, path: Path, robot: dict[str, Any], kno
 def _believed(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any]) -> Field:
     """The robot that is believed: the robot itself but for what is given; no key is needed."""
     given = subject.data.get("believed", MISSING)
-    about = resolve(subject.schema["properties"]["believed"], subject.schema)
+    about = resolve(SCHEMA["properties"]["believed"], SCHEMA)
     section = maker.field(about, ("believed",), MISSING if isinstance(given, dict) else given)
     section |= {"given": given is not MISSING, "optional": True}
     if given is not MISSING and not isinstance(given, dict):
@@ -155,7 +156,7 @@ def _believed(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any
 
 def _of_plugin(subject: Subject, maker: Maker, role: Role) -> Field:
     given = subject.data.get(role, MISSING)
-    field = maker.field(subject.schema["properties"][role], (role,), given, at(subject.known, (role,)))
+    field = maker.field(SCHEMA["properties"][role], (role,), given, at(subject.known, (role,)))
     if field["kind"] != "section":
         return field
     section = given if isinstance(given, dict) else {}
@@ -170,13 +171,13 @@ def _of_plugin(subject: Subject, maker: Maker, role: Role) -> Field:
 
 def _of_backends(subject: Subject, maker: Maker) -> Field:
     given = subject.data.get("backend_options", MISSING)
-    field = maker.field(subject.schema["properties"]["backend_options"], ("backend_options",), given)
+    field = maker.field(SCHEMA["properties"]["backend_options"], ("backend_options",), given)
     if given is not MISSING and not isinstance(given, dict):
         return field
     sections = {} if given is MISSING else given
     chosen = at(subject.data, ("simulation", "backend"))
     if chosen is MISSING:
-        chosen = resolve(subject.schema["$defs"]["Simulation"], subject.schema)["properties"]["backend"]["default"]
+        chosen = resolve(SCHEMA["$defs"]["Simulation"], SCHEMA)["properties"]["backend"]["default"]
     rows = []
     for name in dict.fromkeys([*([chosen] if isinstance(chosen, str) else []), *sections]):
         path: Path = ("backend_options", name)
@@ -214,7 +215,10 @@ def _choices(subject: Subject) -> dict[str, list[dict[str, Any]]]:
     made = {"simulation.backend": _entries(subject.plugins, "backend")}
     cables = at(subject.data, ("robot", "cables"))
     names = [choice(name) | {"label": name} for name in cable_names(cables)] if isinstance(cables, list) else []
+    changeable = Starts(subject.data, SCHEMA, subject.plugins).changeable()
+    keys = [choice(key) | {"label": key} for key in changeable]
     events = subject.data.get("events")
     for i in range(len(events) if isinstance(events, list) else 0):
         made[f"events[{i}].cable"] = names
+        made[f"events[{i}].key"] = keys
     return made

@@ -28,7 +28,7 @@ class Disturb {
 
   push() {
     const force = this.numbers("Push force", ["x", "y", "z"], "N"), moment = this.numbers("Push moment", ["x", "y", "z"], "N m");
-    const last = this.numbers("Push for", [""], "s", ["0.5"]);
+    const last = this.numbers("Push duration", [""], "s", ["0.5"]);
     last.inputs[0].title = "Empty: until it is released";
     const act = () => {
       const [f, m, d] = [this.read(force, 0), this.read(moment, 0), this.read(last)];

@@ -76,14 +76,24 @@ function vectorWidget(field, desk, label = words(field.path || field.label)) {
   const names = field.labels || AXES_OF[size] || Array.from({ length: size }, (_, i) => String(i + 1));
   const parts = names.slice(0, size).map((name) => entry(`${label}, ${name}`, commit, { inputmode: "decimal", className: "number", title: name }));
   const root = make("span", { className: `vector of${size}`, role: "group", "aria-label": label }, ...parts.map(({ input }) => input));
+  let waiting = false, known = []; // for the rest of a vector; values that the program has or will answer
   function commit() {
-    const values = parts.map(({ input }) => reading(input.value)), alone = values.slice(1).every((value) => value === "");
-    if (values.every((value) => value === "") && field.optional) desk.clear(field);
-    else desk.edit(field, field.single && alone ? values[0] : values);
+    const values = parts.map(({ input }) => reading(input.value)), empty = values.map((value) => value === "");
+    const whole = !empty.includes(true), alone = field.single && empty.indexOf(false) === 0 && !empty.slice(1).includes(false);
+    // Half a vector says nothing: it waits for the rest.
+    parts.forEach(({ input }, i) => input.setAttribute("aria-invalid", String(!whole && !alone && empty[i] && empty.includes(false))));
+    waiting = !whole && !alone && empty.includes(false);
+    if (whole || alone) {
+      known.push(JSON.stringify(whole ? values : values[0]));
+      desk.edit(field, whole ? values : values[0]);
+    } else if (!waiting && field.optional) desk.clear(field);
   }
   return {
     root,
     show(now) {
+      if (waiting && known.includes(JSON.stringify(now.value))) return; // it answers what went before
+      waiting = false;
+      known = [JSON.stringify(now.value)];
       const values = Array.isArray(now.value) ? now.value : [now.value];
       parts.forEach(({ put }, i) => put(writing(values[i])));
     },
@@ -179,7 +189,7 @@ class Group {
     this.problem = make("p", { className: "problem" });
     this.lines = new Lineup(desk);
     this.chosen = field.choices ? choiceWidget(field, desk, `Form of ${words(field.path || field.label)}`) : null;
-    this.fold = button("", () => this.open(this.lines.root.hidden), { className: "fold" });
+    this.fold = button("", () => this.open(this.lines.root.hidden), { className: "fold", "aria-label": `Fold ${words(field.path || field.label)}` });
     this.fold.append(this.title);
     this.gone = button("×", () => desk.clear(this.field), { className: "clear", "aria-label": `Leave out ${words(field.path || field.label)}`, title: "Leaves all of it out" });
     this.root = make("fieldset", { className: "group", "data-path": field.path },
