@@ -47,7 +47,7 @@ def command(
         try:
             from cdpr.gui.window import Window
         except ModuleNotFoundError as error:
-            if error.name != "websockets":
+            if (error.name or "").partition(".")[0] != "websockets":
                 raise
             raise PluginError("cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'") from None
         from threading import Event

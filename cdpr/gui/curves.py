@@ -50,7 +50,8 @@ class Curves:
         rows = np.concatenate([self._rest, rows])
         whole = len(rows) // self._span
         self._rest = rows[whole * self._span :]
-        self._append(_extremes(rows[: whole * self._span].reshape(whole, self._span, rows.shape[1])))
+        if whole:
+            self._append(_extremes(rows[: whole * self._span].reshape(whole, self._span, -1)))
 
     def end(self) -> None:
         """Add what is left over, after the last sample."""

@@ -11,6 +11,7 @@ import contextlib
 import hmac
 import json
 import logging
+import os
 import secrets
 import socket
 import struct
@@ -104,7 +105,8 @@ class Server:
                 return self._serve(each)
             except (OSError, OverflowError) as error:
                 failed = error
-        reason = getattr(failed, "strerror", None) or failed
+        number = getattr(failed, "errno", None) or 0
+        reason = os.strerror(number) if number > 0 else getattr(failed, "strerror", None) or failed
         where = self._host if port is None else f"{self._host}, port {port}"
         hint = "" if port is None else "; leave out --port for one that is free"
         raise CdprError(f"{where}: {reason}{hint}") from failed

@@ -30,7 +30,7 @@ BUSY = 1.0 / 30.0  # s of computing after which a command is looked for
 LATE = 0.1  # s that the simulation may be behind the clock before it gives up to catch up
 SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
-PATIENCE = 5.0  # s that `close` waits for a step that is under way
+PATIENCE = 2.0  # s that `close` waits for a step that is under way
 
 Level = Literal["error", "warning", "info"]
 Tell = Callable[[Level, str], None]
@@ -164,10 +164,14 @@ class Show:
             raise CdprError("nothing is simulated: mend what is wrong and apply it, or reset")
         return self._stage
 
-    def _run(self) -> None:
-        stage = self._there
-        if stage.over:
+    @property
+    def _going(self) -> Stage:
+        if self._there.over:
             raise CdprError("the run is over: reset it to run it again")
+        return self._there
+
+    def _run(self) -> None:
+        stage = self._going
         self._clock.start(stage.time, self._speed)
         self._go_to("running", "")
 
@@ -183,8 +187,9 @@ class Show:
     def _step(self, n: int = 1) -> None:
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: a whole number from 1 to {MOST_STEPS} is expected, got {n!r}")
+        stage = self._going
         self._pause()
-        self._take(n)
+        self._take(stage, n)
         if self._phase == "ready":
             self._go_to("paused", "")
 
@@ -201,12 +206,11 @@ class Show:
             stage = self._there
             n = self._clock.steps(stage.time, stage.period)
             if n:
-                self._take(n)
+                self._take(stage, n)
         self._publish(monotonic())
 
-    def _take(self, n: int) -> None:
+    def _take(self, stage: Stage, n: int) -> None:
         """Take steps; however they end, that is a phase."""
-        stage = self._there
         began = monotonic()
         try:
             stage.step(n)

@@ -20,6 +20,7 @@ from cdpr.gui.drawing import Drawing
 from cdpr.log.event import Event
 from cdpr.log.rows import IN_MEMORY
 from cdpr.log.run import Run
+from cdpr.log.run_folder import folder_name
 from cdpr.log.save import save
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
@@ -203,7 +204,7 @@ class Stage:
         self._pushes[next(self._numbers)] = self._sim.push(force, moment, duration=duration)
 
     def _release(self, id: int) -> None:
-        push = dict(self._acting()).get(id)
+        push = next((push for key, push in self._acting() if key == id), None)
         if push is None:
             raise CdprError("release: that push has ended")
         self._sim.release(push)
@@ -224,7 +225,7 @@ class Stage:
         """Write log, summary and scenario at once, and the report, which takes longer, later."""
         if not self._samples:
             raise CdprError("save_run: no sample is complete before the first step")
-        run = save(self._sim.so_far(), Path(out) if out else None, scenario=self.scenario.yaml_in)
+        run = save(self._sim.so_far(), folder_name(out) if out else None, scenario=self.scenario.yaml_in)
         assert run.folder is not None
         if len(self._sim.events) > len(self.scenario.events):
             self._sim.save(Path(run.folder) / SESSION_NAME)
