@@ -11,7 +11,7 @@ import pytest
 
 from cdpr.errors import CdprError, OutputError, ScenarioError
 from cdpr.gui.desk import Desk
-from cdpr.scenario import load_scenario
+from cdpr.scenario import load_robot, load_scenario
 from cdpr.scenario.overrides import typed
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -275,3 +275,42 @@ def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "chosen", "sets"),
+    [
+        ("caroca", {"backend": "mujoco", "solver": "lp", "controller": "pid"}, []),
+        ("caroca", {}, ["robot.cables[0].frame[2]=3.6", "robot.platform.colour=red", "world.gravity[0]=0.1"]),
+        ("caroca", {}, ["believed.platform.mass=140", "believed.cables[5].frame[2]=3.6", "solver.infeasible=stop"]),
+        ("believed", {}, ["believed.cables[5].frame[2]=3.6", "believed.cables[3].diameter=0.01"]),
+        ("believed", {}, ["believed.cables=[{name: cable_2, frame: [-3.5, -2, 3.6]}]", "log.step=0.01"]),
+        ("cable_break", {}, ["events[0].cable=7", "events[0].time=1.5", "robot.home.position[2]=1.3"]),
+        ("cogiro_pulleys", {}, ["robot.cable.exit.radius=0.06", "backend_options.mujoco.cables=native"]),
+        ("winch", {"controller": "cable_length"}, ["robot.cable.axial_stiffness=2e5"]),
+        ("waypoints", {}, ["trajectory.points[1].time=3.5", "name=mine"]),
+        ("point_mass", {}, ["robot=robots/seven.yaml", "trajectory={type: hold}", "simulation.duration=1"]),
+        ("thesis", {}, ["controller.kp=[1, 2, 3, 4, 5, 6]", "initial.orientation={rpy_deg: [0, 0, 5]}"]),
+    ],
+)
+def test_what_is_typed_comes_to_the_same_as_when_it_is_run(
+    name: str, chosen: dict[str, str | None], sets: list[str]
+) -> None:
+    changes = typed(chosen, sets)
+    assert Desk(name, changes).scenario() == load_scenario(name, overrides=changes)
+
+
+def test_a_robot_alone_is_saved_as_a_robot(folder: Path) -> None:
+    desk = Desk("seven")
+    desk.edit("robot.platform.mass", 21)
+    name = str(folder / "robots" / "mine")
+    assert desk.save_as(name) == [f"{name}.yaml"]
+    assert desk.form()["file"] == f"{name}.yaml"
+    desk.edit("robot.platform.mass", 22)
+    assert desk.save() == [f"{name}.yaml"]
+    assert load_robot(f"{name}.yaml").platform.mass == 22
+    desk.edit("simulation.duration", 3)
+    assert sorted(desk.save_as(str(folder / "new/run.yaml"))) == [str(folder / "new/run.yaml")]
+    assert load_scenario(folder / "new/run.yaml").robot.platform.mass == 22
+    desk.edit("robot.platform.mass", 23)
+    assert desk.save() == [str(folder / "new/../robots/mine.yaml")]
