@@ -1,4 +1,4 @@
-"""The window of `cdpr gui` in a browser: it edits, runs, disturbs and tells, and asks for nothing but its own socket."""
+"""The window of `cdpr gui` in a browser: it edits, runs, disturbs, and asks for nothing but its own socket."""
 
 from __future__ import annotations
 
@@ -42,6 +42,18 @@ VALUE = """(path) => {
   return seek(cdpr.form.message.tabs.flatMap((tab) => tab.fields));
 }"""
 IS = f"([path, value]) => JSON.stringify(({VALUE})(path)) === JSON.stringify(value)"
+
+
+UNFOLD = """() => {
+  const folded = document.querySelectorAll('.fold[aria-expanded="false"]:not([disabled])');
+  folded.forEach((node) => node.click());
+  return folded.length;
+}"""
+# Of all that can be operated without a dialog, on any tab: the name that screen readers say.
+NAMES = """() => [...document.querySelectorAll("button:not([role=tab]), input, select, textarea, canvas[tabindex]")]
+  .filter((node) => !node.hidden && !node.closest("dialog, #curves, .lines[hidden]"))
+  .map((node) => node.getAttribute("aria-label") || [...(node.labels || [])].map((label) => label.textContent).join()
+    || node.textContent)"""
 
 
 @pytest.fixture(scope="module")
@@ -122,8 +134,9 @@ def choose(page, path, label):
 
 
 def apply(page):
+    page.evaluate("cdpr.stage.films[0].before = true")
     page.get_by_role("button", name="Apply").click()
-    page.wait_for_function("() => cdpr.form.message.applied && cdpr.phase === 'ready'")
+    page.wait_for_function("() => cdpr.form.message.applied && !cdpr.stage.films[0].before && cdpr.phase === 'ready'")
 
 
 def run_to_the_end(page):
@@ -223,7 +236,7 @@ def test_a_run_a_push_and_a_cut_are_seen_in_the_plots(page):
     page.wait_for_function("(t) => cdpr.curves.latest > 0.9 && !cdpr.waiting")
     page.wait_for_timeout(150)  # ms: the last curves come with the next message
     curves = page.evaluate(
-        "cdpr.curves.panels.map((panel) => panel.series.map((curve) => [Array.from(curve.time), Array.from(curve.value)]))"
+        "cdpr.curves.panels.map(({series}) => series.map(({time, value}) => [Array.from(time), Array.from(value)]))"
     )
     time, error = map(np.array, curves[1][0])
     push, cut = (event["time"] for event in page.evaluate("cdpr.data.events")[:2])
@@ -322,7 +335,11 @@ def test_a_page_that_is_loaded_again_goes_on_from_where_the_run_is(page):
 
 def test_a_connection_that_is_lost_is_told_and_made_again(page):
     page.evaluate(
-        "() => { cdpr.link.open = ((open) => () => { setTimeout(open, 300); })(cdpr.link.open.bind(cdpr.link)); cdpr.link.socket.close(); }"
+        """() => {
+          const open = cdpr.link.open.bind(cdpr.link);
+          cdpr.link.open = () => setTimeout(open, 300);
+          cdpr.link.socket.close();
+        }"""
     )
     page.locator("#lost").wait_for(state="visible")
     page.keyboard.press("Space")
@@ -387,19 +404,9 @@ def test_names_and_texts_of_files_are_texts(files, page):
 
 
 def test_every_control_has_a_name_of_its_own(page):
-    for _ in range(20):  # until all is unfolded
-        folded = page.locator('#form [role=tabpanel] .fold[aria-expanded="false"]:not([disabled])')
-        if not folded.count():
-            break
-        page.evaluate(
-            "document.querySelectorAll('.fold[aria-expanded=\"false\"]:not([disabled])').forEach((node) => node.click())"
-        )
-    names = page.evaluate(
-        """() => [...document.querySelectorAll("button:not([role=tab]), input, select, textarea, canvas[tabindex]")]
-          .filter((node) => !node.closest("[hidden]") || node.closest("[role=tabpanel]"))
-          .filter((node) => !node.hidden && !node.closest("dialog"))
-          .map((node) => node.getAttribute("aria-label") || [...(node.labels || [])].map((l) => l.textContent).join() || node.textContent)"""
-    )
+    while page.evaluate(UNFOLD):
+        pass
+    names = page.evaluate(NAMES)
     assert len(names) > 100
     assert all(name.strip() for name in names)
     assert [name for name, count in Counter(names).items() if count > 1] == []

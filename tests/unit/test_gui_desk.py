@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,17 @@ from cdpr.scenario import load_scenario
 from cdpr.scenario.overrides import typed
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+STL = """solid box
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 1
+endloop
+endfacet
+endsolid box
+"""
 
 
 @pytest.fixture
@@ -115,3 +128,150 @@ def test_a_robot_alone_stands_in_a_scenario_at_its_home(folder: Path) -> None:
     assert desk.scenario().robot.platform.mass == 140
     assert desk.save() == [str(folder / "robots/caroca.yaml")]
     assert sorted(path.name for path in (folder / "robots").iterdir()) == ["caroca.yaml"]
+
+
+def test_a_file_keeps_its_line_ends_its_rights_and_its_link(folder: Path) -> None:
+    file, link = folder / "caroca.yaml", folder / "link.yaml"
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    file.chmod(0o640)
+    link.symlink_to("caroca.yaml")
+    desk = Desk(str(link))
+    before = file.read_bytes()
+    desk.edit("simulation.duration", 3)
+    desk.edit("log.step", 0.01)
+    desk.save()
+    expected = before.replace(b"duration: 4.0", b"duration: 3", 1) + b"log: {step: 0.01}\r\n"
+    assert file.read_bytes() == expected
+    assert link.is_symlink()
+    assert file.stat().st_mode & 0o777 == 0o640
+    assert {path.name for path in folder.iterdir()} == {"caroca.yaml", "link.yaml", "robots"}
+
+
+def test_saved_elsewhere_all_names_lead_to_the_same_files(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    (folder / "path.csv").write_text("t,x,y,z\n0,0,0,1.2\n2,0.2,0,1.2\n4,0,0,1.2\n")
+    (folder / "robots/box.stl").write_text(STL)
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("trajectory", "csv")
+    desk.edit("trajectory.file", "path.csv")
+    desk.edit("robot.platform.shape", "mesh")
+    desk.edit("robot.platform.shape.mesh", "box.stl")
+    expected = desk.scenario()
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    names = desk.save_as(str(elsewhere / "deeper" / "mine"))
+    assert names == [str(elsewhere / "deeper/mine.yaml"), str(elsewhere / "deeper/robots/caroca.yaml")]
+    again = load_scenario(names[0])
+    assert again.yaml_in(str(folder)).replace("mine", "caroca") == expected.yaml_in(str(folder))
+    assert not desk.form()["modified"]
+    assert "mesh" not in (folder / "robots/caroca.yaml").read_text()
+
+
+def test_a_robot_that_is_as_it_was_is_named_where_it_is(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("simulation.duration", 3)
+    (folder / "other").mkdir()
+    assert desk.save_as(str(folder / "other")) == [str(folder / "other/caroca.yaml")]
+    assert 'robot: "../robots/caroca.yaml"   ' in (folder / "other/caroca.yaml").read_text()
+    assert load_scenario(folder / "other/caroca.yaml").simulation.duration == 3
+
+
+def test_a_changed_robot_is_never_written_over_that_of_others(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    before = (folder / "robots/caroca.yaml").read_text()
+    desk.edit("robot.platform.mass", 140)
+    names = desk.save_as(str(folder / "heavier.yaml"))
+    assert names == [str(folder / "heavier.yaml"), str(folder / "robots/caroca_2.yaml")]
+    assert (folder / "robots/caroca.yaml").read_text() == before
+    assert load_scenario(names[0]).robot.platform.mass == 140
+    desk.edit("robot.platform.mass", 130)
+    assert desk.save() == [names[1]]
+
+
+def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    before = desk.texts()
+    for edit in (
+        lambda: desk.edit("events[3].time", 1),
+        lambda: desk.edit("robot.cables[9].frame", [0, 0, 0]),
+        lambda: desk.edit("a b", 1),
+        lambda: desk.edit("", 1),
+        lambda: desk.edit("solver.type[2]", 1),
+        lambda: desk.edit("solver.reference", "[1, "),
+        lambda: desk.insert("simulation.duration", 1),
+        lambda: desk.open("no_such_thing"),
+        lambda: desk.open("gains"),  # a study
+        lambda: desk.new("robot", masss=4),
+        lambda: desk.new("study"),
+        lambda: desk.redo(),
+    ):
+        with pytest.raises(CdprError):
+            edit()
+        assert desk.texts() == before
+    desk.remove("events")
+    desk.remove("simulation.log")
+    assert desk.texts() == before
+
+
+def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    desk = Desk("caroca")
+    desk.new("robot", file="mine.yaml", frame=[4, 3, 2], mass="25")
+    assert desk.form()["modified"]
+    assert desk.scenario().robot.platform.mass == 25
+    assert list(tmp_path.iterdir()) == []
+    desk.edit("trajectory", "circle")
+    with pytest.raises(OutputError, match="has no file: save it as one"):
+        desk.save()
+    desk.undo()
+    assert desk.save() == ["mine.yaml"]
+    desk.new("robot", file="mine.yaml")
+    with pytest.raises(OutputError, match="is there already"):
+        desk.save()
+    desk.new("scenario", robot="mine.yaml")
+    assert desk.save() == ["scenario.yaml"]
+    assert load_scenario("scenario.yaml").robot.platform.mass == 25
+
+
+def test_another_robot_file_can_be_named_and_taken_back(folder: Path) -> None:
+    shutil.copy(SCENARIOS / "robots/seven.yaml", folder / "robots")
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("robot", "robots/seven.yaml")
+    assert desk.scenario().robot.m == 7
+    assert desk.form()["files"] == [str(folder / "caroca.yaml"), str(folder / "robots/seven.yaml")]
+    desk.edit("robot", "robots/eight.yaml")
+    (problem,) = desk.form()["problems"]
+    assert problem["path"] == "robot"
+    desk.undo()
+    desk.undo()
+    assert desk.scenario().robot.m == 8
+
+
+def test_a_cable_comes_and_goes_with_its_limits(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("robot.tension.min[2]", 60)
+    assert desk.scenario().robot.tension_min.tolist() == [50, 50, 60, 50, 50, 50, 50, 50]
+    desk.remove("robot.cables[1]")
+    assert desk.scenario().robot.tension_min.tolist() == [50, 60, 50, 50, 50, 50, 50]
+    desk.insert("robot.cables")
+    assert desk.scenario().robot.m == 8
+
+
+def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    assert not desk.form()["applied"]
+    desk.apply()
+    assert desk.form()["applied"]
+    desk.edit("controller.kp", 80)
+    assert not desk.form()["applied"]
+    desk.undo()
+    assert desk.form()["applied"]
+
+
+def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
+    code = (
+        "import json, sys; from cdpr.gui.desk import Desk; desk = Desk('caroca'); json.dumps(desk.form());"
+        "print([name for name in ('numba', 'scipy', 'matplotlib', 'mujoco', 'websockets') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

@@ -8,7 +8,7 @@ from typing import Any
 
 from cdpr.errors import CdprError, OutputError
 from cdpr.gui.desk import believed, choose, edit, saving
-from cdpr.gui.desk.fields import MISSING, ONE_OF, Field, at, branches, every, resolve
+from cdpr.gui.desk.fields import ANY, MISSING, ONE_OF, Field, at, branches, every, resolve
 from cdpr.gui.desk.files import File, Files, unsaved
 from cdpr.gui.desk.form import SCHEMA, Subject, placed, tabs
 from cdpr.gui.desk.made import around, new_file
@@ -86,25 +86,34 @@ class Desk:
             if document:
                 self._data["robot"] = {"name": stem(name), **document.data}
         self._form: list[dict[str, Any]] | None = None
-        self._scenario: Scenario | None = None
-        self._problems: tuple[Problem, ...] = ()
-        self._warnings: tuple[Problem, ...] = ()
-        try:
-            self._scenario = self._load()
-        except CdprError as error:
-            self._problems = error.rows or (Problem(Mark(main.name), (), str(error)),)
+        self._loaded: Scenario | CdprError | None = None
 
-    def _load(self) -> Scenario:
-        main = self._files.scenario
-        scenario = load_scenario(main.name, text=main.text, files=self._files.texts(), plugins=self._plugins)
-        idle = "is given, but this run does not use it"
-        spare = [Problem(Mark(main.name), tuple(_parts(key)), idle) for key in scenario.unused]
-        self._warnings = (*scenario.warnings, *spare)
-        return scenario
+    def _load(self) -> Scenario | CdprError:
+        """Load what the texts say, once."""
+        if self._loaded is None:
+            main = self._files.scenario
+            try:
+                self._loaded = load_scenario(
+                    main.name, text=main.text, files=self._files.texts(), plugins=self._plugins
+                )
+            except CdprError as error:
+                self._loaded = error
+        return self._loaded
 
     def scenario(self) -> Scenario:
         """Return the scenario that the form describes; ScenarioError or PluginError with all problems otherwise."""
-        return self._load() if self._scenario is None else self._scenario
+        loaded = self._load()
+        if isinstance(loaded, CdprError):
+            raise loaded.with_traceback(None)
+        return loaded
+
+    def _told(self) -> tuple[Sequence[Problem], Sequence[Problem]]:
+        """Problems and warnings."""
+        loaded, whole = self._load(), Mark(self._files.scenario.name)
+        if isinstance(loaded, CdprError):
+            return loaded.rows or [Problem(whole, (), str(loaded))], []
+        idle = "is given, but this run does not use it"
+        return [], [*loaded.warnings, *(Problem(whole, tuple(_parts(key)), idle) for key in loaded.unused)]
 
     def apply(self) -> Scenario:
         """Return the scenario, which runs from now on: the form says so until it is changed."""
@@ -115,6 +124,7 @@ class Desk:
     def form(self) -> dict[str, Any]:
         """Return the message with all fields, their problems, and what may be undone."""
         made, files = self._tabs(), self._shown_files()
+        problems, warnings = self._told()
         reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
         first = next((file for file in files if not file.fixed or file.saved is not None), files[0])
         return {
@@ -128,8 +138,8 @@ class Desk:
             "undo": self._undo[-1][0] if self._undo else None,
             "redo": self._redo[-1][0] if self._redo else None,
             "tabs": made,
-            "problems": placed(made, self._problems),
-            "warnings": placed(made, self._warnings),
+            "problems": placed(made, problems),
+            "warnings": placed(made, warnings),
         }
 
     def texts(self) -> list[dict[str, str]]:
@@ -141,9 +151,8 @@ class Desk:
 
     def _tabs(self) -> list[dict[str, Any]]:
         if self._form is None:
-            known: Any = MISSING
-            if self._scenario is not None:
-                known = self._scenario.sections.model_dump(mode="json", by_alias=True)
+            loaded = self._load()
+            known = loaded.sections.model_dump(mode="json", by_alias=True) if isinstance(loaded, Scenario) else MISSING
             self._form = tabs(Subject(self._data, self._robot_file, known, self._plugins))
         return self._form
 
@@ -206,7 +215,7 @@ class Desk:
     def _item(self, key: Path, name: Any, items: list[Any]) -> Any:
         """A new item of a list: of the form that has this name, or like the last."""
         node = self._schema_at(key)
-        item = resolve(node.get("items", {}), SCHEMA) if node else {}
+        item = resolve(node.get("items", ANY), SCHEMA) if node else {}
         if isinstance(name, str) and "discriminator" in item:
             return choose.form_section(item, SCHEMA, name, {}, self._starts())
         if name is not None:
@@ -268,10 +277,13 @@ class Desk:
 
     def _whole(self, key: Path, value: Any) -> tuple[Path, Any]:
         """Where an item is set of a vector that is not given, or given as one number, set all of it."""
-        if len(key) < 2 or not isinstance(key[-1], int) or isinstance(at(self._data, key[:-1]), list):
+        if len(key) < 2 or not isinstance(key[-1], int):
+            return key, value
+        place = self._believed(key[:-1])[0] if key[0] == "believed" and len(key) > 2 else key[:-1]
+        if isinstance(at(self._data, place), list):
             return key, value
         field = self._field(key[:-1])
-        held = field["value"] if field else None
+        held = field["value"] if field else at(self._data, ("robot", *key[1:-1])) if key[0] == "believed" else None
         if field and field["kind"] == "vector" and not isinstance(held, list):
             cables = at(self._data, ("robot", "cables"))
             size = field.get("size") or (len(cables) if isinstance(cables, list) else 0)
@@ -318,9 +330,6 @@ class Desk:
                     if not isinstance(value, dict):
                         raise CdprError(f"{dotted(key)}: a mapping of what differs is expected")
                     value = {**entry, **value}
-                elif len(path) > 4:  # within a list: all of it is said
-                    own = at(self._data, ("robot", *key[1:4]))
-                    text = edit.set_value(text, path[:4], own)
         if cut:
             changed = edit.remove(text, path)
         else:

@@ -38,15 +38,27 @@ class _Missing:
         return False
 
 
+ANY: Schema = {}  # what says nothing
 MISSING: Any = _Missing()  # stands where nothing is given
+
+
+_resolved: dict[int, tuple[Schema, Schema, Schema]] = {}  # by the node's id, which lives as long as it stands here
 
 
 def resolve(node: Schema, root: Schema) -> Schema:
     """Return a node without references; what may be left out is `optional`, a section has its `name`."""
+    if id(node) not in _resolved:
+        made = _resolve(node, root)
+        _resolved[id(node)] = (node, root, made)
+        _resolved[id(made)] = (made, root, made)
+    return _resolved[id(node)][2]
+
+
+def _resolve(node: Schema, root: Schema) -> Schema:
     beside: Schema = {key: node[key] for key in ("description", "unit", "default", "optional") if key in node}
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
-        return resolve({**root.get("$defs", {}).get(name, {}), "name": name, **beside}, root)
+        return _resolve({**root.get("$defs", {}).get(name, {}), "name": name, **beside}, root)
     union = node.get("anyOf")
     if union is None:
         return node
@@ -54,14 +66,14 @@ def resolve(node: Schema, root: Schema) -> Schema:
     if len(real) < len(union):
         beside["optional"] = True
     if len(real) == 1:
-        return resolve({**real[0], **beside}, root)
-    return {**beside, "anyOf": [resolve(each, root) for each in real]}
+        return _resolve({**real[0], **beside}, root)
+    return {**beside, "anyOf": [_resolve(each, root) for each in real]}
 
 
 def branches(node: Schema, root: Schema) -> dict[str, Schema]:
     """Return the forms that a section may have, by what its `type` says of each."""
     mapping = node.get("discriminator", {}).get("mapping", {})
-    return {name: resolve({"$ref": target}, root) for name, target in mapping.items()}
+    return {name: resolve(root["$defs"][target.rpartition("/")[2]], root) for name, target in mapping.items()}
 
 
 def kind_of(node: Schema, root: Schema) -> str:
@@ -90,14 +102,14 @@ def kind_of(node: Schema, root: Schema) -> str:
 def _kind_of_list(node: Schema, root: Schema) -> str:
     if _numbers(node) and "prefixItems" in node:
         return "vector"
-    item = resolve(node.get("items", {}), root)
+    item = resolve(node.get("items", ANY), root)
     if "enum" in item:
         return "set"
     return "list" if "discriminator" in item or "properties" in item else "yaml"
 
 
 def _numbers(node: Schema) -> bool:
-    items = node.get("prefixItems") or [node.get("items", {})]
+    items = node.get("prefixItems") or [node.get("items", ANY)]
     return all(item.get("type") in ("number", "integer") for item in items)
 
 
@@ -156,7 +168,7 @@ class Maker:
         """Return what a value of a resolved node may be."""
         more: Field = {}
         if kind in ("choice", "set"):
-            holder = node if kind == "choice" else resolve(node.get("items", {}), self.root)
+            holder = node if kind == "choice" else resolve(node.get("items", ANY), self.root)
             values = [holder["const"]] if "const" in holder else holder.get("enum", [])
             more["choices"] = self.choices.get(dotted(path)) or [choice(str(value)) for value in values]
         forms = node.get("anyOf", [node])
@@ -220,7 +232,7 @@ class Maker:
         }
 
     def _list(self, node: Schema, path: Path, data: Any) -> Field:
-        item = resolve(node.get("items", {}), self.root)
+        item = resolve(node.get("items", ANY), self.root)
         rows = data if isinstance(data, list) else []
         forms = branches(item, self.root)
         return {

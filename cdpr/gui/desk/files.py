@@ -112,33 +112,40 @@ def write(name: str, text: str, *, new: bool) -> None:
 
     Where the name is a link, what it leads to is replaced.
     """
-    path = Path(os.path.realpath(name))
+    content = text.encode("utf-8")
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(text.encode("utf-8"))
-                stream.flush()
-                os.fsync(stream.fileno())
-            if new:
-                os.chmod(temporary, 0o666 & ~_umask())
-                os.link(temporary, path)  # never over what is there
-            else:
-                os.chmod(temporary, path.stat().st_mode & 0o7777)
-                os.replace(temporary, path)
-        finally:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
+        if new:
+            _create(Path(name), content)
+        else:
+            _replace(Path(os.path.realpath(name)), content)
     except FileExistsError:
         raise OutputError(f"'{name}' is there already: it is not written over; choose another name") from None
     except OSError as error:
         raise OutputError(f"cannot write '{name}': {error.strerror or error}") from None
 
 
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
+def _create(path: Path, content: bytes) -> None:
+    with path.open("xb") as stream:
+        try:
+            stream.write(content)
+            stream.flush()
+        except OSError:  # the disk is full: no half of it stays
+            path.unlink()
+            raise
+
+
+def _replace(path: Path, content: bytes) -> None:
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.chmod(temporary, path.stat().st_mode & 0o7777)
+        os.replace(temporary, path)
+    finally:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
 
 
 def _installed(name: str) -> str:

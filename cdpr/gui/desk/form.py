@@ -149,7 +149,9 @@ def _believed(subject: Subject, maker: Maker, node: Schema, robot: dict[str, Any
     fields = _of_robot(node, maker, ("believed",), {**said}, robot if known is MISSING else known)
     for i, each in enumerate(fields):
         if each["kind"] == "table":
-            fields[i] = cable_table(maker, ("believed", "cables"), merged["cables"], merged, cables or MISSING)
+            fields[i] = cable_table(
+                maker, ("believed", "cables"), merged.get("cables", MISSING), merged, cables or MISSING
+            )
         each["optional"] = True
     return section | {"kind": "section", "value": None, "fields": fields}
 

@@ -36,7 +36,7 @@ def cable_table(maker: Maker, path: Path, given: Any, robot: Any, known: Any) ->
     """
     columns = _columns(maker.root["$defs"]["CableSection"], maker, "", optional=False)
     cables = given if isinstance(given, list) else []
-    names = cable_names(list(cables) if known is MISSING else list(known))
+    names = cable_names(known if isinstance(known, list) and len(known) >= len(cables) else cables)
     rows = []
     for i, cable in enumerate(cables):
         if not isinstance(cable, dict):

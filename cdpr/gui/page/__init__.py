@@ -18,6 +18,7 @@ from cdpr.report.marks import DASHES
 from cdpr.report.player import assets
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.data import page_data
+from cdpr.scenario import examples
 
 FOLDER = Path(__file__).parent
 # In this order: each uses what stands before it.
@@ -53,10 +54,21 @@ def document() -> str:
 
 
 def hello() -> dict[str, Any]:
-    """Return what a window is told first: colours, and what stands for what."""
+    """Return what a window is told first: what stands for what, and what can be opened."""
     data = page_data(None, [], {}, Arrays())
     dashes = [[] if isinstance(dash, str) else list(dash[1]) for dash in DASHES]
-    return {**{key: data[key] for key in FIXED}, "dashes": dashes}
+    shown = [each for each in examples.examples() if each.kind != "study"]
+    names = {each.name: each for each in reversed(shown)}  # a name finds the first
+    listed = [
+        {
+            "kind": each.kind,
+            "label": each.name,
+            "name": each.name if names[each.name] is each else str(each.path),
+            "shows": each.shows,
+        }
+        for each in shown
+    ]
+    return {**{key: data[key] for key in FIXED}, "dashes": dashes, "examples": listed}
 
 
 def _text(name: str) -> str:

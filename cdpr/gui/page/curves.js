@@ -43,8 +43,10 @@ class Curves {
     for (const seconds of SPANS) choice.append(make("option", { value: seconds, text: `last ${seconds} s` }));
     choice.append(make("option", { value: 0, text: "whole time" }));
     choice.value = this.span;
+    this.lengths = button("Lengths", () => this.show(!this.long), { "aria-pressed": "false", title: "Cable lengths, too" });
+    this.long = false;
     this.back = button("Follow", () => this.follow(), { hidden: true, title: "Show the last seconds again" });
-    bar.append(make("label", { for: "seconds", text: "Plots" }), choice, this.back);
+    bar.append(make("label", { for: "seconds", text: "Plots" }), choice, this.lengths, this.back);
   }
 
   // For another robot: curves of as many cables as it has.
@@ -58,10 +60,19 @@ class Curves {
     this.tension = this.panel("tension (N)", 2.6, looks, 1, this.levels(limits));
     this.position = this.panel("position error (mm)", 1.5, one(data.cables[0]), 1e-3);
     this.attitude = this.panel("attitude error (mrad)", 1.5, one(data.cables[1]), 1e-3);
-    this.panels = [this.tension, this.position, this.attitude];
+    this.length = this.panel("cable length (m)", 1.5, looks, 1e-3);
+    this.panels = [this.tension, this.position, this.attitude, this.length];
     this.home.replaceChildren();
-    this.plots = this.panels.map((panel, i) => new Plot(this.home, panel, data, this.live, i === this.panels.length - 1));
+    this.plots = this.panels.map((panel, i) => new Plot(this.home, panel, data, this.live, i > 1)); // below attitudes, and lengths where they are shown
+    this.show(this.long);
     this.clear();
+  }
+
+  // Lengths are shown to who asks for them.
+  show(long) {
+    this.long = long;
+    this.lengths.setAttribute("aria-pressed", String(long));
+    if (this.plots.length) this.plots[3].root.hidden = !long;
   }
 
   panel(label, tall, looks, least, dashed = []) {
@@ -84,9 +95,10 @@ class Curves {
   add(message) {
     if (!this.tension) return;
     if (message.reset) this.clear();
-    const { t = [], tension = [], position_error: away = [], attitude_error: turned = [] } = message;
+    const { t = [], tension = [], position_error: away = [], attitude_error: turned = [], length = [] } = message;
     t.forEach((time, k) => {
       this.tension.series.forEach((curve, i) => curve.add(time, tension[k]?.[i] ?? null));
+      this.length.series.forEach((curve, i) => curve.add(time, length[k]?.[i] ?? null));
       this.position.series[0].add(time, away[k] == null ? null : 1e3 * away[k]);
       this.attitude.series[0].add(time, turned[k] == null ? null : 1e3 * turned[k]);
     });

@@ -15,7 +15,8 @@ class Files {
     this.open = this.dialog("Open a file or an example", "Open", () => live.send({ do: "open", name: this.name.value.trim() }),
       this.row("Name or path", this.name), this.examples, this.listed);
     this.target = make("input", { type: "text", id: "save-name", required: true, autocomplete: "off" });
-    this.saveAs = this.dialog("Save as", "Save", () => live.send({ do: "save_as", file: this.target.value.trim() }), this.row("File or folder", this.target));
+    this.why = make("p", { className: "none" });
+    this.saveAs = this.dialog("Save as", "Save", () => live.send({ do: "save_as", file: this.target.value.trim() }), this.why, this.row("File or folder", this.target));
     this.texts = make("div", { className: "texts" });
     this.yaml = this.dialog("YAML", "", null, this.texts);
     this.fresh = this.newDialog();
@@ -45,6 +46,7 @@ class Files {
     const cables = make("input", { type: "text", inputmode: "numeric", className: "number" });
     const crossed = make("select", {}, make("option", { value: "", text: "as usual" }), make("option", { value: "true", text: "crossed" }), make("option", { value: "false", text: "straight" }));
     const planar = make("input", { type: "checkbox" });
+    const file = make("input", { type: "text", autocomplete: "off", placeholder: "robot.yaml or scenario.yaml" });
     const robot = make("input", { type: "text", list: "examples", autocomplete: "off", placeholder: "a new one" });
     const group = (text, inputs) => make("p", { className: "row", role: "group", "aria-label": text }, make("span", { text }), make("span", { className: "vector of3" }, ...inputs));
     const make_ = () => {
@@ -54,6 +56,7 @@ class Files {
         const values = inputs.map((input) => reading(input.value));
         if (values.some((value) => value !== "")) given[key] = values;
       }
+      put("file", file.value.trim());
       put("mass", reading(mass.value));
       put("cables", reading(cables.value));
       put("crossed", crossed.value && crossed.value === "true");
@@ -61,17 +64,25 @@ class Files {
       if (kind.value === "scenario") put("robot", robot.value.trim());
       this.live.send(given);
     };
-    return this.dialog("New from a template", "Make", make_, this.row("Kind", kind), group("Frame (m)", frame), group("Platform (m)", platform),
+    return this.dialog("New from a template", "Make", make_, this.row("Kind", kind), this.row("File", file), group("Frame (m)", frame), group("Platform (m)", platform),
       this.row("Mass (kg)", mass), this.row("Cables", cables), this.row("Cables at the platform", crossed), this.row("Planar (x and z)", planar),
       this.row("Robot of a scenario", robot));
   }
 
-  // What can be opened.
+  // What comes with the program and can be opened.
   list(examples) {
-    if (!examples || String(examples) === this.known) return;
-    this.known = String(examples);
-    this.examples.replaceChildren(...examples.map((name) => make("option", { value: name })));
-    this.listed.replaceChildren(...examples.map((name) => button(name, () => { this.live.send({ do: "open", name }); this.open.close(); })));
+    this.examples.replaceChildren(...examples.map(({ name, shows }) => make("option", { value: name, text: shows })));
+    const open = ({ label, name, shows }) => button(label, () => { this.live.send({ do: "open", name }); this.open.close(); }, { title: shows });
+    this.listed.replaceChildren(...["scenario", "robot"].flatMap((kind) => [make("h3", { text: `${kind}s that come with cdpr` }),
+      ...examples.filter((each) => each.kind === kind).map(open)]));
+  }
+
+  // Where the files cannot be written to where they come from, another place is asked for.
+  save() {
+    const { unsaved } = this.live.form.message || {};
+    if (!unsaved) { this.live.send({ do: "save" }); return; }
+    say(this.why, unsaved);
+    this.saveAs.showModal();
   }
 
   show({ files }) {

@@ -22,7 +22,7 @@ class Form {
   act(key) {
     const active = document.activeElement;
     if (active?.matches("#form input, #form textarea")) active.blur();
-    this.live.send({ do: key });
+    if (key === "save") this.live.files.save(); else this.live.send({ do: key });
   }
 
   key(event) {

@@ -37,7 +37,7 @@ class Live {
   hear(message) {
     const { kind } = message;
     if (kind === "hello") this.greet(message);
-    else if (kind === "form") { this.form.show(message); this.files.list(message.examples); }
+    else if (kind === "form") this.form.show(message);
     else if (kind === "scene") this.load(message);
     else if (kind === "frame") this.feed(message);
     else if (kind === "samples") this.curves.add(message);
@@ -48,7 +48,7 @@ class Live {
 
   greet(hello) {
     this.data = { ...hello, scenes: [], shades: [], events: this.data?.events || [] };
-    this.files.list(hello.examples);
+    this.files.list(hello.examples || []);
   }
 
   load(message) {
