@@ -50,8 +50,6 @@ def command(
             if (error.name or "").partition(".")[0] != "websockets":
                 raise
             raise PluginError("cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'") from None
-        from threading import Event
-
         from cdpr.cli.progress import tell_of_compilation
         from cdpr.gui.desk import Desk
         from cdpr.scenario.overrides import typed
@@ -66,7 +64,14 @@ def command(
                 _open(window.address)
             tell_of_compilation()
             window.begin()
-            Event().wait()
+            _hold()
+
+
+def _hold() -> None:
+    """Go on until the command is ended."""
+    from threading import Event
+
+    Event().wait()
 
 
 def _open(address: str) -> None:

@@ -450,7 +450,7 @@ def test_a_clock_that_is_late_does_not_run_after_itself(monkeypatch):
     clock.took(steps, 0.001)
     time_now = 1.0 + 0.001 * steps
     now = 10.001
-    assert clock.steps(time_now, 0.001) <= 100  # a tenth of a second, not ten of them
+    assert clock.steps(time_now, 0.001) <= 500  # half a second, not ten of them
     clock.start(0.0, None)
     assert clock.steps(0.0, 0.001) >= 1
     assert clock.factor(now + 1.0, 0.5) == 0.5
