@@ -24,9 +24,11 @@ FOLDER = Path(__file__).parent
 # In this order: each uses what stands before it.
 FILES = (
     "words.js",
+    "parts.js",
     "live.js",
     "handles.js",
     "curves.js",
+    "widgets.js",
     "fields.js",
     "table.js",
     "form.js",

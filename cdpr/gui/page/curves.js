@@ -1,6 +1,6 @@
 // Plots that grow while the simulation runs: tension, and errors of position and attitude.
 
-const SPANS = [5, 10, 30, 60]; // s, seconds that may be shown
+const SPANS = [1, 2, 5, 10, 30, 60]; // s, seconds that may be shown
 
 // Time and value of one curve, on arrays that grow; the program thins what it sends, so that they stay short.
 class Curve {
@@ -40,8 +40,8 @@ class Curves {
       this.span = Number(choice.value);
       this.follow();
     } });
-    for (const seconds of SPANS) choice.append(make("option", { value: seconds, text: `last ${seconds} s` }));
-    choice.append(make("option", { value: 0, text: "whole time" }));
+    for (const seconds of SPANS) choice.append(option(seconds, `last ${seconds} s`));
+    choice.append(option(0, "whole time"));
     choice.value = this.span;
     this.lengths = button("Lengths", () => this.show(!this.long), { "aria-pressed": "false", title: "Cable lengths, too" });
     this.long = false;
@@ -63,7 +63,8 @@ class Curves {
     this.length = this.panel("cable length (m)", 1.5, looks, 1e-3);
     this.panels = [this.tension, this.position, this.attitude, this.length];
     this.home.replaceChildren();
-    this.plots = this.panels.map((panel, i) => new Plot(this.home, panel, data, this.live, i > 1)); // below attitudes, and lengths where they are shown
+    // Times stand below attitudes, and below lengths where they are shown.
+    this.plots = this.panels.map((panel, i) => new Plot(this.home, panel, data, this.live, i > 1));
     this.show(this.long);
     this.clear();
   }
@@ -117,8 +118,10 @@ class Curves {
   follow() {
     this.following = true;
     this.back.hidden = true;
-    const end = Math.max(this.latest, this.span || 1);
-    this.live.window = [this.span ? end - this.span : 0, end];
+    // At first the axis ends at the next of a few times, so that it stands still and is used.
+    const soon = SPANS.find((seconds) => seconds >= this.latest) ?? this.latest;
+    const end = this.span ? Math.max(this.latest, Math.min(soon, this.span)) : soon;
+    this.live.window = [this.span ? Math.max(0, end - this.span) : 0, end];
     this.live.redraw();
   }
 

@@ -6,22 +6,24 @@ class Disturb {
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
     this.changes = live.told.tabs.panel("change", "Change");
-    this.changes.classList.add("changes");
     home.append(this.push(), this.cables(), this.limits(), this.target(), this.saving());
   }
 
   part(title, ...inputs) { return make("fieldset", {}, make("legend", { text: title }), ...inputs); }
 
+  // Numbers of a group; the second word of its label stands before them.
   numbers(label, names, unit, values = names.map(() => "0")) {
-    const inputs = names.map((name, i) => make("input", { type: "text", inputmode: "decimal", className: "number", value: values[i], "aria-label": `${label}, ${name}`.replace(/, $/, ""), title: name || label }));
-    return { inputs, root: make("span", { className: "vector" }, make("span", { className: "what", text: label.replace(/^\w+ /, "") }), ...inputs, make("span", { className: "unit", text: unit })) };
+    const inputs = names.map((name, i) => numberBox(name ? `${label}, ${name}` : label, { value: values[i], title: name || label }));
+    const root = make("span", { className: "vector" }, span("what", label.replace(/^\w+ /, "")), ...inputs, span("unit", unit));
+    return { inputs, root };
   }
 
-  // Numbers of fields, or null with the field marked where one holds none.
+  // Numbers of fields, `empty` where nothing stands; undefined, with the fields marked, where something else does.
   read({ inputs }, empty = null) {
     const values = inputs.map((input) => (input.value.trim() === "" ? empty : reading(input.value)));
-    values.forEach((value, i) => inputs[i].setAttribute("aria-invalid", String(typeof value !== "number" && value !== empty)));
-    if (values.every((value) => typeof value === "number" || value === empty)) return values;
+    const sound = values.map((value) => typeof value === "number" || value === empty);
+    inputs.forEach((input, i) => input.setAttribute("aria-invalid", String(!sound[i])));
+    if (!sound.includes(false)) return values;
     this.live.note("error", "A number is expected in the field that is marked: nothing was sent.");
     return undefined;
   }
@@ -41,7 +43,8 @@ class Disturb {
     const act = (what) => () => { if (this.cable.value) this.live.send({ do: what, cable: this.cable.value }); };
     this.cable.addEventListener("change", () => this.live.select(this.cable.selectedIndex));
     this.cable.addEventListener("blur", () => this.live.select(null));
-    return this.part("Cable", this.cable, button("Cut", act("cut"), { title: "It breaks" }), button("Jam", act("jam"), { title: "Its winch stands still" }));
+    const cut = button("Cut", act("cut"), { title: "It breaks" });
+    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Its winch stands still" }));
   }
 
   limits() {
@@ -55,40 +58,38 @@ class Disturb {
       if (high[0] !== null) given.tension_max = high[0];
       this.live.send(given);
     };
-    return this.part("Limits", this.least.root, this.most.root, button("Set", act, { "aria-label": "Set limits", title: "Tension limits of all cables from now on; empty: as they are" }));
+    const title = "Tension limits of all cables from now on; empty: as they are";
+    return this.part("Limits", this.least.root, this.most.root, button("Set", act, { "aria-label": "Set limits", title }));
   }
 
   target() {
-    this.position = this.numbers("Target position", ["x", "y", "z"], "m", ["", "", ""]);
-    this.attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "rad", ["0", "0", "0"]);
-    this.within = this.numbers("Target in", [""], "s", [""]);
-    this.within.inputs[0].title = "Empty: as the program finds fit";
-    const act = () => {
-      const [position, rpy, within] = [this.read(this.position), this.read(this.attitude, 0), this.read(this.within)];
-      if (!position || !rpy || !within) return;
-      const here = this.live.frame?.dp || this.live.frame?.p || [0, 0, 0];
-      const given = { do: "target", position: position.map((x, i) => x ?? here[i]), rpy };
-      if (within[0] !== null) given.duration = within[0];
-      this.live.send(given);
+    const position = this.numbers("Target position", ["x", "y", "z"], "m", ["", "", ""]);
+    const attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "rad");
+    const within = this.numbers("Target in", [""], "s", [""]);
+    within.inputs[0].title = "Empty: as the program finds fit";
+    const go = () => {
+      const [p, rpy, seconds] = [this.read(position), this.read(attitude, 0), this.read(within)];
+      if (!p || !rpy || !seconds) return;
+      const here = this.live.frame?.dp || this.live.frame?.p || [0, 0, 0]; // where nothing is said it stays
+      const duration = seconds[0] === null ? {} : { duration: seconds[0] };
+      this.live.send({ do: "target", position: p.map((x, i) => x ?? here[i]), rpy, ...duration });
     };
     const here = () => {
       const { frame } = this.live;
       if (!frame) return;
-      rounded(frame.p).forEach((x, i) => { this.position.inputs[i].value = x; });
-      rounded(anglesOf(frame.q), 1e-4).forEach((x, i) => { this.attitude.inputs[i].value = x; });
+      rounded(frame.p).forEach((x, i) => { position.inputs[i].value = x; });
+      rounded(anglesOf(frame.q), 1e-4).forEach((x, i) => { attitude.inputs[i].value = x; });
     };
-    return this.part("Target", this.position.root, this.attitude.root, this.within.root, button("Go", act, { "aria-label": "Go to the target" }),
+    return this.part("Target", position.root, attitude.root, within.root, button("Go", go, { "aria-label": "Go to the target" }),
       button("Here", here, { title: "Fills in the pose of now" }));
   }
 
   saving() {
-    const ask = (what, title, name) => {
-      const input = make("input", { type: "text", required: true, value: name, autocomplete: "off" });
-      const dialog = this.live.files.dialog(title, "Save", () => this.live.send({ do: what, out: input.value.trim() }), this.live.files.row("Where", input));
-      return () => dialog.showModal();
-    };
-    return this.part("Keep", button("Save run…", () => (this.askRun ??= ask("save_run", "Save the run as a folder", "runs/gui"))(), { title: "As a run folder, as cdpr run writes it" }),
-      button("Save session…", () => (this.askSession ??= ask("save_session", "Save the session as a scenario", "session.yaml"))(), { title: "As a scenario: what was done are its events" }));
+    const { files } = this.live;
+    const run = files.keep("save_run", "Save the run as a folder", "runs/gui");
+    const session = files.keep("save_session", "Save the session as a scenario", "session.yaml");
+    return this.part("Keep", button("Save run…", () => run.showModal(), { title: "As a run folder, as cdpr run writes it" }),
+      button("Save session…", () => session.showModal(), { title: "As a scenario: what was done are its events" }));
   }
 
   load({ limits }) {
@@ -98,36 +99,42 @@ class Disturb {
     this.most.inputs[0].value = one(limits.tension_max);
   }
 
-  show(status) {
-    const cables = status.cables || [], told = JSON.stringify(cables);
+  show({ cables = [], pushes = [], changeable = [] }) {
+    const told = JSON.stringify([cables, pushes]);
     if (told !== this.known) {
-      const before = this.cable.value;
-      this.cable.replaceChildren(...cables.map(({ name, broken, jammed }, i) => make("option", { value: name, text: `${i + 1} ${name}${broken ? " (broken)" : jammed ? " (jammed)" : ""}` })));
-      if (cables.some(({ name }) => name === before)) this.cable.value = before;
       this.known = told;
+      const before = this.cable.value, fate = ({ broken, jammed }) => (broken ? " (broken)" : jammed ? " (jammed)" : "");
+      this.cable.replaceChildren(...cables.map((cable, i) => option(cable.name, `${i + 1} ${cable.name}${fate(cable)}`)));
+      if (cables.some(({ name }) => name === before)) this.cable.value = before;
+      const release = (id) => () => this.live.send({ do: "release", id });
+      const chip = ({ id, text }) => button(`${text} ×`, release(id), { className: "chip", "aria-label": `Release ${text}` });
+      this.pushes.replaceChildren(...pushes.map(chip));
     }
-    const pushes = JSON.stringify(status.pushes || []);
-    if (pushes !== this.pushed) {
-      this.pushes.replaceChildren(...(status.pushes || []).map(({ id, text }) => button(`${text} ×`, () => this.live.send({ do: "release", id }), { className: "chip", "aria-label": `Release ${text}` })));
-      this.pushed = pushes;
-    }
-    this.change(status.changeable || []);
+    this.change(changeable);
   }
 
   // What else may be changed while it runs, as the program lists it.
   change(list) {
-    const shape = JSON.stringify(list.map(({ key, choices }) => [key, choices]));
+    const shape = JSON.stringify(list.map(({ key, choices, value }) => [key, choices, kindOf(value, choices)]));
     if (shape !== this.shape) {
       this.shape = shape;
-      this.lines = list.map((item) => {
-        const desk = { edit: (_, value) => this.live.send({ do: "set", key: item.key, value }), clear() {} };
-        const kind = item.choices ? "choice" : typeof item.value === "boolean" ? "flag" : Array.isArray(item.value) ? "vector" : "number";
-        const widget = WIDGETS[kind]({ ...item, kind, path: item.key, single: true }, desk, `Change ${item.label || words(item.key)}`);
-        return { widget, root: make("div", { className: "line" }, make("span", { className: "name", text: item.label || item.key }), make("span", { className: "hold" }, widget.root)) };
-      });
-      this.changes.replaceChildren(...this.lines.map(({ root }) => root));
+      this.widgets = list.map((item) => this.widget(item));
+      const lines = list.map((item, i) => make("div", { className: "line" }, span("name", item.label || item.key),
+        make("span", { className: "hold" }, this.widgets[i].root)));
+      this.changes.replaceChildren(...lines);
       if (!list.length) this.changes.append(make("p", { className: "none", text: "Nothing can be changed while it runs." }));
     }
-    this.lines?.forEach(({ widget }, i) => widget.show(list[i]));
+    this.widgets.forEach((widget, i) => widget.show(list[i]));
   }
+
+  widget(item) {
+    const desk = { edit: (_, value) => this.live.send({ do: "set", key: item.key, value }), clear() {} };
+    const kind = kindOf(item.value, item.choices);
+    return WIDGETS[kind]({ ...item, kind, path: item.key, single: true }, desk, `Change ${item.label || words(item.key)}`);
+  }
+}
+
+function kindOf(value, choices) {
+  if (choices) return "choice";
+  return typeof value === "boolean" ? "flag" : Array.isArray(value) ? "vector" : "number";
 }

@@ -1,34 +1,28 @@
 // New, Open, Save and the texts of the files: dialogs, opened by the buttons above the form.
 
 class Files {
-  constructor(bar, home, live) {
-    Object.assign(this, { home, live });
-    bar.append(
-      button("New…", () => this.fresh.showModal()), button("Open…", () => this.open.showModal()),
-      button("Save", () => live.form.act("save"), { title: "Ctrl+S: into the files they come from, comments kept" }),
-      button("Save as…", () => this.saveAs.showModal()),
-      button("YAML", () => { live.send({ do: "yaml" }); this.asked = true; }, { title: "The files as they would be saved" }),
-    );
-    this.name = make("input", { type: "text", id: "open-name", list: "examples", required: true, autocomplete: "off" });
-    this.examples = make("datalist", { id: "examples" });
-    this.listed = make("div", { className: "listed" });
-    this.open = this.dialog("Open a file or an example", "Open", () => live.send({ do: "open", name: this.name.value.trim() }),
-      this.row("Name or path", this.name), this.examples, this.listed);
-    this.target = make("input", { type: "text", id: "save-name", required: true, autocomplete: "off" });
-    this.why = make("p", { className: "none" });
-    this.saveAs = this.dialog("Save as", "Save", () => live.send({ do: "save_as", file: this.target.value.trim() }), this.why, this.row("File or folder", this.target));
+  constructor(home, dialogs, live) {
+    Object.assign(this, { dialogs, live });
+    this.opening();
+    this.savingAs();
     this.texts = make("div", { className: "texts" });
     this.yaml = this.dialog("YAML", "", null, this.texts);
-    this.fresh = this.newDialog();
+    const making = this.making();
+    const ask = () => { this.asked = true; live.send({ do: "yaml" }); };
+    home.append(
+      button("New…", () => making.showModal()), button("Open…", () => this.open.showModal()),
+      button("Save", () => live.form.act("save"), { title: "Ctrl+S: into the files they come from, comments kept" }),
+      button("Save as…", () => this.saveAs.showModal()), button("YAML", ask, { title: "The files as they would be saved" }),
+    );
   }
 
   dialog(title, act, done, ...parts) {
-    const id = fresh("dialog");
-    const close = button(act ? "Cancel" : "Close", () => dialog.close());
-    const form = make("form", { method: "dialog", onsubmit: (event) => { event.preventDefault(); done?.(); dialog.close(); } },
-      make("h2", { text: title, id }), ...parts, make("div", { className: "bar" }, act ? make("button", { type: "submit", className: "main", text: act }) : null, close));
+    const id = fresh("dialog"), submit = act ? make("button", { type: "submit", className: "main", text: act }) : null;
+    const form = make("form", { method: "dialog" }, make("h2", { text: title, id }), ...parts,
+      bar(submit, button(act ? "Cancel" : "Close", () => dialog.close())));
+    form.addEventListener("submit", (event) => { event.preventDefault(); done?.(); dialog.close(); });
     const dialog = make("dialog", { "aria-labelledby": id }, form);
-    this.home.append(dialog);
+    this.dialogs.append(dialog);
     return dialog;
   }
 
@@ -37,42 +31,59 @@ class Files {
     return make("p", { className: "row" }, make("label", { for: input.id, text }), input);
   }
 
+  text(given = {}) { return make("input", { type: "text", autocomplete: "off", ...given }); }
+
+  opening() {
+    const name = this.text({ list: "examples", required: true });
+    this.examples = make("datalist", { id: "examples" });
+    this.listed = make("div", { className: "listed" });
+    const open = () => this.live.send({ do: "open", name: name.value.trim() });
+    this.open = this.dialog("Open a file or an example", "Open", open, this.row("Name or path", name), this.examples, this.listed);
+  }
+
+  savingAs() {
+    const target = this.text({ required: true });
+    this.why = make("p", { className: "none" });
+    const save = () => this.live.send({ do: "save_as", file: target.value.trim() });
+    this.saveAs = this.dialog("Save as", "Save", save, this.why, this.row("File or folder", target));
+  }
+
+  // Asks for a place, and sends it with what shall be written there.
+  keep(what, title, name) {
+    const place = this.text({ required: true, value: name });
+    return this.dialog(title, "Save", () => this.live.send({ do: what, out: place.value.trim() }), this.row("Where", place));
+  }
+
   // As `cdpr new` takes them: what is left empty is as it would be there.
-  newDialog() {
-    const kind = make("select", {}, make("option", { value: "scenario", text: "scenario" }), make("option", { value: "robot", text: "robot" }));
-    const three = (label) => ["width", "depth", "height"].map((name) => make("input", { type: "text", inputmode: "decimal", className: "number", "aria-label": `${label} ${name}, m`, placeholder: name }));
-    const frame = three("Frame"), platform = three("Platform");
-    const mass = make("input", { type: "text", inputmode: "decimal", className: "number" });
-    const cables = make("input", { type: "text", inputmode: "numeric", className: "number" });
-    const crossed = make("select", {}, make("option", { value: "", text: "as usual" }), make("option", { value: "true", text: "crossed" }), make("option", { value: "false", text: "straight" }));
+  making() {
+    const kind = make("select", {}, option("scenario", "scenario"), option("robot", "robot"));
+    const file = this.text({ placeholder: "robot.yaml or scenario.yaml" });
+    const robot = this.text({ list: "examples", placeholder: "a new one" });
+    const sizes = (label) => ["width", "depth", "height"].map((placeholder) => numberBox(`${label} ${placeholder}, m`, { placeholder }));
+    const frame = sizes("Frame"), platform = sizes("Platform"), mass = numberBox(null), cables = numberBox(null);
+    const crossed = make("select", {}, option("", "as usual"), option("true", "crossed"), option("false", "straight"));
     const planar = make("input", { type: "checkbox" });
-    const file = make("input", { type: "text", autocomplete: "off", placeholder: "robot.yaml or scenario.yaml" });
-    const robot = make("input", { type: "text", list: "examples", autocomplete: "off", placeholder: "a new one" });
-    const group = (text, inputs) => make("p", { className: "row", role: "group", "aria-label": text }, make("span", { text }), make("span", { className: "vector of3" }, ...inputs));
-    const make_ = () => {
-      const given = { do: "new", kind: kind.value };
-      const put = (key, value) => { if (value !== "" && value !== null) given[key] = value; };
-      for (const [key, inputs] of [["frame", frame], ["platform", platform]]) {
-        const values = inputs.map((input) => reading(input.value));
-        if (values.some((value) => value !== "")) given[key] = values;
-      }
-      put("file", file.value.trim());
-      put("mass", reading(mass.value));
-      put("cables", reading(cables.value));
-      put("crossed", crossed.value && crossed.value === "true");
-      if (planar.checked) given.planar = true;
-      if (kind.value === "scenario") put("robot", robot.value.trim());
-      this.live.send(given);
+    const three = (text, inputs) => make("p", { className: "row", role: "group", "aria-label": text }, span("", text),
+      make("span", { className: "vector of3" }, ...inputs));
+    const all = (inputs) => (inputs.some((input) => input.value.trim()) ? inputs.map((input) => reading(input.value)) : "");
+    const act = () => {
+      const given = { kind: kind.value, file: file.value.trim(), frame: all(frame), platform: all(platform), mass: reading(mass.value),
+        cables: reading(cables.value), crossed: crossed.value && crossed.value === "true", planar: planar.checked || "",
+        robot: kind.value === "scenario" ? robot.value.trim() : "" };
+      this.live.send({ do: "new", ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== "")) });
     };
-    return this.dialog("New from a template", "Make", make_, this.row("Kind", kind), this.row("File", file), group("Frame (m)", frame), group("Platform (m)", platform),
-      this.row("Mass (kg)", mass), this.row("Cables", cables), this.row("Cables at the platform", crossed), this.row("Planar (x and z)", planar),
-      this.row("Robot of a scenario", robot));
+    return this.dialog("New from a template", "Make", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
+      three("Platform (m)", platform), this.row("Mass (kg)", mass), this.row("Cables", cables),
+      this.row("Cables at the platform", crossed), this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));
   }
 
   // What comes with the program and can be opened.
   list(examples) {
-    this.examples.replaceChildren(...examples.map(({ name, shows }) => make("option", { value: name, text: shows })));
-    const open = ({ label, name, shows }) => button(label, () => { this.live.send({ do: "open", name }); this.open.close(); }, { title: shows });
+    this.examples.replaceChildren(...examples.map(({ name, shows }) => option(name, shows)));
+    const open = ({ label, name, shows }) => button(label, () => {
+      this.live.send({ do: "open", name });
+      this.open.close();
+    }, { title: shows });
     this.listed.replaceChildren(...["scenario", "robot"].flatMap((kind) => [make("h3", { text: `${kind}s that come with cdpr` }),
       ...examples.filter((each) => each.kind === kind).map(open)]));
   }
@@ -88,7 +99,8 @@ class Files {
   show({ files }) {
     if (!this.asked) return; // another window has asked
     this.asked = false;
-    this.texts.replaceChildren(...files.flatMap(({ name, text }) => [make("h3", { text: name }), make("pre", { tabindex: 0, text })]));
+    const texts = files.flatMap(({ name, text }) => [make("h3", { text: name }), make("pre", { tabindex: 0, text })]);
+    this.texts.replaceChildren(...texts);
     this.yaml.showModal();
   }
 }

@@ -1,6 +1,7 @@
 // The form on the left: tabs of fields, what is wrong with them, and what is done with all of them.
 
-const TABS = { robot: "Robot", motion: "Motion", control: "Control", events: "Events", simulation: "Simulation" };
+const ACTS = [["apply", "Apply", "Run what the form says (Ctrl+Enter)"], ["revert", "Revert", "Back to what the files say"],
+  ["undo", "Undo", "Ctrl+Z"], ["redo", "Redo", "Ctrl+Y"]];
 
 class Form {
   constructor(root, live) {
@@ -10,8 +11,7 @@ class Form {
     this.helped = root.querySelector("#help");
     this.acts = {};
     const foot = root.querySelector(".foot");
-    for (const [key, text, title] of [["apply", "Apply", "Run what the form says (Ctrl+Enter)"], ["revert", "Revert", "Back to what the files say"],
-      ["undo", "Undo", "Ctrl+Z"], ["redo", "Redo", "Ctrl+Y"]]) {
+    for (const [key, text, title] of ACTS) {
       this.acts[key] = button(text, () => this.act(key), { title, disabled: true });
       foot.append(this.acts[key]);
     }
@@ -64,7 +64,7 @@ class Form {
     for (const { path, text } of message.problems) this.wrong.set(path, [...(this.wrong.get(path) || []), text]);
     const keys = message.tabs.map(({ key }) => key);
     for (const { key, label, fields } of message.tabs) {
-      const panel = this.tabs.panel(key, label || TABS[key] || key);
+      const panel = this.tabs.panel(key, label || key);
       if (!this.lines.has(key)) {
         this.lines.set(key, new Lineup(this));
         panel.append(this.lines.get(key).root);
@@ -85,7 +85,8 @@ class Form {
     const item = (kind) => ({ path, key, place, text }) => {
       const known = paths.has(path), where = known ? words(path) : [key || path, place].filter(Boolean).join(", ");
       const told = where ? `${where}: ${text}` : text;
-      return make("li", { className: kind }, known ? button(told, () => this.lead(path, paths.get(path)), { className: "lead" }) : told);
+      const lead = () => this.lead(path, paths.get(path));
+      return make("li", { className: kind }, known ? button(told, lead, { className: "lead" }) : told);
     };
     const items = [...problems.map(item("bad")), ...(warnings || []).map(item("warn"))];
     this.top.replaceChildren(...(items.length ? [make("ul", {}, ...items)] : []));
@@ -95,7 +96,10 @@ class Form {
     this.live.unfold();
     this.tabs.choose(tab);
     const home = [...this.root.querySelectorAll("[data-path]")].find((node) => node.dataset.path === path);
-    for (let node = home; node; node = node.parentElement) if (node.matches(".lines, details")) { node.hidden = false; node.open = true; }
+    for (let node = home; node; node = node.parentElement) {
+      if (node.matches(".lines")) node.hidden = false;
+      if (node.matches("details")) node.open = true;
+    }
     home?.scrollIntoView({ block: "center" });
     home?.querySelector("input, select, textarea")?.focus();
   }
@@ -105,8 +109,8 @@ class Form {
     const name = file ? file.split("/").pop() : title || "new scenario";
     say(document.getElementById("file"), name);
     document.getElementById("file").title = [file, ...(message.files || [])].join("\n");
-    const told = [modified ? "modified" : "", message.unsaved ? "not saved yet" : "", applied ? "" : "not applied"].filter(Boolean);
-    say(document.getElementById("state"), told.join(", "));
+    const told = [modified && "modified", message.unsaved && "not saved yet", !applied && "not applied"];
+    say(document.getElementById("state"), told.filter(Boolean).join(", "));
     document.title = `${modified ? "* " : ""}${name} – cdpr gui`;
     this.acts.apply.disabled = applied || problems.length > 0;
     this.acts.apply.classList.toggle("main", !applied && !problems.length);

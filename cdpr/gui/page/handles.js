@@ -24,7 +24,7 @@ class Handles {
   }
 
   button(handle) {
-    const node = make("button", { type: "button", className: `handle ${handle.kind}`, "aria-label": handle.text, title: handle.text });
+    const { kind, text } = handle, node = button("", () => {}, { className: `handle ${kind}`, "aria-label": text, title: text });
     handle.node = node;
     node.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
@@ -118,9 +118,11 @@ class Handles {
 
   edit({ kind, i }, away) {
     const row = this.wanted?.[i];
-    if (!row || !Array.isArray(row[kind])) { this.live.note("error", `The form has no ${kind} point of cable ${i + 1} to move.`); return; }
-    const m = this.film.at(0).pose, turned = [0, 1, 2].map((k) => m[4 * k] * away[0] + m[4 * k + 1] * away[1] + m[4 * k + 2] * away[2]);
-    const own = kind === "frame" ? this.back(away) : turned;
+    if (!Array.isArray(row?.[kind])) {
+      this.live.note("error", `The form has no ${kind} point of cable ${i + 1} to move.`);
+      return;
+    }
+    const { pose } = this.film.at(0), own = kind === "frame" ? this.back(away) : [0, 4, 8].map((k) => dot(pose.subarray(k, k + 3), away));
     const value = rounded(row[kind].map((x, k) => x + own[k]));
     if (this.live.send({ do: "edit", path: `robot.cables[${i}].${kind}`, value })) {
       this.live.note("info", `Cable ${i + 1}, ${kind} point: ${value.join(", ")} m. Apply to use it.`);

@@ -26,7 +26,8 @@ class Link {
     const wait = WAITS[Math.min(this.failed, WAITS.length - 1)];
     this.failed += 1;
     this.lost.hidden = false;
-    say(this.lost, this.failed > 3 ? "The connection is lost, and cdpr gui does not answer: it may have ended. Trying again …" : "The connection is lost. Trying again …");
+    const why = this.failed > 3 ? "The connection is lost, and cdpr gui does not answer: it may have ended." : "The connection is lost.";
+    say(this.lost, `${why} Trying again …`);
     document.body.classList.add("lost");
     setTimeout(() => this.open(), wait);
   }

@@ -38,9 +38,9 @@ class LiveFilm extends Film {
 
   // The way so far grows by where the platform is.
   tread(radius) {
-    const [x, y, z] = [12, 13, 14].map((i) => this.last.pose[i]), n = this.trail.length;
-    if (n && Math.hypot(x - this.trail[n - 1][0], y - this.trail[n - 1][1], z - this.trail[n - 1][2]) < FINEST_TRAIL * radius) return;
-    this.trail.push([x, y, z]);
+    const here = Array.from(this.last.pose.subarray(12, 15)), before = this.trail[this.trail.length - 1];
+    if (before && Math.hypot(...here.map((x, i) => x - before[i])) < FINEST_TRAIL * radius) return;
+    this.trail.push(here);
     if (this.trail.length > MOST_OF_TRAIL) this.trail = this.trail.filter((_, i) => i % 2 === 0);
     this.trodden = null;
   }

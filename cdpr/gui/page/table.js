@@ -21,7 +21,7 @@ class Table {
     this.all = false;
     this.title = make("span", { className: "title" });
     this.root = make("div", { className: "group", "data-path": field.path },
-      make("div", { className: "bar" }, this.title, make("span", { className: "grow" }), all, wide, add),
+      bar(this.title, grow(), all, wide, add),
       this.problem, make("div", { className: "scroll" }, this.table));
     this.show(field);
   }
@@ -30,7 +30,8 @@ class Table {
     this.field = field;
     say(this.title, `${field.label} (${field.rows.length})`);
     this.columns = field.columns.filter((column) => column.shown !== false || this.all);
-    const shape = JSON.stringify([this.columns, field.rows.map((row) => [row.path, Object.keys(row.cells), (row.fields || []).length > 0])]);
+    const rows = field.rows.map((row) => [row.path, Object.keys(row.cells), (row.fields || []).length > 0]);
+    const shape = JSON.stringify([this.columns, rows]);
     if (shape !== this.shape) this.build(field);
     this.shape = shape;
     this.rows.forEach(({ cells, more, root }, i) => {
@@ -65,7 +66,8 @@ class Table {
       cells[column.key] = Object.assign(widget, { cell });
       return cell;
     });
-    const gone = button("×", () => this.desk.remove(row.path), { "aria-label": `Remove ${words(row.path)}`, title: "Remove this cable", className: "clear" });
+    const gone = button("×", () => this.desk.remove(row.path), { className: "clear", title: "Remove this cable" });
+    gone.setAttribute("aria-label", `Remove ${words(row.path)}`);
     const root = make("tr", {}, make("th", { scope: "row", text: i + 1 }), ...nodes, make("td", {}, gone));
     root.addEventListener("focusin", () => this.desk.mark(i));
     root.addEventListener("focusout", () => this.desk.mark(null));

@@ -2,10 +2,17 @@
 
 const LEVELS = { building: "wait", ready: "good", running: "good", paused: "good", done: "good", ended: "warn", failed: "bad" };
 // What a phase is called where the program says no more.
-const PHASES = { building: "Building the simulation …", ready: "Ready to run.", running: "Running.", paused: "Paused.", done: "The run is complete.",
-  ended: "The run has ended early.", failed: "There is nothing to run." };
-const TROUBLES = { INFEASIBLE: "no tensions within the limits give the wrench that is asked for", NOT_FOUND: "the solver has found no tensions",
-  UNSUPPORTED: "the solver cannot take this robot", BAD_INPUT: "what the solver is asked is no number", DIVERGED: "the motion has diverged" };
+const PHASES = {
+  building: "Building the simulation …", ready: "Ready to run.", running: "Running.", paused: "Paused.",
+  done: "The run is complete.", ended: "The run has ended early.", failed: "There is nothing to run.",
+};
+const TROUBLES = {
+  INFEASIBLE: "no tensions within the limits give the wrench that is asked for",
+  NOT_FOUND: "the solver has found no tensions",
+  UNSUPPORTED: "the solver cannot take this robot",
+  BAD_INPUT: "what the solver is asked is no number",
+  DIVERGED: "the motion has diverged",
+};
 const MOST_MESSAGES = 200;
 
 class Told {
@@ -27,11 +34,13 @@ class Told {
     this.cells = {};
     const row = (key, name, unit, parts) => {
       this.cells[key] = parts.map(() => make("td", { className: "n" }));
-      return make("tr", {}, make("th", { scope: "row", text: name }), ...this.cells[key], make("td", { className: "unit", text: unit }));
+      const last = make("td", { className: "unit", text: unit });
+      return make("tr", {}, make("th", { scope: "row", text: name }), ...this.cells[key], last);
     };
-    const xyz = ["x", "y", "z"];
-    const pose = make("tbody", {}, make("tr", {}, make("td"), ...xyz.map((text) => make("th", { scope: "col", text, className: "n" })), make("td")),
-      row("p", "position", "m", xyz), row("dp", "desired", "m", xyz), row("a", "attitude", "deg", xyz), row("da", "desired", "deg", xyz), row("force", "force", "N", xyz));
+    const xyz = ["x", "y", "z"], heads = xyz.map((text) => make("th", { scope: "col", text, className: "n" }));
+    const pose = make("tbody", {}, make("tr", {}, make("td"), ...heads, make("td")),
+      row("p", "position", "m", xyz), row("dp", "desired", "m", xyz), row("a", "attitude", "deg", xyz),
+      row("da", "desired", "deg", xyz), row("force", "force", "N", xyz));
     this.bars = cables.map(() => make("i"));
     const each = make("tbody", {}, ...cables.map((name, i) => {
       const line = row(`cable${i}`, `${i + 1} ${name}`, "N", [0]);
@@ -73,7 +82,8 @@ class Told {
     root.className = trouble ? "bad" : LEVELS[status.phase] || "good";
     say(root.querySelector(".text"), status.text || (trouble ? `${known.replace(/\.$/, "")}; ${name}: ${trouble}.` : known));
     say(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
-    say(document.getElementById("parts"), [status.backend, status.solver, status.controller].filter(Boolean).join(" · ") || "–");
+    const parts = [status.backend, status.solver, status.controller].filter(Boolean);
+    say(document.getElementById("parts"), parts.join(" · ") || "–");
     this.happened(status.events || []);
   }
 
@@ -81,7 +91,8 @@ class Told {
     const told = JSON.stringify(events);
     if (told === this.known) return;
     this.known = told;
-    this.events.replaceChildren(...events.map(({ t, text }) => make("li", {}, make("b", { text: `${t.toFixed(3)} s` }), ` ${text}`)));
+    const item = ({ t, text }) => make("li", {}, make("b", { text: `${t.toFixed(3)} s` }), ` ${text}`);
+    this.events.replaceChildren(...events.map(item));
     if (!events.length) this.events.append(make("li", { className: "none", text: "Nothing has happened yet." }));
     this.tabs.count("events", events.length);
     this.live.data.events = events.map(({ t, text }) => ({ time: t, text }));
@@ -89,7 +100,8 @@ class Told {
   }
 
   message({ level, text }) {
-    this.messages.prepend(make("li", { className: { error: "bad", warning: "warn" }[level] || "" }, make("time", { text: new Date().toTimeString().slice(0, 8) }), ` ${text}`));
+    const now = make("time", { text: new Date().toTimeString().slice(0, 8) });
+    this.messages.prepend(make("li", { className: { error: "bad", warning: "warn" }[level] || "" }, now, ` ${text}`));
     while (this.messages.children.length > MOST_MESSAGES) this.messages.lastChild.remove();
     if (this.tabs.chosen !== "messages") {
       this.unread += 1;

@@ -12,11 +12,15 @@ class Transport {
     this.step.append(sign("step"), "Step");
     this.reset = button("", () => live.send({ do: "reset" }), { "aria-label": "Reset", title: "Back to the start: R" });
     this.reset.append(sign("reset"), "Reset");
-    this.speeds = SPEEDS.map(([value, text]) => button(text, () => live.send({ do: "speed", value }), { "aria-label": value === null ? "As fast as it goes" : `Speed ${value}`, "aria-pressed": "false" }));
+    this.speeds = SPEEDS.map(([value, text]) => button(text, () => live.send({ do: "speed", value }), {
+      "aria-label": value === null ? "As fast as it goes" : `Speed ${value}`, "aria-pressed": "false",
+    }));
     this.bar = make("progress", { max: 1, value: 0, "aria-label": "Share of the duration" });
     this.time = make("output", { id: "time", text: "–" });
-    this.stop = button("Emergency stop", () => live.send({ do: "stop" }), { className: "stop", title: "All cables lose their tension commands, as the program's emergency stop does" });
-    home.append(this.reset, this.run, this.step, make("span", { className: "speeds", role: "group", "aria-label": "Speed" }, ...this.speeds), this.bar, this.time, this.stop);
+    const title = "As the event emergency_stop does it";
+    this.stop = button("Emergency stop", () => live.send({ do: "stop" }), { className: "stop", title });
+    const speeds = make("span", { className: "speeds", role: "group", "aria-label": "Speed" }, ...this.speeds);
+    home.append(this.reset, this.run, this.step, speeds, this.bar, this.time, this.stop);
     this.show({ phase: "building" });
     document.addEventListener("keydown", (event) => this.key(event));
   }
@@ -29,10 +33,12 @@ class Transport {
   once(n = 1) { this.live.send({ do: "step", n }); }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input, select, textarea, dialog, summary")) return;
-    const does = { " ": () => this.toggle(), ".": () => this.once(), ":": () => this.once(10), ">": () => this.once(10), r: () => this.live.send({ do: "reset" }) };
-    const act = does[event.key.toLowerCase()];
-    if (!act || (event.key === " " && event.target.closest?.("button")) || event.repeat && event.key === " ") return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.closest?.("input, select, textarea, dialog, summary")) return; // there they are typed
+    const ten = () => this.once(10), reset = () => this.live.send({ do: "reset" });
+    const act = { " ": () => this.toggle(), ".": () => this.once(), ":": ten, ">": ten, r: reset }[event.key.toLowerCase()];
+    const pushes = event.key === " " && (event.repeat || event.target.closest?.("button")); // the button that has the focus
+    if (!act || pushes) return;
     event.preventDefault();
     act();
   }
