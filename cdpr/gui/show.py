@@ -236,8 +236,9 @@ class Show:
         running = self._phase == "running"
         if now < self._due["frame"] and not everything:
             return
-        # On the beat, so that what a frame costs does not make them fewer; but not after beats that are missed.
-        self._due["frame"] = max(self._due["frame"] + FRAME, now) if running else now + IDLE
+        # On the beat, so that what a frame costs does not make them fewer; a beat that is missed begins another.
+        beat = self._due["frame"] if 0.0 <= now - self._due["frame"] < FRAME else now
+        self._due["frame"] = beat + FRAME if running else now + IDLE
         if self._stage is not None:
             self._stage.show_frame()
             if everything or now >= self._due["samples"]:

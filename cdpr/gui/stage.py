@@ -57,7 +57,7 @@ class Stage:
         with self._kept:
             self._sim = Simulation(scenario, out=out)
             self._kept = self._kept.pop_all()
-        self._samples = 0  # that are complete, and looked at
+        self._looked = 0  # samples that are in curves and spans
         self._status = Status.OK
         self._spans: list[tuple[Status, int]] = []  # where tensions were not found any more, and why
         self._pushes: dict[int, Wrench] = {}
@@ -91,11 +91,12 @@ class Stage:
         try:
             while n > 0 and not self._sim.done:
                 self._sim.step(min(n, BLOCK))
-                self._look()
                 n -= BLOCK
+                if self._sim.samples - self._looked > BLOCK:
+                    self._look()
         finally:
-            self._look()
             if self._sim.done:
+                self._look()
                 self._board.curves.end()
                 self._run = self._sim.run()
 
@@ -125,12 +126,14 @@ class Stage:
 
     def show_frame(self) -> None:
         """Put the present frame on the board: of the last complete sample, unless none is."""
-        if self._samples and self._frame["n"] != self._samples - 1:
-            self._frame = self._drawing.frame(self._samples - 1, self._sim.row)
+        last = self._sim.samples - 1
+        if last >= 0 and self._frame["n"] != last:
+            self._frame = self._drawing.frame(last, self._sim.row)
         self._board.put(self._frame)
 
     def show_curves(self) -> None:
         """Let windows have the curves up to here."""
+        self._look()
         with self._board.changed:
             self._board.curves.show()
             self._board.changed.notify_all()
@@ -167,20 +170,20 @@ class Stage:
 
     def _look(self) -> None:
         """Take what the simulation has made since the last look into curves and spans."""
-        rows = self._sim.rows(self._samples)
+        rows = self._sim.rows(self._looked)
         if not len(rows):
             return
         self._board.curves.add(self._drawing.curves(rows))
         status = Run(self._drawing.header, rows).solver_status
         for k in np.flatnonzero(np.diff(status, prepend=float(self._status))).tolist():
             if status[k] != Status.OK and len(self._spans) < MOST:
-                self._spans.append((Status(int(status[k])), self._samples + k))
+                self._spans.append((Status(int(status[k])), self._looked + k))
         self._status = Status(int(status[-1]))
-        self._samples += len(rows)
+        self._looked += len(rows)
 
     def _happened(self) -> list[ScenarioEvent]:
         """The events that act on the present sample, or did before, in the order of time."""
-        period, samples = self.period, self._samples
+        period, samples = self.period, self._sim.samples
         events = sorted(self._sim.events, key=attrgetter("time"))
         return [event for event in events if first_sample(event.time, period) <= samples]
 
@@ -189,7 +192,7 @@ class Stage:
         if self._run is not None:
             yield from self._run.events
             return
-        told = [one for event in events for one in event.tell(self.period, self._samples + 1, {})]
+        told = [one for event in events for one in event.tell(self.period, self._sim.samples + 1, {})]
         told += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
         yield from sorted(told, key=attrgetter("time"))
 
@@ -197,7 +200,7 @@ class Stage:
         """Yield the pushes that can be released."""
         for key, push in self._pushes.items():
             swing = push.swing(self.period)
-            if swing is not None and swing.end > self._samples and not self._sim.done:
+            if swing is not None and swing.end > self._sim.samples and not self._sim.done:
                 yield key, push
 
     def _push(self, force: Any = (0.0, 0.0, 0.0), moment: Any = (0.0, 0.0, 0.0), duration: float | None = None) -> None:
@@ -223,7 +226,7 @@ class Stage:
 
     def _save_run(self, out: str) -> Later:
         """Write log, summary and scenario at once, and the report, which takes longer, later."""
-        if not self._samples:
+        if not self._sim.samples:
             raise CdprError("save_run: no sample is complete before the first step")
         run = save(self._sim.so_far(), folder_name(out) if out else None, scenario=self.scenario.yaml_in)
         assert run.folder is not None

@@ -111,6 +111,11 @@ class Simulation(Live):
         return self.scenario.simulation.steps
 
     @property
+    def samples(self) -> int:
+        """How many samples are complete."""
+        return self._loop.count
+
+    @property
     def time(self) -> float:
         """Present time, s."""
         return self._loop.time

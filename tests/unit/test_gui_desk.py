@@ -314,3 +314,44 @@ def test_a_robot_alone_is_saved_as_a_robot(folder: Path) -> None:
     assert load_scenario(folder / "new/run.yaml").robot.platform.mass == 22
     desk.edit("robot.platform.mass", 23)
     assert desk.save() == [str(folder / "new/../robots/mine.yaml")]
+
+
+def test_a_robot_that_is_wrong_can_be_opened_and_mended(folder: Path) -> None:
+    robot = folder / "robots/caroca.yaml"
+    robot.write_text(robot.read_text().replace("mass: 150 ", "mass: -1 ").replace("home:", "hom:"))
+    desk = Desk(str(robot))
+    paths = {each["path"] for each in desk.form()["problems"]}
+    assert paths == {"robot.platform.mass", "robot.hom", "initial"}
+    desk.edit("robot.platform.mass", 150)
+    desk.edit("robot.hom", None)
+    desk.edit("initial.position", [0, 0, 1.2])
+    assert desk.scenario().robot.platform.mass == 150
+
+
+def test_a_robot_file_that_is_no_yaml_is_told_at_its_name(folder: Path) -> None:
+    robot = folder / "robots/caroca.yaml"
+    text = robot.read_text()
+    robot.write_text(text.replace("mass: 150", "mass: [150"))
+    desk = Desk(str(folder / "caroca.yaml"))
+    (problem,) = desk.form()["problems"]
+    assert problem["path"] == "robot"
+    assert "robots/caroca.yaml:" in problem["place"]
+    with pytest.raises(CdprError):
+        desk.edit("robot.platform.mass", 140)
+    desk.edit("simulation.duration", 3)
+    robot.write_text(text)
+    desk.revert()
+    assert desk.scenario().robot.platform.mass == 150
+
+
+def test_a_robot_of_the_scenarios_own_is_edited_there(tmp_path: Path) -> None:
+    desk = Desk("caroca")
+    desk.new("scenario", file=str(tmp_path / "a.yaml"), planar=True)
+    desk.edit("robot.cables[1].platform[0]", 0.25)
+    desk.edit("robot.frame.colour", "#336699")
+    assert desk.save() == [str(tmp_path / "a.yaml")]
+    made = load_scenario(tmp_path / "a.yaml").robot
+    assert made.cables[1].platform[0] == 0.25
+    assert made.frame is not None
+    assert made.frame.colour == "#336699"
+    assert (tmp_path / "a.yaml").read_text().count("#") > 30  # a comment on every key, still

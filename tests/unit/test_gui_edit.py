@@ -135,7 +135,8 @@ class Writer:
         if isinstance(value, list) and value and self.pick("block", "flow") == "block":
             rows = [f"{pad}-{self.own(item, indent)}" for item in value]
             return f"{self.anchor()}{self.comment()}\n" + "".join(rows)
-        return f" {self.inline(value, indent)}{self.comment()}\n"
+        text = self.inline(value, indent)
+        return f" {text}\n" if text[:2] in ("|-", ">-") else f" {text}{self.comment()}\n"
 
     def own(self, value: Any, indent: int) -> str:
         lines = "" if self.draw(st.integers(0, 3)) else "\n"
@@ -154,6 +155,10 @@ class Writer:
         return ""
 
     def inline(self, value: Any, indent: int) -> str:
+        if value in ("text", "two words") and (way := self.pick("", "|-", ">-")):
+            return f"{way}{self.comment()}\n{' ' * (indent + 2)}{value}"
+        if value == "two words" and self.pick("one", "many") == "many":
+            return f"two\n{' ' * (indent + 3)}words"
         if isinstance(value, str) and value.isprintable() and self.pick("plain", "single") == "single":
             return "'" + value.replace("'", "''") + "'"
         if value is None and self.pick("word", "~") == "~":
@@ -190,10 +195,10 @@ class Sharing(Writer):
 def texts(draw: Any) -> str:
     data = draw(DOCUMENTS)
     writer = Sharing(draw)
-    rows = ["# head\n" if draw(st.booleans()) else ""]
+    rows = ["# head\n" if draw(st.booleans()) else "", "---\n" if draw(st.booleans()) else ""]
     for key, value in data.items():
-        rows.append(f"{flow(key)}:{writer.own(value, 0)}")
-    text = "".join(rows)
+        rows.append(f"{flow(key)}{writer.pick(':', ' :')}{writer.own(value, 0)}")
+    text = "".join(rows) + ("...\n" if draw(st.integers(0, 3)) == 0 else "")
     if draw(st.booleans()):
         text = text.rstrip("\n")
     if draw(st.integers(0, 3)) == 0:

@@ -90,6 +90,15 @@ def test_real_time_pause_and_steps():
         assert "a whole number from 1 to 10000 is expected, got 0" in told[0][1]
 
 
+def test_a_run_is_seen_from_its_first_moment():
+    with staged(scenario(**{"simulation.duration": 60.0})) as it:
+        it.phase("ready")
+        time.sleep(0.05)
+        it.do("run")
+        first = wait(it.board, "frame", lambda frame: frame["n"] >= 0)
+        assert first["t"] < 0.3  # s; it would be more if it waited as long as when nothing runs
+
+
 def test_what_is_done_is_seen_and_told():
     with staged(scenario(**{"simulation.duration": 0.5})) as it:
         it.phase("ready")

@@ -7,25 +7,23 @@ from collections.abc import Sequence
 from typing import Any
 
 from cdpr.errors import CdprError, OutputError
-from cdpr.gui.desk import believed, choose, edit, saving
-from cdpr.gui.desk.fields import ANY, MISSING, ONE_OF, Field, at, branches, every, resolve
+from cdpr.gui.desk import edit, saving
+from cdpr.gui.desk.fields import MISSING
 from cdpr.gui.desk.files import File, Files, unsaved
-from cdpr.gui.desk.form import SCHEMA, Subject, placed, tabs
+from cdpr.gui.desk.form import Subject, placed, tabs
 from cdpr.gui.desk.made import around, new_file
-from cdpr.gui.desk.starts import Starts
+from cdpr.gui.desk.meaning import Meaning
 from cdpr.plugins.registry import Registry, registry
 from cdpr.scenario import examples, load_scenario
-from cdpr.scenario.document import copied
 from cdpr.scenario.overrides import KEY, PART, Change, read_overrides
 from cdpr.scenario.problems import Mark, Path, Problem, Problems, dotted
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.source import kind_of, open_document, stem
-from cdpr.scenario.yaml_nodes import parse, parse_value
+from cdpr.scenario.yaml_nodes import parse
 from cdpr.scenario.yaml_text import flow
 
 FIRST = "caroca"  # the example for who names nothing
 UNDOS = 200
-ROLES = ("controller", "solver")
 
 
 class Desk:
@@ -84,7 +82,7 @@ class Desk:
             self._robot = self._files.beside(name)
             document = self._robot and parse(self._robot.text, name, Problems())
             if document:
-                self._data["robot"] = {"name": stem(name), **document.data}
+                self._data["robot"] = document.data
         self._form: list[dict[str, Any]] | None = None
         self._loaded: Scenario | CdprError | None = None
 
@@ -117,6 +115,7 @@ class Desk:
 
     def apply(self) -> Scenario:
         """Return the scenario, which runs from now on: the form says so until it is changed."""
+        self._look()  # files that it names may have changed
         scenario = self.scenario()
         self._applied = self._files.texts()
         return scenario
@@ -130,7 +129,7 @@ class Desk:
         return {
             "kind": "form",
             "file": first.name,
-            "title": self._data.get("name") or stem(first.name),
+            "title": str(self._data.get("name") or stem(first.name)),
             "files": [file.name for file in files],
             "modified": any(file.modified for file in files),
             "unsaved": reasons[0] if reasons else None,
@@ -151,14 +150,13 @@ class Desk:
 
     def _tabs(self) -> list[dict[str, Any]]:
         if self._form is None:
-            loaded = self._load()
-            known = loaded.sections.model_dump(mode="json", by_alias=True) if isinstance(loaded, Scenario) else MISSING
-            self._form = tabs(Subject(self._data, self._robot_file, known, self._plugins))
+            self._form = tabs(Subject(self._data, self._robot_file, self._known(), self._plugins))
         return self._form
 
-    def _field(self, path: Path) -> Field | None:
-        wanted = dotted(path)
-        return next((each for tab in self._tabs() for each in every(tab["fields"]) if each["path"] == wanted), None)
+    def _known(self) -> Any:
+        """All sections with what is in force; MISSING where the files are wrong."""
+        loaded = self._load()
+        return loaded.sections.model_dump(mode="json", by_alias=True) if isinstance(loaded, Scenario) else MISSING
 
     # Edits.
 
@@ -167,183 +165,31 @@ class Desk:
 
         The name of a form for a section that has several, such as "circle" for `trajectory`, chooses that form.
         """
-        key = _path(path)
         if value is None:
             self.remove(path)
         else:
-            self._set(key, value)
+            self._set(_path(path), value)
+
+    def _set(self, key: Path, value: Any) -> None:
+        self._take(f"{dotted(key)} = {_brief(value)}", self._meaning().set(key, value))
 
     def remove(self, path: str) -> None:
         """Take a key or an item of a list away; nothing where it is not given."""
-        key = _path(path)
-        if at(self._data, key) is MISSING and key[0] != "believed":
-            return
-        with_it = self._texts()
-        if len(key) == 3 and key[:2] == ("robot", "cables") and isinstance(key[2], int):
-            for limit in ("min", "max"):  # one per cable
-                place: Path = ("robot", "tension", limit)
-                held = at(self._data, place)
-                if isinstance(held, list) and len(held) == len(at(self._data, key[:2])):
-                    with_it = self._write(with_it, (*place, key[2]), None, cut=True)
-        if key[0] == "believed" and len(key) > 1:
-            key = self._believed(key)[0]
-            if at(edit.read(self._files.scenario.text), key) is MISSING:
-                return
-        self._take(f"remove {path}", self._write(with_it, key, None, cut=True))
+        self._take(f"remove {path}", self._meaning().remove(_path(path)))
 
     def insert(self, path: str, value: Any = None) -> None:
         """Add an item to a list; one made from the schema, or like the last, unless it is given.
 
         The name of a form, such as "wrench" for `events`, stands for one of that form with plain values.
         """
-        key = _path(path)
-        items = at(self._data, key)
-        texts = self._texts()
-        if items is MISSING:
-            items = []
-        if not isinstance(items, list):
-            raise CdprError(f"{path}: is no list, so nothing can be inserted")
-        if not isinstance(value, dict):
-            value = self._item(key, value, items)
-        for limit in ("min", "max") if key == ("robot", "cables") else ():
-            place: Path = ("robot", "tension", limit)
-            held = at(self._data, place)
-            if isinstance(held, list) and held and len(held) == len(items):
-                texts = self._write(texts, place, [*held, held[-1]])
-        self._take(f"insert {path}[{len(items)}]", self._write(texts, key, value, insert=True))
+        self._take(f"insert {path}", self._meaning().insert(_path(path), value))
 
-    def _item(self, key: Path, name: Any, items: list[Any]) -> Any:
-        """A new item of a list: of the form that has this name, or like the last."""
-        node = self._schema_at(key)
-        item = resolve(node.get("items", ANY), SCHEMA) if node else {}
-        if isinstance(name, str) and "discriminator" in item:
-            return choose.form_section(item, SCHEMA, name, {}, self._starts())
-        if name is not None:
-            return name
-        if key == ("robot", "cables"):
-            return self._starts().cable()
-        if items:
-            last = copied(items[-1])
-            if isinstance(last, dict):
-                last.pop("name", None)
-                if isinstance(last.get("time"), (int, float)):
-                    last["time"] += 1.0
-            return last
-        return self._starts().value(item, str(key[-1]))
-
-    def _set(self, key: Path, value: Any) -> None:
-        if len(key) > 1 and key[-1] == "type" and isinstance(value, str):
-            key = key[:-1]  # a type chooses a form
-            if self._several(key) is None:
-                key = (*key, "type")
-        texts = self._texts()
-        told = f"{dotted(key)} = {_brief(value)}"
-        if isinstance(value, str) and key[0] in ROLES and len(key) == 1:
-            role: Any = key[0]
-            folder = os.path.dirname(self._files.scenario.name)
-            section = choose.plugin_section(self._plugins, role, value, self._data.get(role), folder)
-            self._take(told, self._write(texts, key, section))
-            return
-        node = self._several(key) if isinstance(value, str) else None
-        if node is not None:
-            value = choose.form_section(node, SCHEMA, value, at(self._data, key), self._starts())
-        elif isinstance(value, str) and (field := self._field(key)) and field["kind"] == "yaml":
-            try:
-                value = parse_value(value)
-            except ValueError as error:
-                raise CdprError(f"{dotted(key)}: {error}") from None
-        key, value = self._typed(*self._whole(key, value))
-        self._take(told, self._write(texts, key, value))
-
-    def _several(self, key: Path) -> dict[str, Any] | None:
-        """Return the schema of a section that has several forms; None where `key` is none."""
-        node = self._schema_at(key)
-        return node if node and ("discriminator" in node or node.get("name") in ONE_OF) else None
-
-    def _schema_at(self, key: Path) -> dict[str, Any] | None:
-        """Return the resolved schema of what stands at a path; None where there is none."""
-        node: Any = SCHEMA
-        data: Any = self._data
-        for part in key:
-            node = resolve(node, SCHEMA)
-            forms = branches(node, SCHEMA)
-            if forms:
-                node = forms.get(str(data.get("type")) if isinstance(data, dict) else "", {})
-            node = node.get("properties", {}).get(part) if isinstance(part, str) else node.get("items")
-            if not isinstance(node, dict):
-                return None
-            data = at(data, (part,))
-        return resolve(node, SCHEMA)
-
-    def _whole(self, key: Path, value: Any) -> tuple[Path, Any]:
-        """Where an item is set of a vector that is not given, or given as one number, set all of it."""
-        if len(key) < 2 or not isinstance(key[-1], int):
-            return key, value
-        place = self._believed(key[:-1])[0] if key[0] == "believed" and len(key) > 2 else key[:-1]
-        if isinstance(at(self._data, place), list):
-            return key, value
-        field = self._field(key[:-1])
-        held = field["value"] if field else at(self._data, ("robot", *key[1:-1])) if key[0] == "believed" else None
-        if field and field["kind"] == "vector" and not isinstance(held, list):
-            cables = at(self._data, ("robot", "cables"))
-            size = field.get("size") or (len(cables) if isinstance(cables, list) else 0)
-            held = [held] * size
-        if isinstance(held, list) and key[-1] < len(held):
-            return key[:-1], [*held[: key[-1]], value, *held[key[-1] + 1 :]]
-        return key, value
-
-    def _typed(self, key: Path, value: Any) -> tuple[Path, Any]:
-        """Where a key is set of a section that is not given and may have several types, set its type, too."""
-        for end in range(1, len(key)):
-            node = self._schema_at(key[:end])
-            if node is None or "discriminator" not in node or at(self._data, key[:end]) is not MISSING:
-                continue
-            forms, default = branches(node, SCHEMA), node.get("default")
-            known = default.get("type") if isinstance(default, dict) else None
-            name = known or next((each for each, form in forms.items() if key[end] in form["properties"]), None)
-            for word in reversed(key[end:]):
-                value = {word: value}
-            return key[:end], {"type": name, **value} if name else value
-        return key, value
-
-    def _starts(self) -> Starts:
-        return Starts(self._data, SCHEMA, self._plugins)
-
-    def _texts(self) -> dict[str, str]:
-        return self._files.texts()
-
-    def _write(
-        self, texts: dict[str, str], key: Path, value: Any, *, cut: bool = False, insert: bool = False
-    ) -> dict[str, str]:
-        """Return the texts with one value changed, in the file in which it stands."""
-        file, path = self._files.main, key
-        if key[0] == "robot" and len(key) > 1 and self._robot_file:
-            if self._robot is None:
-                raise CdprError(f"{dotted(key)}: the robot file '{self._robot_file}' cannot be read")
-            file, path = os.path.abspath(self._robot.name), key[1:]
-        text = texts[file]
-        if key[0] == "believed" and len(key) > 1 and not cut:
-            path, entry = self._believed(key)
-            if entry is not None:
-                text = edit.insert(text, path[:2], entry)
-                if len(path) == 3:
-                    if not isinstance(value, dict):
-                        raise CdprError(f"{dotted(key)}: a mapping of what differs is expected")
-                    value = {**entry, **value}
-        if cut:
-            changed = edit.remove(text, path)
-        else:
-            changed = edit.insert(text, path, value) if insert else edit.set_value(text, path, value)
-        return {**texts, file: changed}
-
-    def _believed(self, key: Path) -> tuple[Path, dict[str, Any] | None]:
-        said = at(self._data, ("believed", "cables"))
-        path, entry = believed.target(key[1:], said, at(self._data, ("robot", "cables")))
-        return ("believed", *path), entry
+    def _meaning(self) -> Meaning:
+        return Meaning(self._files, self._data, self._robot_file, self._robot, self._tabs, self._known, self._plugins)
 
     def _take(self, told: str, texts: dict[str, str]) -> None:
         """Make these texts the present ones; what was before can be undone."""
-        before = self._texts()
+        before = self._files.texts()
         if texts == before:
             return
         self._undo = [*self._undo, (told, before)][-UNDOS:]
@@ -363,7 +209,7 @@ class Desk:
         if not source:
             raise CdprError("there is nothing more to undo" if source is self._undo else "nothing was undone")
         told, texts = source.pop()
-        other.append((told, self._texts()))
+        other.append((told, self._files.texts()))
         self._files.put(texts)
         self._look()
 
@@ -390,11 +236,11 @@ class Desk:
 
         Names of files in it are changed so that they mean the same ones; nothing that is there is written over.
         """
-        runs = self._applied == self._texts()
+        runs = self._applied == self._files.texts()
         self._files, names = saving.save_as(self._files, self._robot, target, self._plugins)
         self._undo, self._redo = [], []
         self._look()
-        self._applied = self._texts() if runs else None
+        self._applied = self._files.texts() if runs else None
         return names
 
 
