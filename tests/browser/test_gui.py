@@ -281,7 +281,8 @@ def test_a_saved_session_repeats_what_was_done_to_the_bit(page, files):
         dialog = page.locator("dialog[open]")
         dialog.get_by_role("textbox").fill(str(out))
         dialog.get_by_role("button", name="Save").click()
-        page.locator(".messages li", has_text=out.name).first.wait_for(state="attached")
+        # Of a run the report is written, too, before it is told.
+        page.locator(".messages li", has_text=str(out)).first.wait_for(state="attached", timeout=6 * PATIENCE)
     seen, again = cdpr.load_run(files.folder / "run"), cdpr.simulate(files.folder / "session.yaml")
     assert np.array_equal(seen.rows, again.rows, equal_nan=True)
     assert np.abs(seen.position[:, 0]).max() > 0.04  # it did go there
