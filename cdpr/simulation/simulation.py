@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from cdpr import tolerances
 from cdpr.errors import CdprError, PlantEnded, PluginError, one_line
+from cdpr.lazy import late
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.model.arrays import checked
@@ -99,6 +100,17 @@ class Simulation(Live):
             with loop.timed():
                 loop.begin(self._recorder.rows, self._last)
         self._row = read_only(self._loop.row)
+
+    def __repr__(self) -> str:
+        simulation = self.scenario.simulation
+        state = ", done" if self.done else ""
+        whole = self.steps * simulation.control_step
+        return f"<Simulation of {self.scenario.name} on {simulation.backend}: {self.time:.6g} of {whole:.6g} s{state}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        html: str = late("Simulation.html")(self)
+        return html
 
     @property
     def scenario(self) -> Scenario:
