@@ -104,7 +104,7 @@ def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> 
     figures = re.findall(r"<svg xmlns.*?</svg>", text, re.DOTALL)
     if len(run.rows):
         assert len(figures) == len(drawings(run))
-        figures.append(inline_svg(plots.overview(run), "overview", "Overview"))
+        figures.append(inline_svg(run.plot(), "overview", "Overview"))
     for figure in figures:
         root = ElementTree.fromstring(figure)
         assert root.get("aria-label")

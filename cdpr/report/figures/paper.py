@@ -72,7 +72,7 @@ def on_paper(run: Run, panels: Sequence[Panel], width: float) -> Chart:
         draw_overlay(axes, run, under, across, numbered=i == 0)
         axes.set_xlim(*across)
         draw_panel(axes, run, panel, ticks=max(3, int(inner / A_TICK)))
-        axes.yaxis.set_label_coords(-(LEFT - 0.1) / inner, 0.5)
+        axes.yaxis.set_label_coords(-(LEFT - 0.15) / inner, 0.5)
         for text in (axes.xaxis.label, axes.yaxis.label, axes.yaxis.get_offset_text(), *axes.texts):
             text.set_fontsize(LETTERS)
         if i == len(panels) - 1:
@@ -96,8 +96,13 @@ def _rows(entries: Sequence[Entry], width: float) -> list[list[Entry]]:
     return rows
 
 
+def _sample(entry: Entry) -> float:
+    """Room for the line of an entry; a remark on the one before has none."""
+    return 0.0 if entry[1].get("linestyle") == "" else SAMPLE + 0.05
+
+
 def _takes(entry: Entry) -> float:
-    return SAMPLE + 0.05 + text_width(entry[0], LETTERS)
+    return _sample(entry) + text_width(entry[0], LETTERS)
 
 
 def _write(chart: Chart, rows: Sequence[Sequence[Entry]], top: float) -> None:
@@ -108,5 +113,5 @@ def _write(chart: Chart, rows: Sequence[Sequence[Entry]], top: float) -> None:
         for entry in entries:
             text, look = entry
             chart.add_artist(Line2D([x, x + SAMPLE], [y, y], transform=inside, **look))
-            chart.text(x + SAMPLE + 0.05, y, text, transform=inside, va="center", fontsize=LETTERS)
+            chart.text(x + _sample(entry), y, text, transform=inside, va="center", fontsize=LETTERS)
             x += _takes(entry) + APART

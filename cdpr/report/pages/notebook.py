@@ -71,7 +71,7 @@ def of_robot(robot: Robot) -> str:
         ("Degrees of freedom", f"{robot.n}: {', '.join(robot.dof)} ({robot.pattern})"),
         ("Platform", f"{robot.platform.mass:g} kg"),
         ("Tensions", f"{number(float(low.min()))} to {number(float(high.max()))} N"),
-        ("Drawn at", f"{vector(pose[:3])} m ({source})"),
+        ("Drawn at", f"{vector(pose[:3].tolist())} m ({source})"),
     ]
     shown = pictures(Subject.of_robot(robot), np.zeros(1), pose[None, :3], pose[None, 3:7])
     return _table(facts) + _still(f"Robot {robot.name}", shown)

@@ -1,4 +1,4 @@
-"""The report of a study: one HTML page with small multiples and the table."""
+"""The report of a study: one HTML page with small multiples, some cases that play, and the table."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from pathlib import Path
 
 from cdpr.log.files import replace
 from cdpr.report.figures.study_layout import Layout, layouts
-from cdpr.report.pages.page import figure, page, section, table
+from cdpr.report.pages.page import figure, hall, page, section, table
+from cdpr.report.pages.study_cases import account, choose, player
 from cdpr.report.text.study import FIGURES, Record, cells, label_text, value
 from cdpr.study import Results
 from cdpr.study.plan import Grid
 
 MOST_ROWS = 1000  # of the table on the page
-REM = 6.8  # widths of the page's letters to an inch of a figure
+MOST_FIGURES = 48
+FEW_ROWS = 12  # of a table that is not folded
 
 
 def write_study(results: Results, path: Path) -> None:
@@ -28,20 +30,36 @@ def render(results: Results) -> str:
     study, records = results.study, results.table.records()
     links = {"about": "About"}
     parts = [section("about", _about(results))]
+    left = MOST_FIGURES
     for k, grid in enumerate(study.blocks, 1):
         inside = [record for record in records if record.get("block") == grid.name]
         if grid.name is not None:
             links[f"block{k}"] = grid.name
             parts.append(section(f"block{k}", f"<h2>{escape(grid.name)}</h2>\n<p>{len(inside)} cases.</p>"))
         drawn = _figures(grid, inside, f"block{k}")
-        parts += drawn
-        if drawn and grid.name is None:
-            links[f"block{k}figure1_1"] = "Figures"
+        if drawn[:left]:
+            parts.append(hall(drawn[:left], "wide cards"))
+            if grid.name is None:
+                links[f"block{k}figure1_1"] = "Figures"
+        if drawn[left:]:
+            parts.append(
+                f'<p class="wide">{len(drawn) - left} more figures are left out; table.csv has their numbers.</p>'
+            )
+        left = max(0, left - len(drawn))
+    shown, told = choose(results)
+    data = None
+    if shown:
+        data, playing = player(shown)
+        parts.append(playing)
+        links["robot"] = "Robot"
+    if shown or told:
+        links["shown"] = "Cases"
+        parts.append(section("shown", f"<h2>Cases that play</h2>\n{account(shown, told)}"))
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
     mood = "bad" if results.exit_code else "warn" if results.strained else "good"
     banner = f'<p class="banner {mood}" role="status"><strong>{len(records)} cases</strong>: {escape(results.told)}</p>'
-    return page(study.name, "a study by cdpr", banner, links, parts)
+    return page(study.name, "a study by cdpr", banner, links, parts, data)
 
 
 def _about(results: Results) -> str:
@@ -78,9 +96,7 @@ def _figures(grid: Grid, records: Sequence[Record], key: str) -> list[str]:
             name = f"{key}figure{i}_{k}"
             chart = multiples(layout, records, what)
             svg = inline_svg(chart, name, what.title)
-            # Wider than this its letters would be larger than the page's.
-            drawing = f'<div style="max-width: {REM * chart.get_figwidth():.4g}rem">{svg}</div>'
-            out.append(figure(name, escape(what.title), drawing, escape(_caption(layout))))
+            out.append(figure(name, escape(what.title), svg, escape(_caption(layout))))
     return out
 
 
@@ -103,4 +119,6 @@ def _table(results: Results) -> str:
     titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), "Message")
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
-    return f'<h2>All cases</h2>\n<div class="scroll">{table(rows, tuple(map(escape, titles)))}</div>{rest}'
+    inside = f'<div class="scroll">{table(rows, tuple(map(escape, titles)))}</div>{rest}'
+    fold = " open" if len(rows) <= FEW_ROWS else ""
+    return f"<h2>All cases</h2>\n<details{fold}><summary>{len(rows)} rows</summary>\n{inside}</details>"

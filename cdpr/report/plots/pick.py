@@ -21,14 +21,12 @@ def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[P
     """Return the panels of these names.
 
     Args:
-        run: with at least one row.
+        run: what is drawn.
         names: as in `by_name`.
         cables: names, or numbers from 1 on, of the cables that are shown; all unless given.
 
     Raises CdprError for what does not exist, and says what does.
     """
-    if not len(run.rows):
-        raise CdprError(f"plot: the run has no sample to draw ({run.status})")
     known = by_name(run)
     for name in names:
         if name not in known:

@@ -1,0 +1,47 @@
+"""Runs of a study over one another: how far each is from where it should be, and its tensions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cdpr.log.run import Run
+from cdpr.report.marks import CABLES
+from cdpr.report.plots.histories import Points, histories
+from cdpr.report.plots.panel import Curves, Panel, calm_until
+
+PANELS = (
+    # label, quantity of `histories` (its first column), least range
+    ("position error (mm)", "position_error", 1e-6),
+    ("orient. error (mrad)", "orientation_error", 1e-6),
+    ("largest tension (N)", "highest", 1.0),
+    ("smallest tension (N)", "lowest", 1.0),
+)
+WIDTHS = (3.4, 2.4, 1.5, 0.9)  # so that lines upon each other show
+BEYOND = 10.0  # times what a run that diverges came to while it was calm: more would flatten all others
+
+
+def overlay(runs: Mapping[str, Run]) -> list[Panel]:
+    """Return the panels of runs by their names, one line each."""
+    return [
+        Panel(
+            label,
+            tuple(
+                Curves(_calm(run, histories(run)[name].columns(slice(0, 1))), (colour,), width=width, names=(who,))
+                for colour, width, (who, run) in zip(CABLES, WIDTHS, runs.items(), strict=False)
+            ),
+            least=least,
+        )
+        for label, name, least in PANELS
+    ]
+
+
+def _calm(run: Run, points: Points) -> Points:
+    """Without what a run that diverged ends in."""
+    until = calm_until(run)
+    if until is None:
+        return points
+    before = np.abs(points.values[points.time < until])
+    most = BEYOND * float(np.max(before[np.isfinite(before)], initial=0.0))
+    return Points(points.time, np.where((points.time < until) | (np.abs(points.values) <= most), points.values, np.nan))
