@@ -48,6 +48,9 @@ class Snapshot:
     before: Snapshot | None
     of: object
 
+    def __repr__(self) -> str:
+        return f"<Snapshot at {self.moment.time:.6g} s>"
+
     def line(self) -> Iterator[Snapshot]:
         """Yield this one and all before."""
         here: Snapshot | None = self

@@ -15,7 +15,7 @@ from cdpr.report.text.study import Figure, Record, label_text
 # Inches.
 WIDTH = 9.0  # of every figure: that of its card, with letters as large as the page's
 ALONE, HEIGHT = 2.4, 1.75  # of panels that stand in one row, and in more
-LEFT, TOP, BOTTOM = 0.75, 0.4, 0.55
+LEFT, TOP, UNTITLED, BOTTOM = 0.75, 0.4, 0.15, 0.55
 GAP, ROW_GAP = 0.25, 0.62
 ACROSS = 4  # panels in a row
 
@@ -38,6 +38,7 @@ MARK = 0.055  # height of a row of crosses, of the panel's
 def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Chart:
     """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all."""
     drawn = panels(layout, records, figure)
+    top = TOP if any(drawn) else UNTITLED
     across = _across(layout, records, len(drawn))
     down = math.ceil(len(drawn) / across)
     labels = list(dict.fromkeys(curve.label for curves in drawn.values() for curve in curves))
@@ -49,14 +50,14 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Char
     legend = legend_width([text for text, _ in [*entries, *heading, *ending]]) if entries or crosses else 0.1
     wide = (WIDTH - LEFT - legend - (across - 1) * GAP) / across
     tall = ALONE if down == 1 else HEIGHT
-    height = TOP + down * tall + (down - 1) * ROW_GAP + BOTTOM
-    height = max(height, TOP + LINE * (len(entries) + 3))
+    height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM
+    height = max(height, top + LINE * (len(entries) + 3))
     chart = Chart(figsize=(WIDTH, height))
     first: Axes | None = None
     for k, (title, curves) in enumerate(drawn.items()):
         row, column = divmod(k, across)
         left = LEFT + column * (wide + GAP)
-        bottom = height - TOP - tall - row * (tall + ROW_GAP)
+        bottom = height - top - tall - row * (tall + ROW_GAP)
         box = (left / WIDTH, bottom / height, wide / WIDTH, tall / height)
         axes = chart.add_axes(box, sharex=first, sharey=first)
         if first is None:
@@ -68,7 +69,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Char
             axes.set_xlabel(shorten(layout.x, 40))
         for i, curve in enumerate(curves):
             _draw(axes, layout, curve, looks[curve.label], (i, len(curves)), _positions(layout, drawn))
-    write_legend(chart, [*heading, *entries, *ending], (WIDTH - legend, height - TOP))
+    write_legend(chart, [*heading, *entries, *ending], (WIDTH - legend, height - top))
     return chart
 
 

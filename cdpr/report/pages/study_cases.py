@@ -111,7 +111,7 @@ def _extreme(cases: Sequence[StudyCase], records: Mapping[str, Record], figure: 
 
 
 def names(cases: Sequence[StudyCase]) -> list[str]:
-    """What tells cases apart: their places on the axes on which they differ."""
+    """What tells cases apart, numbered: their places on the axes on which they differ."""
     axes = list(dict.fromkeys(axis for case in cases for axis in case.labels))
     differ = [axis for axis in axes if len({case.labels.get(axis) for case in cases}) > 1]
     found = []
@@ -120,8 +120,8 @@ def names(cases: Sequence[StudyCase]) -> list[str]:
         for axis in differ:
             text = label_text(case.labels.get(axis))
             parts.append(text if isinstance(case.labels.get(axis), str) else f"{axis.rpartition('.')[2]} {text}")
-        found.append(shorten(", ".join(parts) or case.id, 48))
-    return found if len(set(found)) == len(found) else [case.id for case in cases]
+        found.append(f"{len(found) + 1}: {shorten(', '.join(parts) or case.id, 44)}")
+    return found
 
 
 def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:

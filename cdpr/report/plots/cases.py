@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,8 @@ PANELS = (
     ("largest tension (N)", "highest", 1.0),
     ("smallest tension (N)", "lowest", 1.0),
 )
-WIDTHS = (3.4, 2.4, 1.5, 0.9)  # so that lines upon each other show
+# So that lines upon each other show: the first broad, those upon it narrower and broken.
+LOOKS: tuple[tuple[float, Any], ...] = ((3.4, "-"), (2.2, (0, (4.0, 2.0))), (1.6, (0, (1.2, 2.4))), (0.9, "-"))
 BEYOND = 10.0  # times what a run that diverges came to while it was calm: more would flatten all others
 
 
@@ -28,8 +30,8 @@ def overlay(runs: Mapping[str, Run]) -> list[Panel]:
         Panel(
             label,
             tuple(
-                Curves(_calm(run, histories(run)[name].columns(slice(0, 1))), (colour,), width=width, names=(who,))
-                for colour, width, (who, run) in zip(CABLES, WIDTHS, runs.items(), strict=False)
+                Curves(_calm(run, histories(run)[name].columns(slice(0, 1))), (colour,), (dashes,), width, (who,))
+                for colour, (width, dashes), (who, run) in zip(CABLES, LOOKS, runs.items(), strict=False)
             ),
             least=least,
         )
