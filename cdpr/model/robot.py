@@ -125,9 +125,7 @@ class Robot(Frozen):
     frame: Frame | None = None
 
     def __repr__(self) -> str:
-        return (
-            f"<Robot {self.name}: {self.m} cables, {self.pattern} ({', '.join(self.dof)}), {self.platform.mass:g} kg>"
-        )
+        return f"<Robot {self.name}: {self.m} cables, {self.pattern}, platform of {self.platform.mass:g} kg>"
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""

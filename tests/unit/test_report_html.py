@@ -15,7 +15,6 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 from cdpr.errors import OutputError
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report.figures import run as plots
 from cdpr.report.figures import sketch
 from cdpr.report.figures.canvas import inline_svg
 from cdpr.report.marks import paired
