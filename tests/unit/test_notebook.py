@@ -13,6 +13,7 @@ import nbformat
 import numpy as np
 import pytest
 from conftest import ROOT
+from study_cases import write_study
 from test_report_cases import CASES, make_run
 
 import cdpr
@@ -95,7 +96,7 @@ def test_names_cannot_break_out():
         assert framed(html).count("<script") == 2  # nor in it: data and script
 
 
-def test_terminals_show_a_line(scenario):
+def test_terminals_show_a_line(scenario, tmp_path):
     robot = scenario.robot
     simulation = cdpr.Simulation(scenario)
     run = make_run()
@@ -105,11 +106,11 @@ def test_terminals_show_a_line(scenario):
         (robot.cables[0], "<Cable cable_1: 50 to 10000 N>"),
         (scenario, "<Scenario cable_break: caroca on reference, controller computed_torque, solver qp, 0.1 s>"),
         (simulation, "<Simulation of cable_break on reference: 0 of 0.1 s>"),
-        (run, "<Run of test on reference: 4001 samples, finished>"),
-        (run.header, "<Header of test on reference: 8 cables, seed 0>"),
+        (run, "<Run of caroca on reference: 4001 samples, finished>"),
+        (run.header, "<Header of caroca on reference: 8 cables, seed 0>"),
     ]
     assert [repr(thing) for thing, _ in told] == [text for _, text in told]
-    study = cdpr.load_study(ROOT / "scenarios" / "studies" / "gains.yaml")
+    study = cdpr.load_study(write_study(tmp_path, "axes: [{key: controller.kp, values: [100, 200]}]"))
     more = (cdpr.admissible(robot, robot.home), simulation.snapshot(), study, cdpr.load_scenario("cable_break").events)
     for thing in more:
         assert len(repr(thing)) < LONGEST
