@@ -135,7 +135,7 @@ def test_figures_are_as_wide_as_their_cards(tmp_path):
         found = results(tmp_path, "axes:\n" + axes)
         figure = multiples(layouts(found.study.blocks[0])[0], found.table.records(), ERROR)
         assert figure.get_figwidth() == WIDTH
-        assert "max-width:" not in re.sub(r"<style>.*?</style>", "", render(found), flags=re.DOTALL)
+    assert "max-width:" not in re.sub(r"<style>.*?</style>", "", render(found), flags=re.DOTALL)
 
 
 def test_a_figure_of_very_many_cases_stays_small_and_keeps_its_peak(tmp_path):

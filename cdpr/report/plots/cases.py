@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.report.marks import CABLES
+from cdpr.report.marks import CABLES, shorten
 from cdpr.report.plots.histories import Points, histories
-from cdpr.report.plots.panel import Curves, Panel, calm_until
+from cdpr.report.plots.panel import Curves, Entry, Panel, calm_until
 
 PANELS = (
     # label, quantity of `histories` (its first column), least range
@@ -25,22 +25,29 @@ BEYOND = 10.0  # times what a run that diverges came to while it was calm: more 
 
 
 def overlay(runs: Mapping[str, Run]) -> list[Panel]:
-    """Return the panels of runs by their names, one line each."""
+    """Return the panels of runs, at most as many as there are `LOOKS`, by their names: one line each."""
+    looks: list[dict[str, Any]] = [
+        {"color": colour, "linewidth": width, "linestyle": dashes}
+        for colour, (width, dashes) in zip(CABLES, LOOKS, strict=False)
+    ]
+    legend: list[Entry] = [(shorten(who), look) for who, look in zip(runs, looks, strict=False)]
     return [
         Panel(
             label,
             tuple(
-                Curves(_calm(run, histories(run)[name].columns(slice(0, 1))), (colour,), (dashes,), width, (who,))
-                for colour, (width, dashes), (who, run) in zip(CABLES, LOOKS, runs.items(), strict=False)
+                Curves(_calm(run, name), (look["color"],), (look["linestyle"],), look["linewidth"], (who,))
+                for look, (who, run) in zip(looks, runs.items(), strict=False)
             ),
+            legend,
             least=least,
         )
         for label, name, least in PANELS
     ]
 
 
-def _calm(run: Run, points: Points) -> Points:
-    """Without what a run that diverged ends in."""
+def _calm(run: Run, name: str) -> Points:
+    """A quantity without what a run that diverged ends in."""
+    points = histories(run)[name].columns(slice(0, 1))
     until = calm_until(run)
     if until is None:
         return points
