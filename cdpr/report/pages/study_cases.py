@@ -20,14 +20,15 @@ from cdpr.report.player.data import page_data
 from cdpr.report.player.scenes import scene_of_run
 from cdpr.report.plots.cases import overlay
 from cdpr.report.plots.overlay import span
-from cdpr.report.text.study import FIGURES, Record, label_text, value
+from cdpr.report.text.study import FIGURES, Figure, Record, label_text, value
 from cdpr.study import Results, StudyCase
 from cdpr.study.folder import RESULTS, RUNS_NAME
 from cdpr.view import colours
 
 MOST = 4  # cases; more over one another nobody can tell apart
 # By which figures cases are chosen where there are more: the case of the least, or of the greatest.
-BY = ((FIGURES[0], max), (FIGURES[0], min), (FIGURES[3], max), (FIGURES[4], min))
+ERROR, LARGEST, SMALLEST = FIGURES[0], FIGURES[3], FIGURES[4]
+BY = ((ERROR, "greatest"), (ERROR, "least"), (LARGEST, "greatest"), (SMALLEST, "least"))
 
 SPACE = (
     "The runs of some cases over one another, each in its colour; solid the platform of the first one. "
@@ -90,9 +91,8 @@ def _wanted(cases: Sequence[StudyCase], records: Mapping[str, Record]) -> Iterat
         yield from ((case, "") for case in cases)
         return
     seen: set[str] = set()
-    bad = [case for case in cases if records[case.id]["status"] != "finished"]
-    good = [case for case in cases if case not in bad]
-    offers = [_extreme(good, records, figure, best) for figure, best in BY]
+    good, bad = ([case for case in cases if (records[case.id]["status"] == "finished") is so] for so in (True, False))
+    offers = [_extreme(good, records, figure, word) for figure, word in BY]
     offers.insert(2, (bad[0], f"the first that is {records[bad[0].id]['status']}") if bad else None)
     for offer in (*offers, *((case, "the next one") for case in cases)):
         if offer is not None and offer[0].id not in seen:
@@ -100,13 +100,14 @@ def _wanted(cases: Sequence[StudyCase], records: Mapping[str, Record]) -> Iterat
             yield offer
 
 
-def _extreme(cases: Sequence[StudyCase], records: Mapping[str, Record], figure: Any, best: Any) -> Any:
-    found = [(found, case) for case in cases if (found := value(records[case.id], figure)) is not None]
+def _extreme(
+    cases: Sequence[StudyCase], records: Mapping[str, Record], figure: Figure, word: str
+) -> tuple[StudyCase, str] | None:
+    """The case whose figure is the least or the greatest, the first of equals; None where no case has it."""
+    found = [(number, case) for case in cases if (number := value(records[case.id], figure)) is not None]
     if not found:
         return None
-    extreme = best(number for number, _ in found)
-    case = next(case for number, case in found if number == extreme)
-    word = "least" if best is min else "greatest"
+    _, case = (min if word == "least" else max)(found, key=lambda pair: pair[0])
     return case, f"{word} of all: {figure.title[0].lower()}{figure.title[1:]}"
 
 
@@ -114,7 +115,7 @@ def names(cases: Sequence[StudyCase]) -> list[str]:
     """What tells cases apart, numbered: their places on the axes on which they differ."""
     axes = list(dict.fromkeys(axis for case in cases for axis in case.labels))
     differ = [axis for axis in axes if len({case.labels.get(axis) for case in cases}) > 1]
-    found = []
+    found: list[str] = []
     for case in cases:
         parts = [case.block] if case.block and len({each.block for each in cases}) > 1 else []
         for axis in differ:
