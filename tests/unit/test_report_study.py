@@ -154,6 +154,18 @@ def test_a_figure_of_very_many_cases_stays_small_and_keeps_its_peak(tmp_path):
     assert len(inline_svg(multiples(layout, records, ERROR), "key", "label")) < 100_000
 
 
+def test_a_page_of_very_many_figures_stays_small(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr("cdpr.report.pages.study.MOST_FIGURES", 3)
+    block = "  - name: part_{0}\n    changes: {{controller.kd: {0}}}\n    axes:\n    "
+    blocks = "".join(block.format(i) + KP for i in (1, 2))
+    found = results(tmp_path, "blocks:\n" + blocks)
+    html = render(found)
+    assert html.count("<svg xmlns") == 3
+    assert "1 more figures are left out" in html
+    assert len(html) < MOST_BYTES
+
+
 def kept_study(tmp_path, text):
     """A study that kept its runs."""
     return run_study(load_study(write_study(tmp_path, "keep: all\naxes:\n" + text)), tmp_path / "out")

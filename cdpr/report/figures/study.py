@@ -8,7 +8,7 @@ from typing import Any
 
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, styled
 from cdpr.report.figures.legend import LINE, legend_width, write_legend
-from cdpr.report.figures.study_layout import Curve, Layout, panels, thinned
+from cdpr.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
 from cdpr.report.marks import CABLES, INK, shorten
 from cdpr.report.text.study import Figure, Record, label_text
 
@@ -29,15 +29,21 @@ DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
 BESIDE = 0.1  # from one line's dots to the next one's, where x is a row of names
 
 MOST_NAMES = 24  # on x
+DOTS = 3000  # of a figure
 
 DECADE = 30.0  # largest ratio on a linear scale
 MARK = 0.055  # height of a row of crosses, of the panel's
 
 
 @styled
-def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Chart:
-    """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all."""
+def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: int = DOTS) -> Chart:
+    """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all.
+
+    Of more runs than about `dots` the least and the greatest of their neighbourhoods are drawn.
+    """
     drawn = panels(layout, records, figure)
+    most = min(MOST_PLACES, max(LEAST_PLACES, dots // sum(map(len, drawn.values()))))
+    drawn = {title: [thinned(curve, most) for curve in curves] for title, curves in drawn.items()}
     top = TOP if any(drawn) else UNTITLED
     across = _across(layout, records, len(drawn))
     down = math.ceil(len(drawn) / across)
@@ -104,7 +110,6 @@ def _draw(
     """Dots, joined through the middle where a place has several; crosses at the top for cases without a figure."""
     i, count = rank
     aside = 0.0 if layout.numeric else BESIDE * (i - (count - 1) / 2)
-    curve = thinned(curve)
     x = [place[at] + aside for at in curve.x]
     middle = [sorted(values)[len(values) // 2] for values in curve.values]
     joined = {} if layout.numeric and not layout.scattered else {"linestyle": ""}

@@ -12,7 +12,8 @@ from cdpr.study.points import Label, Point
 
 MOST_LINES = len(CABLES)  # colours
 MOST_PANELS = 12
-MOST_PLACES = 400  # of a curve: more cannot be told apart, and a page would be large
+MOST_PLACES = 400  # of a curve: more cannot be told apart
+LEAST_PLACES = 8  # however many curves share what a page may hold
 
 WITHOUT_FIGURES = ("diverged", "failed", "died", "hung", "not run")  # their figures would say nothing
 
@@ -93,13 +94,13 @@ def _curve(layout: Layout, records: Sequence[Record], label: Label, figure: Figu
     return Curve(label, tuple(found), tuple(map(tuple, found.values())), tuple(lost))
 
 
-def thinned(curve: Curve) -> Curve:
-    """Return a curve of at most `MOST_PLACES` places: of each part of x those of the least and the greatest figure."""
-    lost = curve.lost[:: -(-len(curve.lost) // MOST_PLACES) or 1]
-    if len(curve.x) <= MOST_PLACES:
+def thinned(curve: Curve, most: int = MOST_PLACES) -> Curve:
+    """Return a curve of at most so many places: of each part of x those of the least and the greatest figure."""
+    lost = curve.lost[:: -(-len(curve.lost) // most) or 1]
+    if len(curve.x) <= most:
         return replace(curve, lost=lost)
     kept: set[int] = set()
-    size = -(-2 * len(curve.x) // MOST_PLACES)
+    size = -(-2 * len(curve.x) // most)
     for first in range(0, len(curve.x), size):
         part = range(first, min(first + size, len(curve.x)))
         kept |= {min(part, key=lambda k: min(curve.values[k])), max(part, key=lambda k: max(curve.values[k]))}
