@@ -23,6 +23,7 @@ ACROSS = 4  # panels in a row
 # a mark of its own, smaller than the one below. Widths in pt.
 BROAD, THIN, ONLY = 4.2, 1.3, 1.4
 LARGE, SMALL = 8.5, 3.8
+FULL = 2.6  # in: in narrower panels lines and marks are smaller
 MARKS = "osD^vPX*"
 DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
 
@@ -48,13 +49,14 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     across = _across(layout, records, len(drawn))
     down = math.ceil(len(drawn) / across)
     labels = list(dict.fromkeys(curve.label for curves in drawn.values() for curve in curves))
-    looks = {label: _look(i, len(labels)) for i, label in enumerate(labels)}
-    entries = [(shorten(label_text(label)), looks[label]) for label in labels] if layout.line else []
+    names = [shorten(label_text(label)) for label in labels] if layout.line else []
     crosses = any(curve.lost for curves in drawn.values() for curve in curves)
     heading = [] if layout.line is None else [(shorten(layout.line), {"linestyle": ""})]
     ending = [("× no figure: diverged, died, ...", {"linestyle": ""})] if crosses else []
-    legend = legend_width([text for text, _ in [*entries, *heading, *ending]]) if entries or crosses else 0.1
+    legend = legend_width([*names, *(text for text, _ in [*heading, *ending])]) if names or crosses else 0.1
     wide = (WIDTH - LEFT - legend - (across - 1) * GAP) / across
+    looks = {label: _look(i, len(labels), min(1.0, wide / FULL)) for i, label in enumerate(labels)}
+    entries = list(zip(names, looks.values(), strict=False))
     tall = ALONE if down == 1 else HEIGHT
     height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM
     height = max(height, top + LINE * (len(entries) + 3))
@@ -79,15 +81,15 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     return chart
 
 
-def _look(i: int, count: int) -> dict[str, Any]:
+def _look(i: int, count: int, scale: float) -> dict[str, Any]:
     """How line i of so many looks, and its marks."""
     share = i / (count - 1) if count > 1 else 1.0
     return {
         "color": CABLES[i % len(CABLES)],
-        "linewidth": BROAD + share * (THIN - BROAD) if count > 1 else ONLY,
+        "linewidth": scale * BROAD + share * (THIN - scale * BROAD) if count > 1 else ONLY,
         "linestyle": DASHES[(i - 1) % len(DASHES)] if i else "-",
         "marker": MARKS[i % len(MARKS)] if count > 1 else "o",
-        "markersize": LARGE + share * (SMALL - LARGE),
+        "markersize": scale * LARGE + share * (SMALL - LARGE) * scale,
         "markeredgewidth": 0.0,
         "markevery": [1],  # in a legend
     }

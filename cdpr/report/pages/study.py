@@ -17,7 +17,7 @@ from cdpr.study import Results
 from cdpr.study.plan import Grid
 
 MOST_ROWS = 1000  # of the table on the page
-MOST_FIGURES = 48
+MOST_FIGURES = 24
 DOTS = 12_000  # of all figures together
 FEW_ROWS = 12  # of a table that is not folded
 
