@@ -452,3 +452,22 @@ def test_hovering_a_plot_tells_values_and_a_series_can_be_switched_off(page):
     assert told == pytest.approx([np.interp(t, time, value) for time, value in curves], rel=0.02)
     plot.get_by_role("button", name="cable_3").click()
     assert plot.locator('.series button[aria-pressed="false"]').count() == 1
+
+
+def test_a_new_robot_from_a_template_is_shown_and_runs(page, files):
+    page.evaluate("cdpr.stage.films[0].before = true")
+    page.get_by_role("button", name="New…").click()
+    dialog = page.locator("dialog[open]")
+    dialog.get_by_label("Kind").select_option("robot")
+    dialog.get_by_label("File").fill(str(files.folder / "mine.yaml"))
+    for name, size in {"width": "4", "depth": "3", "height": "2.5"}.items():
+        dialog.get_by_label(f"Frame {name}, m").fill(size)
+    dialog.get_by_label("Mass (kg)").fill("12")
+    dialog.get_by_role("button", name="Make").click()
+    page.wait_for_function("() => !cdpr.stage.films[0].before && cdpr.phase === 'ready'")
+    assert page.evaluate(VALUE, "robot.platform.mass") == 12
+    assert page.evaluate("cdpr.stage.films[0].cables.length") == 8
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_function("() => cdpr.frame.t > 0.1 && cdpr.frame.tension.every((tension) => tension > 0)")
+    page.get_by_role("button", name="YAML").click()
+    assert "mass: 12" in page.locator("dialog[open] pre").first.inner_text()

@@ -70,7 +70,9 @@ class Group {
   }
 
   show(field) {
+    const chosen = field.given && this.field && !this.field.given;
     this.field = field;
+    if (chosen) this.open(true); // what one has just put in is seen
     say(this.title, field.label);
     this.gone.hidden = !(field.given && field.optional);
     this.root.classList.toggle("default", !field.given);
