@@ -233,7 +233,7 @@ class Show:
     def _publish(self, now: float, *, everything: bool = False) -> None:
         """Show what is due: frames as often as screens change, the rest less often."""
         running = self._phase == "running"
-        if now < self._due["frame"] and not everything:
+        if now < self._due["frame"] and self._due["status"] and not everything:
             return
         # On the beat, so that what a frame costs does not make them fewer; a beat that is missed begins another.
         beat = self._due["frame"] if 0.0 <= now - self._due["frame"] < FRAME else now

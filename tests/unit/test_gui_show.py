@@ -265,7 +265,7 @@ def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
         monkeypatch.setattr("cdpr.gui.stage.Stage.__init__", lambda *_: {}["nothing"])
         it.do("reset")
         assert it.said()[-1][1].startswith("internal error")
-        assert it.board.latest("status")["phase"] == "failed"
+        assert it.phase("failed")["text"].startswith("internal error")
         monkeypatch.undo()
         it.do("reset")
         it.phase("ready")
