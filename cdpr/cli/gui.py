@@ -50,6 +50,8 @@ def command(
             if (error.name or "").partition(".")[0] != "websockets":
                 raise
             raise PluginError("cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'") from None
+        from threading import Thread
+
         from cdpr.cli.progress import tell_of_compilation
         from cdpr.gui.desk import Desk
         from cdpr.scenario.overrides import typed
@@ -61,7 +63,7 @@ def command(
             if host not in LOCAL:
                 click.echo(EXPOSED, err=True)
             if show:
-                _open(window.address)
+                Thread(target=_open, args=(window.address,), daemon=True).start()  # some browsers take their time
             tell_of_compilation()
             window.begin()
             _hold()

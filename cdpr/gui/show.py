@@ -51,7 +51,7 @@ class Show:
         self._stage: Stage | None = None
         self._scenario: Scenario | None = None
         self._phase: Phase = "building"
-        self._text = ""
+        self._text, self._fault = "", ""
         self._speed: float | None = 1.0
         self._clock = Clock()
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
@@ -102,8 +102,11 @@ class Show:
         except CdprError as error:
             tell("error", str(error))
         except Exception as error:
-            self._log(traceback.format_exc())
-            tell("error", f"internal error: {one_line(error)}; the terminal has more")
+            trace, before = traceback.format_exc(), self._fault
+            self._fault = trace
+            if trace != before or tell != self._to_all:  # what fails at each frame is told once
+                self._log(trace)
+                tell("error", f"internal error: {one_line(error)}; the terminal has more")
             if self._phase == "running":
                 self._go_to("failed", f"internal error: {one_line(error)}")
 
@@ -129,14 +132,12 @@ class Show:
 
         self._scenario = scenario
         self._go_to("building", "")
+        self._guarded(self._end, self._to_all)
         try:
-            self._end()
-        finally:
-            try:
-                self._stage = Stage(scenario, self._board)
-            except CdprError as error:
-                self._go_to("failed", str(error))
-                raise
+            self._stage = Stage(scenario, self._board)
+        except Exception as error:
+            self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
+            raise
         self._go_to("ready", "")
         self._publish(monotonic(), everything=True)
 
@@ -215,8 +216,6 @@ class Show:
         try:
             stage.step(n)
         except CdprError as error:
-            if not stage.over:
-                raise
             self._go_to("ended" if isinstance(error, PlantEnded) else "failed", str(error))
         else:
             self._clock.took(n, monotonic() - began)
@@ -234,18 +233,20 @@ class Show:
     def _publish(self, now: float, *, everything: bool = False) -> None:
         """Show what is due: frames as often as screens change, the rest less often."""
         running = self._phase == "running"
-        if now < self._due["frame"] and not everything:
+        if now < self._due["frame"] and self._due["status"] and not everything:
             return
         # On the beat, so that what a frame costs does not make them fewer; a beat that is missed begins another.
         beat = self._due["frame"] if 0.0 <= now - self._due["frame"] < FRAME else now
         self._due["frame"] = beat + FRAME if running else now + IDLE
-        if self._stage is not None:
-            self._stage.show_frame()
-            if everything or now >= self._due["samples"]:
-                self._due["samples"] = now + SAMPLES
-                self._stage.show_curves()
-        if everything or self._due["status"] == 0.0 or (running and now >= self._due["status"]):
-            self._status(now)
+        try:
+            if self._stage is not None:
+                self._stage.show_frame()
+                if everything or now >= self._due["samples"]:
+                    self._due["samples"] = now + SAMPLES
+                    self._stage.show_curves()
+        finally:
+            if everything or self._due["status"] == 0.0 or (running and now >= self._due["status"]):
+                self._status(now)
 
     def _status(self, now: float) -> None:
         self._due["status"] = now + STATUS

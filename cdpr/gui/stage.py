@@ -224,7 +224,7 @@ class Stage:
         self._sim.save(out)
         return f"the session is saved: cdpr run {out} repeats it"
 
-    def _save_run(self, out: str) -> Later:
+    def _save_run(self, out: str = "") -> Later:
         """Write log, summary and scenario at once, and the report, which takes longer, later."""
         if not self._sim.samples:
             raise CdprError("save_run: no sample is complete before the first step")

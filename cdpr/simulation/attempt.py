@@ -123,7 +123,8 @@ class Attempt:
 
     def so_far(self) -> Run:
         """Return the run as if it were taken no further; it goes on."""
-        stop = PlantEnded(f"t = {self._time:.6g} s: saved here, and taken further")
+        done = self.samples > self.scenario.simulation.steps
+        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: looked at here, and taken further")
         return self.run or self._finished(stop, closing=False, going_on=True)[0]
 
     @property

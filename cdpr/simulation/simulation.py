@@ -347,7 +347,7 @@ class Simulation(Live):
             return self._attempt.run
 
     def so_far(self) -> Run:
-        """Return the run up to the last complete sample, with the status "ended", and go on; after the end, the run."""
+        """Return the run up to the last complete sample and go on; one that is not done has the status "ended"."""
         with self._alone("so_far"):
             return self._attempt.so_far()
 

@@ -106,6 +106,22 @@ def test_what_others_changed_is_not_written_over(folder: Path) -> None:
     with pytest.raises(OutputError, match="changed by another program"):
         desk.save()
     assert (folder / "caroca.yaml").read_text().endswith("# mine\n")
+    form = desk.form()
+    assert "changed by another program" in form["unsaved"]
+    assert "Revert reads it anew" in form["warnings"][0]["text"]
+    desk.revert()
+    form = desk.form()
+    assert not form["modified"]
+    assert not form["warnings"]
+    assert desk.texts()[0]["text"].endswith("# mine\n")
+
+
+def test_what_may_not_be_written_stays(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("simulation.duration", 3)
+    monkeypatch.setattr("os.access", lambda name, mode: False)  # whoever tests may be root
+    with pytest.raises(OutputError, match="may not be written"):
+        desk.save()
 
 
 def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
@@ -203,6 +219,20 @@ def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) ->
         lambda: desk.open("gains"),  # a study
         lambda: desk.new("robot", masss=4),
         lambda: desk.new("study"),
+        lambda: desk.new("scenario", robot="seven", mass=3),
+        lambda: desk.new("robot", cables=float("inf")),
+        lambda: desk.new("robot", frame=[1, 2]),
+        lambda: desk.new("robot", frame=[1, float("nan"), 2]),
+        lambda: desk.open(0),  # type: ignore[arg-type]
+        lambda: desk.open("a\0b"),
+        lambda: desk.edit(7, 1),  # type: ignore[arg-type]
+        lambda: desk.edit("name", "\ud800"),
+        lambda: desk.edit("name", 10**5000),
+        lambda: desk.edit("name", [[[[]]]] * 70000),
+        lambda: desk.save_as(""),
+        lambda: desk.save_as("a\0b"),
+        lambda: desk.save_as(str(folder / "caroca.yaml")),
+        lambda: desk.save_as(str(folder / "caroca.yaml/x")),
         lambda: desk.redo(),
     ):
         with pytest.raises(CdprError):

@@ -13,6 +13,8 @@ from cdpr.gui.desk import Desk
 from cdpr.gui.desk.fields import every
 from cdpr.plugins.registry import registry
 from cdpr.scenario.events import EVENTS
+from cdpr.scenario.robot_schema import CableSection, RobotSection
+from cdpr.scenario.schema import ScenarioSection
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -62,6 +64,14 @@ def test_what_the_thesis_window_edits_has_its_field(caroca: Desk) -> None:
     assert (kp["value"], kp["size"], kp["single"]) == (100, 6, True)
     assert found["simulation.seed"]["kind"] == "integer"
     assert found["robot.dof"]["kind"] == "set"
+
+
+def test_every_key_of_the_schema_has_its_field(caroca: Desk) -> None:
+    found = fields(caroca)
+    assert set(ScenarioSection.model_fields) - {"robot"} <= set(found)
+    assert {f"robot.{key}" for key in RobotSection.model_fields} <= set(found)
+    columns = {column["key"].partition(".")[0] for column in found["robot.cables"]["columns"]}
+    assert columns == set(CableSection.model_fields)
 
 
 def test_cables_are_a_table(caroca: Desk) -> None:

@@ -255,6 +255,20 @@ def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
         assert "internal error" in it.phase("failed")["text"]
         it.do("reset")
         it.phase("ready")
+        it.said()
+        del it.log[:]
+        monkeypatch.setattr(it.show._stage, "show_frame", lambda: {}["nothing"])
+        it.do("run")
+        it.phase("failed")
+        time.sleep(1.2)  # s, in which two frames are due
+        assert len(it.log) <= 2  # of the command, and of frames
+        monkeypatch.setattr("cdpr.gui.stage.Stage.__init__", lambda *_: {}["nothing"])
+        it.do("reset")
+        assert it.said()[-1][1].startswith("internal error")
+        assert it.phase("failed")["text"].startswith("internal error")
+        monkeypatch.undo()
+        it.do("reset")
+        it.phase("ready")
 
 
 def test_it_closes_whatever_it_does():

@@ -51,7 +51,7 @@ def form_section(node: Schema, root: Schema, name: str, given: Any, starts: Star
         raise CdprError(f"there is no {name[:60]!r}: {did_you_mean(name, known)}there are {', '.join(known)}")
     if forms:
         kept = {key: value for key, value in section.items() if key in forms[name]["properties"]}
-        return {"type": name, **{**starts.form(name, forms[name]), **kept, "type": name}}
+        return {"type": name, **{**starts.form(forms[name]), **kept, "type": name}}
     return {name: _attitude(name, section) if node["name"] == "Orientation" else _shape(name, section, starts)}
 
 

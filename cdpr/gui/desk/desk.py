@@ -9,7 +9,7 @@ from typing import Any
 from cdpr.errors import CdprError, OutputError
 from cdpr.gui.desk import edit, saving
 from cdpr.gui.desk.fields import MISSING
-from cdpr.gui.desk.files import File, Files, unsaved
+from cdpr.gui.desk.files import File, Files, named, outdated, unsaved
 from cdpr.gui.desk.form import Subject, placed, tabs
 from cdpr.gui.desk.made import around, new_file
 from cdpr.gui.desk.meaning import Meaning
@@ -47,7 +47,7 @@ class Desk:
 
     def open(self, name: str | None = None) -> None:
         """Open another scenario or robot; what is here is dropped. ScenarioError where it cannot be read."""
-        name = FIRST if name is None else name
+        name = named(FIRST if name is None else name)
         path = examples.resolve(name, None)
         document = open_document(path, None, Problems())
         fixed = f"'{name}' is an example of cdpr: save as a file of your own" if path != name else ""
@@ -126,19 +126,21 @@ class Desk:
         problems, warnings = self._told()
         reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
         first = next((file for file in files if not file.fixed or file.saved is not None), files[0])
+        stale = [(file, reason) for file in files if (reason := outdated(file))]
+        elsewhere = [Problem(Mark(file.name), (), f"{reason}: Revert reads it anew") for file, reason in stale]
         return {
             "kind": "form",
             "file": first.name,
             "title": str(self._data.get("name") or stem(first.name)),
             "files": [file.name for file in files],
-            "modified": any(file.modified for file in files),
+            "modified": bool(stale) or any(file.modified for file in files),
             "unsaved": reasons[0] if reasons else None,
             "applied": self._applied == self._files.texts(),
             "undo": self._undo[-1][0] if self._undo else None,
             "redo": self._redo[-1][0] if self._redo else None,
             "tabs": made,
             "problems": placed(made, problems),
-            "warnings": placed(made, warnings),
+            "warnings": placed(made, [*elsewhere, *warnings]),
         }
 
     def texts(self) -> list[dict[str, str]]:
@@ -171,7 +173,8 @@ class Desk:
             self._set(_path(path), value)
 
     def _set(self, key: Path, value: Any) -> None:
-        self._take(f"{dotted(key)} = {_brief(value)}", self._meaning().set(key, value))
+        texts = self._meaning().set(key, value)
+        self._take(f"{dotted(key)} = {_brief(value)}", texts)
 
     def remove(self, path: str) -> None:
         """Take a key or an item of a list away; nothing where it is not given."""

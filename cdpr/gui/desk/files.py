@@ -11,6 +11,7 @@ from pathlib import Path
 import cdpr
 from cdpr.errors import CdprError, OutputError
 from cdpr.scenario.files import UnreadableError, read
+from cdpr.scenario.problems import shown
 
 
 @dataclass
@@ -82,6 +83,13 @@ class Files:
         return self.files[key]
 
 
+def named(name: object) -> str:
+    """Return the name of a file as it came from a window; CdprError where it is none."""
+    if not isinstance(name, str) or not name.strip() or "\0" in name:
+        raise CdprError(f"the name of a file is expected, got {shown(name)}")
+    return name
+
+
 def on_disk(name: str) -> str:
     """Return what a file holds; CdprError where it cannot be read, or is no text."""
     try:
@@ -98,13 +106,20 @@ def unsaved(file: File) -> str:
         return file.fixed
     if file.saved is None:
         return f"'{file.name}' is there already, from elsewhere: save as another" if os.path.lexists(file.name) else ""
+    if not os.access(file.name, os.W_OK):
+        return f"'{file.name}' may not be written: save as another file"
+    return f"{reason}: revert to that, or save as another file" if (reason := outdated(file)) else ""
+
+
+def outdated(file: File) -> str:
+    """Return how a file is no longer what was read; "" where it is."""
+    if file.saved is None:
+        return ""
     try:
-        now = on_disk(file.name)
+        same = on_disk(file.name) == file.saved
     except CdprError as error:
-        return f"{error}: save as another file"
-    if now != file.saved:
-        return f"'{file.name}' was changed by another program since it was read: revert to that, or save as another"
-    return ""
+        return str(error)
+    return "" if same else f"'{file.name}' was changed by another program since it was read"
 
 
 def write(name: str, text: str, *, new: bool) -> None:

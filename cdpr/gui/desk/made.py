@@ -8,7 +8,7 @@ from typing import Any
 
 from cdpr import defaults
 from cdpr.errors import CdprError
-from cdpr.gui.desk.files import File
+from cdpr.gui.desk.files import File, named
 from cdpr.plugins.registry import Registry
 from cdpr.scenario import load_robot
 from cdpr.scenario.schema import ScenarioSection
@@ -30,12 +30,18 @@ def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> File
     if kind not in KINDS:
         raise CdprError(f"robot or scenario is expected, got {kind!r:.40}")
     given = {key: value for key, value in arguments.items() if value is not None}
-    name, source = str(given.pop("file", f"{kind}.yaml")), given.pop("robot", None)
+    name, source = named(given.pop("file", f"{kind}.yaml")), given.pop("robot", None)
     known = tuple(Sizes.__dataclass_fields__)
     if wrong := [key for key in given if key not in known]:
         raise CdprError(f"{', '.join(wrong)}: not known; a new {kind} is made of {', '.join(known)}")
+    if source is not None and kind == "robot":
+        raise CdprError("robot: only a new scenario names one")
+    if source is not None and given:
+        raise CdprError(f"{', '.join(given)}: sizes are those of the robot file; leave them out, or robot")
     sizes = _sizes(given)
-    text = robot_text(name, sizes, stem(name)) if kind == "robot" else scenario_text(name, source, sizes)
+    text = (
+        robot_text(name, sizes, stem(name)) if kind == "robot" else scenario_text(name, source and named(source), sizes)
+    )
     return File(name, text, first=text)
 
 
@@ -46,7 +52,7 @@ def _sizes(given: Mapping[str, Any]) -> Sizes:
             raise ValueError
         mass = {"mass": float(given["mass"])} if "mass" in given else {}
         count = {"cables": int(given["cables"])} if "cables" in given else {}
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         text = "frame and platform: three lengths (m) each are expected; mass: a number (kg); cables: a whole number"
         raise CdprError(text) from None
     flags = {key: bool(given[key]) for key in ("crossed", "planar") if key in given}

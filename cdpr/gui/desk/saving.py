@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from cdpr.errors import CdprError, OutputError, PluginError
 from cdpr.gui.desk import edit
 from cdpr.gui.desk.fields import at
-from cdpr.gui.desk.files import File, Files, on_disk, write
+from cdpr.gui.desk.files import File, Files, named, on_disk, write
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.actuator_schema import Actuators
@@ -85,8 +85,7 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
 
 def _target(target: str, first: File) -> str:
     """Return the file that is meant by a file or folder; OutputError where it is there."""
-    if not isinstance(target, str) or not target.strip():
-        raise CdprError("save as: the name of a file or folder is expected")
+    target = named(target)
     if os.path.isdir(target) or target.endswith(os.sep):
         target = os.path.join(target, os.path.basename(first.name))
     elif not target.endswith(ENDINGS):

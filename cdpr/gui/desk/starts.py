@@ -15,14 +15,12 @@ from cdpr.scenario.overrides import DEFAULT_TYPE
 
 # By key, in its own unit; of other numbers 1.
 NUMBERS = {"radius": 0.05, "pitch": 0.1, "height": 0.1, "duration": 3.0}
-EVENTS: dict[str, dict[str, Any]] = {
-    "wrench": {"time": 1.0, "duration": 0.5},
-    "sine": {"time": 1.0, "duration": 2.0},
-    "target": {"duration": 2.0},
-}
+AT = 1.0  # s: when a force begins
+FOR = 0.5  # s: how long it acts
 SHARE = 0.1  # of the weight: a force; of the frame's extent: a way
 HOME = [0.0, 0.0, 1.0]  # m
 MASS = 10.0  # kg
+HIGHEST = 1000.0  # N
 GRAVITY = 9.81  # m/s^2
 
 
@@ -38,20 +36,23 @@ class Starts:
     def __init__(self, data: dict[str, Any], root: Schema, plugins: Registry) -> None:
         self._data, self._root, self._plugins = data, root, plugins
 
-    def form(self, name: str, form: Schema) -> dict[str, Any]:
-        """Return what a motion, an event or an exit of this type needs, and something to see its effect by."""
-        made = {**self.value(form, ""), **EVENTS.get(name, {})}
-        properties = form.get("properties", {})
-        if "force" in properties:
+    def form(self, form: Schema) -> dict[str, Any]:
+        """Return what a motion, an event or an exit of this type needs, and something to see its effect by.
+
+        Of events that need one of several keys, one is given, as far as such keys are known here.
+        """
+        made: dict[str, Any] = self.value(form, "")
+        keys = form.get("properties", {}).keys()
+        if "force" in keys:
             mass = at(self._data, ("robot", "platform", "mass"))
             weight = GRAVITY * (mass if _number(mass) and mass > 0.0 else MASS)
-            made["force"] = [0.0, 0.0, -_rounded(SHARE * weight)]
-        if name == "target":
-            made["position"] = self.position()
-        if name == "limits":
+            made |= {"time": AT, "duration": FOR, "force": [0.0, 0.0, -_rounded(SHARE * weight)]}
+        if {"time", "position"} <= keys:
+            made |= {"position": self.position(), "duration": NUMBERS["duration"]}
+        if {"time", "max"} <= keys:
             highest = at(self._data, ("robot", "tension", "max"))
-            made["max"] = highest if _number(highest) else 1000.0
-        if name == "set" and (key := next(iter(self.changeable()), None)):
+            made["max"] = highest if _number(highest) else HIGHEST
+        if {"time", "key", "value"} <= keys and (key := next(iter(self.changeable()), None)):
             role, _, option = key.partition(".")
             held = at(self._data, (role, option))
             made |= {"key": key, "value": held if _number(held) else 1.0}
