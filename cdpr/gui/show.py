@@ -32,6 +32,12 @@ SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
 PATIENCE = 2.0  # s that `close` waits for a step that is under way
 
+# What a status says where nothing is simulated, in the words of `Stage.about`.
+NOTHING: dict[str, Any] = {
+    **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
+    **{"events": [], "pushes": [], "cables": [], "changeable": []},
+}
+
 Level = Literal["error", "warning", "info"]
 Tell = Callable[[Level, str], None]
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
@@ -250,10 +256,10 @@ class Show:
 
     def _status(self, now: float) -> None:
         self._due["status"] = now + STATUS
-        about = {} if self._stage is None else self._stage.about()
+        about = NOTHING if self._stage is None else self._stage.about()
         rtf = self._clock.factor(now, self._stage.time) if self._stage and self._phase == "running" else None
         pace = {"phase": self._phase, "speed": self._speed, "rtf": rtf, "text": self._text}
-        self._board.put({"kind": "status", "t": 0.0, "duration": 0.0, **about, **pace})
+        self._board.put({"kind": "status", **about, **pace})
 
 
 class Clock:

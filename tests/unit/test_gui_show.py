@@ -278,6 +278,12 @@ def test_it_closes_whatever_it_does():
         it.do("run")
         it.phase("running")
     assert not it.show._thread.is_alive()
+    with staged(scenario()) as it:
+        known = it.phase("ready").keys()
+        it.show.nothing()
+        assert it.phase("failed").keys() == known
+        it.do("run")
+        assert "nothing is simulated" in it.said()[0][1]
     with staged():
         pass
     with staged(scenario()):
