@@ -287,6 +287,25 @@ def test_a_cable_comes_and_goes_with_its_limits(folder: Path) -> None:
     assert desk.scenario().robot.m == 8
 
 
+def test_what_was_edited_is_had_again_after_another_file(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("robot.platform.mass", 140)
+    edited = desk.texts()
+    desk.save_as(str(folder / "mine.yaml"))
+    desk.open("seven")
+    desk.edit("robot.platform.mass", 21)
+    desk.new("robot")
+    assert desk.form()["undo"] == "new robot"
+    for _ in range(4):
+        desk.undo()
+    assert desk.texts() == edited
+    assert desk.form()["files"][0] == str(folder / "caroca.yaml")
+    assert desk.form()["modified"]
+    for _ in range(3):
+        desk.redo()
+    assert desk.scenario().robot.platform.mass == 21
+
+
 def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
     desk = Desk(str(folder / "caroca.yaml"))
     assert not desk.form()["applied"]

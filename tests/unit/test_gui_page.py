@@ -22,6 +22,13 @@ def test_it_names_no_other_place():
     assert not re.findall(r"\b(?:src|href)=\"(?!data:,\")", document())
 
 
+def test_every_colour_that_is_asked_for_is_said():
+    assert set(re.findall(r"var\((--\w+)", document())) <= set(re.findall(r"(--\w+):", document())) | {
+        "--light",
+        "--dark",
+    }
+
+
 def test_all_scripts_and_styles_are_in_it():
     assert sorted(FILES) == sorted(path.name for path in FOLDER.glob("*.js"))
     assert sorted(STYLES) == sorted(path.name for path in FOLDER.glob("*.css"))

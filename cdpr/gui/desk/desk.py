@@ -25,6 +25,8 @@ from cdpr.scenario.yaml_text import flow
 FIRST = "caroca"  # the example for who names nothing
 UNDOS = 200
 
+Step = tuple[str, Files, dict[str, str]]  # what was done, and what was on the desk before
+
 
 class Desk:
     """The files of one scenario while they are edited.
@@ -38,35 +40,45 @@ class Desk:
 
     def __init__(self, name: str | None = None, changes: Sequence[Change | str] = ()) -> None:
         self._plugins: Registry = registry()
-        self.open(name)
+        self._undo: list[Step] = []
+        self._redo: list[Step] = []
+        self._applied: dict[str, str] | None = None
+        self._files = self._opened(FIRST if name is None else name)
+        self._look()
         problems = Problems()
         given = read_overrides(changes, problems)
         problems.raise_any()
         for change in given:
             self._set(change.path, change.value)
 
-    def open(self, name: str | None = None) -> None:
-        """Open another scenario or robot; what is here is dropped. ScenarioError where it cannot be read."""
-        name = named(FIRST if name is None else name)
-        path = examples.resolve(name, None)
-        document = open_document(path, None, Problems())
-        fixed = f"'{name}' is an example of cdpr: save as a file of your own" if path != name else ""
-        self._begin(File.open(path, fixed), robot=kind_of(document) == "robot")
+    def open(self, name: str) -> None:
+        """Open another scenario or robot, which can be undone. ScenarioError where it cannot be read."""
+        self._turn(f"open {_brief(name)}", self._opened(name))
+        self._applied = None
 
     def new(self, kind: str, **arguments: Any) -> None:
-        """Begin a new robot or scenario in place of what is here; `arguments` are those of `cdpr new`."""
-        self._begin(new_file(kind, arguments, self._plugins), robot=kind == "robot")
+        """Begin a new robot or scenario, which can be undone; `arguments` are those of `cdpr new`."""
+        file = new_file(kind, arguments, self._plugins)
+        self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
+        self._applied = None
 
-    def _begin(self, file: File, *, robot: bool) -> None:
-        key = os.path.abspath(file.name)
-        if robot:
-            scenario = around(file, self._plugins)
-            self._files = Files(os.path.abspath(scenario.name), {os.path.abspath(scenario.name): scenario, key: file})
-        else:
-            self._files = Files(key, {key: file})
-        self._undo: list[tuple[str, dict[str, str]]] = []
-        self._redo: list[tuple[str, dict[str, str]]] = []
-        self._applied: dict[str, str] | None = None
+    def _opened(self, name: object) -> Files:
+        given = named(name)
+        path = examples.resolve(given, None)
+        document = open_document(path, None, Problems())
+        fixed = f"'{given}' is an example of cdpr: save as a file of your own" if path != given else ""
+        return self._with(File.open(path, fixed), robot=kind_of(document) == "robot")
+
+    def _with(self, file: File, *, robot: bool) -> Files:
+        """Return a file as it lies on the desk, a robot in a scenario made for it."""
+        files = [around(file, self._plugins), file] if robot else [file]
+        keyed = {os.path.abspath(each.name): each for each in files}
+        return Files(next(iter(keyed)), keyed)
+
+    def _turn(self, told: str, files: Files) -> None:
+        """Go on with other files; those before can be had again."""
+        self._remember(told)
+        self._files = files
         self._look()
 
     # What is on the desk.
@@ -192,13 +204,14 @@ class Desk:
 
     def _take(self, told: str, texts: dict[str, str]) -> None:
         """Make these texts the present ones; what was before can be undone."""
-        before = self._files.texts()
-        if texts == before:
-            return
-        self._undo = [*self._undo, (told, before)][-UNDOS:]
+        if texts != self._files.texts():
+            self._remember(told)
+            self._files.put(texts)
+            self._look()
+
+    def _remember(self, told: str) -> None:
+        self._undo = [*self._undo, (told, self._files, self._files.texts())][-UNDOS:]
         self._redo = []
-        self._files.put(texts)
-        self._look()
 
     def undo(self) -> None:
         """Take the last edit back."""
@@ -208,11 +221,12 @@ class Desk:
         """Do again what was undone last."""
         self._back(self._redo, self._undo)
 
-    def _back(self, source: list[tuple[str, dict[str, str]]], other: list[tuple[str, dict[str, str]]]) -> None:
+    def _back(self, source: list[Step], other: list[Step]) -> None:
         if not source:
             raise CdprError("there is nothing more to undo" if source is self._undo else "nothing was undone")
-        told, texts = source.pop()
-        other.append((told, self._files.texts()))
+        told, files, texts = source.pop()
+        other.append((told, self._files, self._files.texts()))
+        self._files = files
         self._files.put(texts)
         self._look()
 
@@ -237,12 +251,12 @@ class Desk:
     def save_as(self, target: str) -> list[str]:
         """Write all into another file or folder, where it goes on from then on, and return the names of what is new.
 
+        To undo it goes on with the files before; what was written stays.
         Names of files in it are changed so that they mean the same ones; nothing that is there is written over.
         """
         runs = self._applied == self._files.texts()
-        self._files, names = saving.save_as(self._files, self._robot, target, self._plugins)
-        self._undo, self._redo = [], []
-        self._look()
+        files, names = saving.save_as(self._files, self._robot, target, self._plugins)
+        self._turn(f"save as {_brief(target)}", files)
         self._applied = self._files.texts() if runs else None
         return names
 
