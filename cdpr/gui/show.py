@@ -30,6 +30,7 @@ BUSY = 1.0 / 30.0  # s of computing after which a command is looked for
 LATE = 0.5  # s that the simulation may be behind the clock before it gives up to catch up
 SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
+MOST_JOBS = 200  # that wait to be done
 PATIENCE = 2.0  # s that `close` waits for a step that is under way
 
 # What a status says where nothing is simulated, in the words of `Stage.about`.
@@ -70,6 +71,9 @@ class Show:
 
     def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
         """Let something be done between two steps; `tell` has what there is to say of it."""
+        if self._jobs.qsize() > MOST_JOBS:
+            tell("error", f"{do}: is left out: {MOST_JOBS} things are still to be done")
+            return
         self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
 
     def nothing(self) -> None:
