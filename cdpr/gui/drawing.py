@@ -22,6 +22,7 @@ from cdpr.view import Pictures, pictures
 from cdpr.view.pictures import weight_range
 
 DECIMALS = 6  # of lengths and attitudes in frames, m: far below what a screen shows
+SEEN = 1e-3  # times the robot's characteristic length: where cables leave by less elsewhere, lines are kept
 DECIMALS_N = 3  # of tensions and forces, N
 
 
@@ -46,6 +47,7 @@ class Drawing:
         }
         self.range = weight_range(header.subject, header.mass * float(np.linalg.norm(header.gravity)))
         self._known = False
+        self._outlined: tuple[Array, list[Any]] | None = None  # where cables left the frame, and its lines
 
     def change(self, events: Sequence[ScenarioEvent]) -> None:
         """Go by these events: which cables break, and from when on limits are not those of the robot."""
@@ -109,8 +111,18 @@ class Drawing:
         if shown.subject.exits:
             ends = shown.ends[0]
             frame["exits"] = _short(ends[:, 0].ravel())
-            frame["outlines"] = [np.round(line, 4).tolist() for line in shown.subject.exit_lines(ends)]
+            frame["outlines"] = self._outlines(shown, ends)
         return frame
+
+    def _outlines(self, shown: Pictures, ends: Array) -> list[Any]:
+        """Lines that show the exits; those before where no eye could tell that they have moved."""
+        if (
+            self._outlined is None
+            or np.abs(ends[:, 0] - self._outlined[0]).max() > SEEN * self.header.characteristic_length
+        ):
+            lines = [np.round(line, DECIMALS).tolist() for line in shown.subject.exit_lines(ends)]
+            self._outlined = ends[:, 0].copy(), lines
+        return self._outlined[1]
 
     def _learn(self, tension: Array) -> None:
         """Colour over the tensions of this run, of cables that pull, once there are some."""

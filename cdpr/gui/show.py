@@ -30,7 +30,14 @@ BUSY = 1.0 / 30.0  # s of computing after which a command is looked for
 LATE = 0.5  # s that the simulation may be behind the clock before it gives up to catch up
 SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
+MOST_JOBS = 200  # that wait to be done
 PATIENCE = 2.0  # s that `close` waits for a step that is under way
+
+# What a status says where nothing is simulated, in the words of `Stage.about`.
+NOTHING: dict[str, Any] = {
+    **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
+    **{"events": [], "pushes": [], "cables": [], "changeable": []},
+}
 
 Level = Literal["error", "warning", "info"]
 Tell = Callable[[Level, str], None]
@@ -64,6 +71,9 @@ class Show:
 
     def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
         """Let something be done between two steps; `tell` has what there is to say of it."""
+        if self._jobs.qsize() > MOST_JOBS:
+            tell("error", f"{do}: is left out: {MOST_JOBS} things are still to be done")
+            return
         self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
 
     def nothing(self) -> None:
@@ -250,10 +260,10 @@ class Show:
 
     def _status(self, now: float) -> None:
         self._due["status"] = now + STATUS
-        about = {} if self._stage is None else self._stage.about()
+        about = NOTHING if self._stage is None else self._stage.about()
         rtf = self._clock.factor(now, self._stage.time) if self._stage and self._phase == "running" else None
         pace = {"phase": self._phase, "speed": self._speed, "rtf": rtf, "text": self._text}
-        self._board.put({"kind": "status", "t": 0.0, "duration": 0.0, **about, **pace})
+        self._board.put({"kind": "status", **about, **pace})
 
 
 class Clock:

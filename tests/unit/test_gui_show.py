@@ -271,6 +271,19 @@ def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
         it.phase("ready")
 
 
+def test_what_windows_ask_for_waits_in_no_endless_line():
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.show._jobs.put(lambda: time.sleep(0.2))
+        for _ in range(300):
+            it.do("step")
+        told = it.said()
+        assert 90 < len(told) < 110
+        assert "is left out" in told[0][1]
+        it.do("step")
+        assert it.said() == []
+
+
 def test_it_closes_whatever_it_does():
     with staged(scenario(**{"simulation.duration": 600.0})) as it:
         it.phase("ready")
@@ -278,6 +291,12 @@ def test_it_closes_whatever_it_does():
         it.do("run")
         it.phase("running")
     assert not it.show._thread.is_alive()
+    with staged(scenario()) as it:
+        known = it.phase("ready").keys()
+        it.show.nothing()
+        assert it.phase("failed").keys() == known
+        it.do("run")
+        assert "nothing is simulated" in it.said()[0][1]
     with staged():
         pass
     with staged(scenario()):
