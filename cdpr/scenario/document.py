@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.scenario.problems import Mark, Path
+from cdpr.problems import Mark, Path
 
 
 @dataclass

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.cables import COMMANDED, MODELS
+from cdpr.problems import Path, dotted
 from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.document import Document
@@ -15,7 +16,7 @@ from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.problems import Path, Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation

@@ -13,10 +13,10 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr.fmu.read.units import known_unit
 from cdpr.nearest import did_you_mean
+from cdpr.problems import Path, dotted, shown
 from cdpr.scenario.describe import Place, below, look
-from cdpr.scenario.problems import Path, dotted, shown
+from cdpr.units import known_unit
 
 # Errors that say "another kind of value is expected", and that kind.
 KINDS = {

@@ -17,6 +17,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role
+from cdpr.problems import Problem
 from cdpr.scenario import belief, plausible
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.changes import Options
@@ -28,7 +29,7 @@ from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS, Change, Overrides, choices
-from cdpr.scenario.problems import Problem, Problems
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks

@@ -23,8 +23,9 @@ from test_scenario_base import (
 )
 
 from cdpr.errors import ScenarioError
+from cdpr.problems import dotted
 from cdpr.scenario import load_robot, load_scenario
-from cdpr.scenario.problems import Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
 
 BAD = [

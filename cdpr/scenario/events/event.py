@@ -18,11 +18,12 @@ from cdpr import tolerances
 from cdpr.fields import Kind, NonNegative, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
+from cdpr.problems import Path
 from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Report
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 from cdpr.trajectory import Trajectory
 
 

@@ -12,10 +12,10 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.fields import INITIAL, ZERO, Kind, Position, Section, unit
 from cdpr.model.robot import Array
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed, Rated
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path
 
 S = TypeVar("S", bound=Section)
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from cdpr.problems import Path, Problem
 from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, gravity, taken_by_the_guide
 from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, proportions
 from cdpr.scenario.plausible.subject import Finding, Subject
-from cdpr.scenario.problems import Path, Problem
 
 __all__ = ["CHECKS", "Finding", "Subject", "warnings"]
 

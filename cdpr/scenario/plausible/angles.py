@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from cdpr.problems import Path
 from cdpr.scenario.plausible.subject import Finding, Subject
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 
 WHOLE_TURN = 2.0 * math.pi * (1.0 + 1e-6)  # rad; a whole turn may be typed with six digits
 WHOLE_TURN_IN_DEGREES = 360.0

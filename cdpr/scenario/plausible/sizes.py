@@ -11,6 +11,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr.cables.chain import DIAMETER
+from cdpr.cables.drum import RADIUS
+from cdpr.fields import Section
+from cdpr.problems import Path
 from cdpr.scenario.plausible.subject import Finding, Subject
 from cdpr.scenario.robot_schema import moments_about, tensor
 
@@ -62,17 +66,19 @@ def bodies(subject: Subject) -> Iterator[Finding]:
 def cable_sizes(subject: Subject) -> Iterator[Finding]:
     """Diameters of cables and drums."""
     section, root = subject.section, subject.root
-    given = [((*root, "cable"), section.cable.diameter)]
-    given += [((*root, "cables", i), cable.diameter) for i, cable in enumerate(section.cables)]
-    for path, diameter in given:
+    given: list[tuple[Path, Section | None]] = [((*root, "cable"), section.cable)]
+    given += [((*root, "cables", i), cable) for i, cable in enumerate(section.cables)]
+    for path, cable in given:
+        diameter = getattr(cable, DIAMETER.key)
         if diameter is not None and diameter > THICKEST:
             yield (*path, "diameter"), f"a cable {diameter:.4g} m thick; {METRES}: in millimetres {_metres(diameter)}"
     winches = [(root, section.winch)]
     winches += [((*root, "cables", i), cable.winch) for i, cable in enumerate(section.cables)]
     for path, winch in winches:
-        if winch is not None and winch.drum_radius > LARGEST_DRUM:
-            text = f"a drum of {winch.drum_radius:.4g} m; {METRES}: in millimetres {_metres(winch.drum_radius)}"
-            yield (*path, "winch", "drum_radius"), text
+        radius = getattr(winch, RADIUS.key, None)
+        if radius is not None and radius > LARGEST_DRUM:
+            text = f"a drum of {radius:.4g} m; {METRES}: in millimetres {_metres(radius)}"
+            yield (*path, "winch", RADIUS.key), text
 
 
 def _metres(millimetres: float) -> str:

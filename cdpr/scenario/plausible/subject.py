@@ -12,9 +12,9 @@ import numpy as np
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
+from cdpr.problems import Path
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place
-from cdpr.scenario.problems import Path
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection, World
 
