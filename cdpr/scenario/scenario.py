@@ -23,7 +23,7 @@ from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.changes import Options
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_checks import EventChecks, beyond
-from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.events import ScenarioEvent, redirected
 from cdpr.scenario.files import seen_from
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
@@ -37,6 +37,7 @@ from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation,
 from cdpr.scenario.source import change
 from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
+from cdpr.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +103,16 @@ class Scenario:
     def trajectory(self) -> Motion:
         """The desired motion, with the initial pose filled in where a pose was left out."""
         return self.sections.trajectory
+
+    @cached_property
+    def planned(self) -> Trajectory:
+        """The desired motion without what events do to it."""
+        return self.trajectory.make()
+
+    @cached_property
+    def desired(self) -> Trajectory:
+        """The desired motion; CdprError where one cannot be what an event makes of it."""
+        return redirected(self.planned, self.events, self.simulation.control_step)
 
     @cached_property
     def controlled(self) -> Robot:

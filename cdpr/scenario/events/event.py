@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Protocol, Self
 from pydantic import Field
 
 from cdpr import tolerances
+from cdpr.errors import CdprError
 from cdpr.fields import Kind, NonNegative, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
@@ -197,3 +198,13 @@ class CableEvent(ScenarioEvent):
     def possible(self, fate: str) -> bool:
         """Whether it may happen to a cable of this fate."""
         return False
+
+
+def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
+    """Return the motion with what `events` do to it. Raises CdprError, naming the event, where one cannot be."""
+    for event in sorted(events, key=lambda event: event.time):
+        try:
+            motion = event.redirect(motion, step)
+        except CdprError as error:
+            raise CdprError(f"event '{event.type}' at {event.time:g} s: {error}") from error
+    return motion
