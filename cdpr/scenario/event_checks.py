@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import groupby
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -64,9 +65,14 @@ class EventChecks(Checks):
         both = () if common is None else (common.min, common.max)
         if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
             history.limits = {name: limits(common, cable, i) for name, (i, cable) in zip(names, cables, strict=True)}
-        for i, event in known:
-            for text in event.follow(history):
-                self.say(("events", i), text)
+        for _, group in groupby(known, key=lambda place: place[1].time):
+            together = list(group)
+            for i, event in together:
+                for text in event.follow(history):
+                    self.say(("events", i), text)
+            for i, event in together:
+                for text in event.settle(history):
+                    self.say(("events", i), text)
         return [event for _, event in events]
 
     def _read(self) -> Places:

@@ -74,6 +74,7 @@ class History:
         unilateral: whether cables cannot push.
         limits: present limits, N, of each cable by name; None where they are not known.
         set_at: when a cable's `min` or `max` was last changed, s, and to what, in words.
+        set_by: which event was the last to change a cable's limits.
         fate: of cables that no longer do what they are told: what has become of them, and when, s.
         stopped: when the robot was stopped, s.
         cables: names of all.
@@ -82,6 +83,7 @@ class History:
     unilateral: bool
     limits: dict[str, tuple[float, float]] | None = None
     set_at: dict[tuple[str, str], tuple[float, str]] = field(default_factory=dict)
+    set_by: dict[str, ScenarioEvent] = field(default_factory=dict)
     fate: dict[str, tuple[str, float]] = field(default_factory=dict)
     stopped: float | None = None
     cables: Sequence[str] = ()
@@ -133,6 +135,10 @@ class ScenarioEvent(Kind):
 
     def follow(self, history: History) -> Iterator[str]:
         """Yield what cannot be after what has happened, and take part in it; asked in the order of time."""
+        return iter(())
+
+    def settle(self, history: History) -> Iterator[str]:
+        """Yield what cannot be once all that happens at its time has happened."""
         return iter(())
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
