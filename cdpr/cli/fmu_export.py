@@ -21,7 +21,7 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 @click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
 @click.option(
     "--step",
-    type=Real(0.0, min_open=True),
+    type=AnyReal(),
     help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.",
 )
 @change_keys("Change any key of the file.")

@@ -19,7 +19,7 @@ def plain(text: str) -> bool:
     return text.isascii() and "_" not in text
 
 
-class _Plain(click.ParamType):
+class _Plain(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number."""
         if isinstance(value, str) and not plain(value):
