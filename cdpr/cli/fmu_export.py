@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from cdpr.cli.names import OutPath, change_keys, plugin_files
+from cdpr.cli.numbers import AnyReal
 
 DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 

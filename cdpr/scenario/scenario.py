@@ -129,7 +129,9 @@ class Scenario:
     def warnings(self) -> tuple[Problem, ...]:
         """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
         sections, document, twin = self.sections, self._document, self._thought
-        subject = plausible.Subject(sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion)
+        shortened = not document.mark(("simulation", "duration")).line
+        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion
+        subject = plausible.Subject(*about, shortened=shortened)
         found = plausible.warnings(subject, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found

@@ -80,6 +80,10 @@ class JerkLimited(Motion):
                 report.say(("angular_limits",), text)
                 return
 
+    def ends(self) -> float:
+        """Return when it ends, s, as its limits let it."""
+        return self.make().end
+
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory."""
         stops = [trajectory.Stop(*pose(self.from_)), *(trajectory.Stop(*pose(p), p.pause) for p in self.points)]

@@ -85,6 +85,11 @@ class Motion(Kind):
         """Return the times at which it begins and ends, s; None where it is at rest there by itself."""
         return None, None
 
+    def ends(self) -> float | None:
+        """Return when the completed motion ends, s; None where it never does, or only its trajectory knows."""
+        start, duration = getattr(self, "start", None), getattr(self, "duration", None)
+        return self.span()[1] if start is None or duration is None else float(start + duration)
+
     def check_rest(self, k: int, text: str, report: Report) -> None:
         """Report where it is not at rest in its first pose, k = 0, or its last one, k = -1."""
         path, point = self.poses()[k]

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from cdpr.problems import Path, Problem
 from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
-from cdpr.scenario.plausible.course import after_the_end, gravity, taken_by_the_guide
-from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside
+from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, taken_by_the_guide
+from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, proportions
 from cdpr.scenario.plausible.subject import Finding, Subject
 
@@ -29,8 +29,10 @@ CHECKS: tuple[Callable[[Subject], Iterator[Finding]], ...] = (
     one_sided,
     outside,
     beyond_reach,
+    too_weak,
     gravity,
     after_the_end,
+    cut_short,
     taken_by_the_guide,
 )
 

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.event_checks import beyond
+from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.plausible.subject import Finding, Subject
 from cdpr.scenario.problems import exact
 
@@ -39,6 +41,18 @@ def after_the_end(subject: Subject) -> Iterator[Finding]:
             ("trajectory", "start"),
             f"the motion begins at {exact(start)} s, after the run has ended, at {exact(end)} s",
         )
+
+
+def cut_short(subject: Subject) -> Iterator[Finding]:
+    """Motions that go on after the run; where an event leaves the motion, it is not meant to end."""
+    if subject.run is None or subject.shortened:
+        return
+    if any(type(event).redirect is not ScenarioEvent.redirect for event in subject.run.events):
+        return
+    end, motion = subject.run.simulation.duration, subject.run.trajectory.ends()
+    if motion is not None and motion > end * (1.0 + tolerances.TIME) and getattr(subject.motion, "start", 0.0) < end:
+        text = f"the run ends at {exact(end)} s and the motion at {motion:.6g} s: the rest of it is cut off"
+        yield ("simulation", "duration"), text
 
 
 def taken_by_the_guide(subject: Subject) -> Iterator[Finding]:

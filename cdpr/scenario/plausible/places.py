@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from cdpr import tolerances
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
+from cdpr.scenario.hold import unheld
 from cdpr.scenario.plausible.subject import Finding, Subject
 
 # Anchors whose heights differ by less than this share of their extent hang the platform from above: it may go down any
@@ -17,6 +19,7 @@ LEVEL = 0.1
 # Frames from their middle: a lift in a shaft hangs 40 deep, a position in millimetres is 100 away.
 FAR = 50.0
 ROUND_OFF = 1e-9  # of a direction, and of the frame's extent
+UNHELD = 0.01  # of the weight: poses and limits in a file are rounded
 OFF_ANCHOR = (
     0.05  # the same where cables leave the frame beside their anchors, by pulleys, which are not looked at here
 )
@@ -57,6 +60,27 @@ def one_sided(subject: Subject) -> Iterator[Finding]:
                 count = "its cable pulls" if robot.m == 1 else f"all {robot.m} cables pull"
                 yield path, f"{count} the platform along {axis} (x, y, z) here, and nothing pulls it back"
                 break
+
+
+def too_weak(subject: Subject) -> Iterator[Finding]:
+    """Starts at which no tensions within the limits hold the weight: the platform falls, or is torn away, at once.
+
+    Robots with fewer cables than degrees of freedom swing, and where cables leave beside their anchors is not looked at
+    here: of these `cdpr info` tells. A load of the scenario may do it.
+    """
+    robot = subject.robot
+    if subject.run is not None and subject.run.controlled:
+        robot = replace(robot, dof=subject.run.controlled)
+    if robot.m < robot.n or _may_hold(subject) or _slack(robot) > ROUND_OFF:
+        return
+    size = robot.platform.mass * float(np.linalg.norm(subject.gravity))
+    for path, position, attitude in subject.starts():
+        if np.linalg.norm(_chords(subject, position, rotations.matrix(attitude)), axis=1).min() < tolerances.LENGTH:
+            continue
+        left = unheld(robot, position, attitude, subject.gravity)
+        if left > UNHELD * size:
+            text = f"the nearest leave {left:.4g} N of {size:.4g} N, moments taken at the characteristic length"
+            yield path, f"no tensions within the limits hold the platform's weight here: {text}"
 
 
 def outside(subject: Subject) -> Iterator[Finding]:

@@ -32,6 +32,7 @@ class Subject:
         data: the file as plain data.
         run: the scenario, with all filled in.
         motion: its motion as it was given, so that its paths are those of the file.
+        shortened: whether its duration was set for this call alone, by who knows what a shorter run leaves out.
     """
 
     section: RobotSection
@@ -40,6 +41,7 @@ class Subject:
     data: dict[str, Any]
     run: ScenarioSection | None = None
     motion: Motion | None = None
+    shortened: bool = False
 
     @property
     def gravity(self) -> Array:
