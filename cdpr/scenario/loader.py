@@ -97,5 +97,5 @@ def _robot(
     assert section is not None
     robot = section.to_robot(document.folder)
     if warnings is not None:
-        warnings += plausible.warnings(plausible.Subject(section, robot, (), document.data), document)
+        warnings += plausible.warnings(plausible.Setup(section, robot, (), document.data), document)
     return robot

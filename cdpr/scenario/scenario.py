@@ -131,11 +131,11 @@ class Scenario:
         sections, document, twin = self.sections, self._document, self._thought
         shortened = not document.mark(("simulation", "duration")).line
         about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion
-        subject = plausible.Subject(*about, shortened=shortened)
-        found = plausible.warnings(subject, document)
+        setup = plausible.Setup(*about, shortened=shortened)
+        found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found
-        thought = replace(subject, section=sections.believed, robot=self.believed, data=twin.data)
+        thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
         return (*found, *belief.alone(plausible.warnings(thought, twin), found))
 
     @property

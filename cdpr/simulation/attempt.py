@@ -183,7 +183,8 @@ class Attempt:
             if self.recorder.tally is not None:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
-            events += tension_events(self.recorder.status, self.header.control_step, self.parts)
+            refusal = self.loop.stage.refusal if self.loop else ""
+            events += tension_events(self.recorder.status, self.header.control_step, self.parts, refusal)
             events += limit_events(self._exceeded(rows), self.header)
             events += self.session.told(samples)
             if self.folder is not None and self.session:

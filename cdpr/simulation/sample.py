@@ -16,7 +16,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, believe, exert, observing
+from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
 from cdpr.tension.checks import true_margin
 from cdpr.tension.present import Cables, Present
@@ -63,7 +63,7 @@ class Sample:
         energies = self.view("kinetic", "external_work")
         seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
         body = Body(lines(robot), robot.inertial, backend.gravity, acceleration_bounds(robot, backend.gravity))
-        look = observing(body, Plant(backend.state, backend.external, backend.highest), seen, period)
+        look = observing(body, Shown(backend.state, backend.external, backend.highest), seen, period)
         if not parts.ideal_cables and period:
             look = self._with_winches(look, energies[2:3])
         return look if parts.believed is None else self._with_belief(look, parts.believed)

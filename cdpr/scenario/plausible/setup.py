@@ -22,7 +22,7 @@ Finding = tuple[Path, str]
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class Setup:
     """A robot, and the scenario around it where there is one.
 
     Attributes:
