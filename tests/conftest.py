@@ -18,8 +18,9 @@ from cdpr.model import Cable, Platform, Robot, rotations
 from cdpr.model.robot import frozen_array
 from cdpr.plugins.registry import registry
 
-# The same examples each time; no deadline, for the first call of a kernel compiles it.
-settings.register_profile("cdpr", deadline=None, derandomize=True)
+# The same examples each time, and more of them in CI; no deadline, for the first call of a kernel compiles it.
+EXAMPLES = int(os.environ.get("CDPR_EXAMPLES", "40"))
+settings.register_profile("cdpr", deadline=None, derandomize=True, max_examples=EXAMPLES)
 settings.load_profile("cdpr")
 
 # Tests send signals to what they start, which must not have inherited from a CI in the background that it ignores them.

@@ -87,8 +87,8 @@ def test_a_case_that_always_dies_is_recorded(tmp_path):
 def sound(warm_workers, faulty_plugin, tmp_path_factory):
     """A study without faults, and its tables."""
     folder = tmp_path_factory.mktemp("sound")
-    study = faulty_study(folder, ["none"] * 8, 2.0)
-    return study, undisturbed(study, folder, 8)
+    study = faulty_study(folder, ["none"] * 6, 1.5)
+    return study, undisturbed(study, folder, 6)
 
 
 # As a run's own: one of them here, all of them among the slow tests.

@@ -25,7 +25,6 @@ def bit_patterns(k: int, width: int) -> st.SearchStrategy[Array]:
     return arrays(np.uint64, (k, width), elements=BITS).map(lambda bits: bits.view(np.float64))
 
 
-@settings(max_examples=40)
 @given(st.data())
 def test_any_numbers(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     m = data.draw(st.sampled_from([1, 3, 8, 12]))
