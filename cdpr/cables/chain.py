@@ -18,6 +18,7 @@ from typing import Any
 from cdpr.errors import CdprError
 from cdpr.fields import NonNegative, Positive
 from cdpr.model import Cable
+from cdpr.units import known_unit
 
 MOST = 8  # numbers that a part may have
 
@@ -42,6 +43,13 @@ class Number:
     text: str
     default: float | None = None
     exact: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what robot files and FMUs cannot hold; CdprError."""
+        if self.owner not in ("cable", "winch") or not self.key.isidentifier():
+            raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
+        if self.unit and known_unit(self.unit_of_fmu) is None:
+            raise CdprError(f"{self.name}: the unit {self.unit_of_fmu} is not known: see cdpr.units")
 
     @property
     def owner(self) -> str:

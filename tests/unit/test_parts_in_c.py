@@ -142,3 +142,12 @@ def test_rows_have_the_length_that_c_expects():
     assert f"PART_NUMBERS = {MOST} " in text
     with pytest.raises(CdprError, match="takes 8 numbers at most, not 9"):
         Winch(numbers=tuple(Number(f"cable.n{i}", Positive, "", "") for i in range(MOST + 1)))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "told"),
+    [("drum.mass", "kg", "cable.KEY or winch.KEY, not drum.mass"), ("cable.sag", "furlong", "the unit furlong is not")],
+)
+def test_numbers_that_no_file_could_hold_are_refused(name, unit, told):
+    with pytest.raises(CdprError, match=told):
+        Number(name, Positive, unit, "")
