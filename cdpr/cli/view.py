@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cdpr.cli.names import OutPath, change_keys, plugin_files
+from cdpr.cli.names import OutPath, change_keys, names, plugin_files
 from cdpr.errors import CdprError, OutputError
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 PAGE = "view.html"
 BEGINS = b"<!DOCTYPE html>"
+FIGURES = {".pdf": b"%PDF", ".svg": b"<?xml", ".png": b"\x89PNG"}  # how files of each kind begin
 
 
 @click.command("view")
@@ -27,10 +28,27 @@ BEGINS = b"<!DOCTYPE html>"
 @change_keys("Change any key of the file.")
 @plugin_files
 @click.option(
+    "--figure",
+    metavar="NAME[,NAME]",
+    help="Of a run: instead of the page a figure for print, of these quantities (tension, position_error, ...); needs "
+    "--out FILE.pdf, .svg or .png.",
+)
+@click.option("--width", metavar="WIDTH", help="Of the figure: ieee (the default), ieee-wide or such as '88 mm'.")
+@click.option("--cables", metavar="A,B", help="In the figure: names or numbers of the cables that are drawn.")
+@click.option(
     "--out", type=OutPath(), help="File for the page (default: view.html in the user's cache, over the last)."
 )
 @click.option("--open/--no-open", "show", default=True, help="Open the page in the browser.")
-def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], out: str | None, show: bool) -> None:
+def command(
+    what: tuple[str, ...],
+    pose: str | None,
+    changes: tuple[str, ...],
+    figure: str | None,
+    width: str | None,
+    cables: str | None,
+    out: str | None,
+    show: bool,
+) -> None:
     """Write a page that shows a run, several runs, a robot or a scenario's motion in space, and open it.
 
     A run plays, with all that was recorded; several are laid over one another, with their differences; of a scenario
@@ -39,6 +57,11 @@ def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], o
     from cdpr.log.files import replace
     from cdpr.report.pages.still import no_stills
 
+    if figure is not None:
+        _figure(what, pose, changes, (figure, width, cables), out)
+        return
+    if width is not None or cables is not None:
+        raise click.UsageError("--width and --cables are of a figure: give --figure, too")
     path = None if out is None else _page_at(Path(out))
     page = _runs(what, pose, changes) if _are_runs(what) else _look(what, pose, changes)
     path = path or _usual()
@@ -53,17 +76,54 @@ def command(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...], o
             click.echo("no browser could be opened: open the page by hand", err=True)
 
 
+def _figure(
+    what: tuple[str, ...],
+    pose: str | None,
+    changes: tuple[str, ...],
+    asked: tuple[str, str | None, str | None],
+    out: str | None,
+) -> None:
+    """Draw quantities of a run into a file."""
+    from io import BytesIO
+
+    from cdpr.log.files import replace
+    from cdpr.log.reader import load_run
+
+    if out is None or Path(out).suffix not in FIGURES:
+        raise click.UsageError(f"--figure needs a file to write: --out NAME with {', '.join(FIGURES)} at its end")
+    if len(what) > 1 or not _are_runs(what) or pose is not None or changes:
+        raise click.UsageError(
+            "--figure is of one finished run, as it is: give its folder or log, and no --set or --pose"
+        )
+    path, kind = Path(out), Path(out).suffix
+    _only_over(path, FIGURES[kind], f"figure in {kind[1:].upper()}")
+    figure, width, cables = asked
+    shown = None if cables is None else [int(name) if name.isdecimal() else name for name in names(cables)]
+    drawn = load_run(what[0]).plot(*names(figure), cables=shown, width=width or "ieee")
+    file = BytesIO()
+    drawn.savefig(file, format=kind[1:])
+    replace(path, file.getvalue())
+    click.echo(path)
+
+
 def _page_at(path: Path) -> Path:
-    """Return where a page is to be written: over an older page, and over nothing else."""
+    """Return where a page is to be written."""
     path = path / PAGE if path.is_dir() else path
+    _only_over(path, BEGINS, "page")
+    return path
+
+
+def _only_over(path: Path, begins: bytes, what: str) -> None:
+    """Refuse a file that is there already, unless it begins as such a one does."""
     if path.exists():
         content = b""
         if path.is_file():
             with path.open("rb") as file:
-                content = file.read(len(BEGINS))
-        if content != BEGINS:
-            raise OutputError(f"'{path}' is there already and is no page: it is not written over; choose another name")
-    return path
+                content = file.read(len(begins))
+        if content != begins:
+            raise OutputError(
+                f"'{path}' is there already and is no {what}: it is not written over; choose another name"
+            )
 
 
 def _are_runs(what: Sequence[str]) -> bool:

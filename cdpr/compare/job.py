@@ -37,6 +37,10 @@ class Comparison:
     figures: dict[str, Any]
     groups: tuple[Group, ...]
 
+    def __repr__(self) -> str:
+        verdict = {True: "the engines agree", False: "the engines disagree", None: "nothing could be judged"}
+        return f"<Comparison of {self.figures['scenario']}: {verdict[self.figures['agrees']]}>"
+
 
 def compare_scenario(
     path: str | os.PathLike[str],

@@ -51,6 +51,11 @@ class Admissible(Frozen):
     active: NDArray[np.int64]  # (m,): -1, 1 where `safest` is as close as `margin` to the lower, upper limit, else 0
     sensitivity: Array  # (m, n), dt/dw = W^+ of the cables that are not locked: change of `particular` with the wrench
 
+    def __repr__(self) -> str:
+        m, r = self.basis.shape
+        found = "feasible" if self.feasible else "infeasible" if self.reachable else "out of reach"
+        return f"<Admissible tensions of {m} cables: {found}, margin {self.margin:.4g} N, {r} to choose>"
+
     @property
     def redundancy(self) -> int:
         """The dimension r of the null space."""

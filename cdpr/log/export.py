@@ -98,6 +98,17 @@ def _parquet(run: Run, file: BinaryIO) -> None:
             writer.write_table(arrow.Table.from_arrays([arrow.array(column) for column in piece.T], schema=schema))
 
 
+def to_pandas(run: Run) -> Any:
+    """Return the rows as a DataFrame, one column for each column of the rows but the time, which is the index.
+
+    Raises PluginError without pandas.
+    """
+    pandas = _module("pandas", "pandas")
+    time, *names = column_names(run.header)
+    rows = np.asarray(run.rows[:])
+    return pandas.DataFrame(rows[:, 1:].copy(), columns=names, index=pandas.Index(rows[:, 0].copy(), name=time))
+
+
 EXPORTS: dict[str, Callable[[Run, BinaryIO], None]] = {
     "csv": _csv,
     "npz": _npz,
@@ -137,5 +148,5 @@ def _module(name: str, package: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        text = f"this format needs {package}, which is not installed: pip install 'cdpr[data]'"
+        text = f"this needs {package}, which is not installed: pip install 'cdpr[data]'"
         raise PluginError(text) from error

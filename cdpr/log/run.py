@@ -21,7 +21,10 @@ from cdpr.model.robot import Array, read_only
 from cdpr.view import Subject
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
     from cdpr.log.rows import LogRows
 
@@ -59,6 +62,9 @@ class Header:
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
     path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the desired path that the scenario foresees
     believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
+
+    def __repr__(self) -> str:
+        return f"<Header of {self.scenario} on {self.backend}: {len(self.cables)} cables, seed {self.seed}>"
 
     @property
     def log_step(self) -> float:
@@ -292,10 +298,42 @@ class Run(Frozen):
         figures: dict[str, Any] = late("Run.summary")(self)
         return figures
 
-    def plot(self) -> Figure:
-        """Draw the run; needs the extra `plot`."""
-        drawn: Figure = late("Run.plot")(self)
+    def plot(
+        self,
+        *names: str,
+        cables: str | int | Sequence[str | int] | None = None,
+        width: str | float | None = None,
+    ) -> Figure:
+        """Draw panels of the run under one another; needs the extra `plot`.
+
+        Saved (`savefig("name.pdf")`), PDF has its fonts embedded as TrueType and SVG its letters as outlines; the same
+        run gives the same bytes.
+
+        Args:
+            names: "tension", "position_error", ...: quantities as they are called here, "attitude", "energy", "power",
+                "external_force", "external_moment", and columns of plugins; an overview unless given.
+            cables: which are shown where there is a line for each, by name or by number, counted from 1; all unless
+                given.
+            width: for print, with letters of 8 pt: "ieee" (3.5 in, a column), "ieee-wide" (7.16 in), a number of
+                inches, or one with its unit, "88 mm"; for the screen unless given.
+
+        Raises CdprError, which says what there is, for what there is not, and PluginError without matplotlib.
+        """
+        drawn: Figure = late("Run.plot")(self, names, cables, width)
         return drawn
+
+    def to_pandas(self) -> DataFrame:
+        """Return the rows as a pandas DataFrame: a column for each number, named with its unit, over the time `t`, s.
+
+        Names are those of `cdpr export --to csv`: docs/columns.md. Raises PluginError without pandas.
+        """
+        frame: DataFrame = late("Run.to_pandas")(self)
+        return frame
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        html: str = late("Run.html")(self)
+        return html
 
     def _at_first(self, name: str) -> Array:
         """A field of one column at the first sample of all, (1,); of no rows (0,)."""

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.lazy import late
 from cdpr.model.frozen import Frozen
 from cdpr.model.shapes import Frame, Shape
 
@@ -91,6 +92,9 @@ class Cable(Frozen):
     model: str | None = None  # the robot's cable_model unless said
     own: Mapping[str, float] = field(default_factory=dict)  # SI units
 
+    def __repr__(self) -> str:
+        return f"<Cable {self.name}: {self.tension_min:g} to {self.tension_max:g} N>"
+
 
 @dataclass(frozen=True, eq=False)
 class Platform(Frozen):
@@ -101,6 +105,9 @@ class Platform(Frozen):
     center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
     shape: Shape | None = None
     colour: str | None = None  # "#rrggbb"
+
+    def __repr__(self) -> str:
+        return f"<Platform of {self.mass:g} kg>"
 
     @property
     def outline(self) -> dict[str, Any] | None:
@@ -120,6 +127,14 @@ class Robot(Frozen):
     home: Array | None = None  # (7,) position, m, and quaternion w, x, y, z: where `cdpr info` looks at the robot
     cable_model: str = COMMANDED  # how commands become tensions, of each cable that names no model: see `cdpr.cables`
     frame: Frame | None = None
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.name}: {self.m} cables, {self.pattern}, platform of {self.platform.mass:g} kg>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        html: str = late("Robot.html")(self)
+        return html
 
     @property
     def m(self) -> int:

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
 from cdpr.fmu.read.options import FMU
+from cdpr.lazy import late
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins import FileName
@@ -68,6 +69,16 @@ class Scenario:
     _document: Document = field(repr=False)
     _thought: Document | None = field(repr=False)
     _plugins: Registry = field(repr=False)
+
+    def __repr__(self) -> str:
+        simulation = self.simulation
+        parts = f"controller {self.controller.type}, solver {self.solver.type}"
+        return f"<Scenario {self.name}: {self.robot.name} on {simulation.backend}, {parts}, {simulation.duration:g} s>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        html: str = late("Scenario.html")(self)
+        return html
 
     @property
     def plugins(self) -> Registry:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from cdpr import tolerances
 from cdpr.errors import CdprError, PlantEnded, PluginError, one_line
+from cdpr.lazy import late
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.model.arrays import checked
@@ -46,6 +47,9 @@ class Snapshot:
     done: Done
     before: Snapshot | None
     of: object
+
+    def __repr__(self) -> str:
+        return f"<Snapshot at {self.moment.time:.6g} s>"
 
     def line(self) -> Iterator[Snapshot]:
         """Yield this one and all before."""
@@ -99,6 +103,17 @@ class Simulation(Interventions):
             with loop.timed():
                 loop.begin(self._recorder.rows, self._last)
         self._row = read_only(self._loop.row)
+
+    def __repr__(self) -> str:
+        simulation = self.scenario.simulation
+        state = ", done" if self.done else ""
+        whole = self.steps * simulation.control_step
+        return f"<Simulation of {self.scenario.name} on {simulation.backend}: {self.time:.6g} of {whole:.6g} s{state}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        html: str = late("Simulation.html")(self)
+        return html
 
     @property
     def scenario(self) -> Scenario:

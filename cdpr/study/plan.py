@@ -68,6 +68,9 @@ class Study:
     blocks: tuple[Grid, ...]
     cases: tuple[StudyCase, ...]
 
+    def __repr__(self) -> str:
+        return f"<Study {self.name}: {len(self.cases)} cases>"
+
     @property
     def digest(self) -> str:
         """Identity of the study: what is run."""

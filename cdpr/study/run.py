@@ -37,6 +37,9 @@ class Results:
     rows: Mapping[str, Outcome]
     table: Table
 
+    def __repr__(self) -> str:
+        return f"<Results of {self.study.name}: {self.told}>"
+
     @property
     def counts(self) -> dict[str, int]:
         """Number of cases by status."""

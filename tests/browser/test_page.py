@@ -85,6 +85,12 @@ def test_the_space_bar_plays_and_stops_and_arrows_step(page):
     assert 0.1 < page.evaluate("cdpr.time") < 0.3
 
 
+def test_nothing_lies_upon_the_legend(page):
+    """When the page opens: the transport stays at the window's edge and must not hide what stands there."""
+    legend, transport = (page.locator(f"#stage .{name}").bounding_box() for name in ("legend", "transport"))
+    assert legend["y"] + legend["height"] <= min(transport["y"], 800.0)
+
+
 def test_a_click_in_a_plot_seeks_and_the_scene_follows(page, run):
     box = area(page, "cable tension (N)").bounding_box()
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])

@@ -15,7 +15,6 @@ from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 from cdpr.errors import OutputError
 from cdpr.log.event import Event
 from cdpr.log.run import Run
-from cdpr.report.figures import run as plots
 from cdpr.report.figures import sketch
 from cdpr.report.figures.canvas import inline_svg
 from cdpr.report.marks import paired
@@ -104,7 +103,7 @@ def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> 
     figures = re.findall(r"<svg xmlns.*?</svg>", text, re.DOTALL)
     if len(run.rows):
         assert len(figures) == len(drawings(run))
-        figures.append(inline_svg(plots.overview(run), "overview", "Overview"))
+        figures.append(inline_svg(run.plot(), "overview", "Overview"))
     for figure in figures:
         root = ElementTree.fromstring(figure)
         assert root.get("aria-label")

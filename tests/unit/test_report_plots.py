@@ -25,7 +25,8 @@ def _drawn(panels, run):
 
 
 PANELS = ("pose", "velocity", "acceleration", "errors", "tensions", "cables", "distribution", "energy")
-plots = SimpleNamespace(overview=figures.overview, **{name: partial(_drawn, getattr(panels, name)) for name in PANELS})
+drawings = {name: partial(_drawn, getattr(panels, name)) for name in PANELS}
+plots = SimpleNamespace(overview=lambda run: run.plot(), **drawings)
 
 FIGURES = (
     sketch.robot,

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import re
+import shutil
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from study_cases import write_study
+from test_report_cases import diverged_run, make_run
 
-from cdpr.report.figures.study_layout import layouts, panels
+from cdpr.report.figures.study_layout import MOST_PLACES, layouts, panels, thinned
+from cdpr.report.marks import CABLES
+from cdpr.report.pages.study import render
+from cdpr.report.pages.study_cases import MOST, choose, player
+from cdpr.report.plots.cases import BEYOND, overlay
 from cdpr.report.text.study import FIGURES
 from cdpr.simulation.cases import Outcome
-from cdpr.study import Results, load_study
+from cdpr.study import Results, load_study, run_study
 from cdpr.study.table import make_table
 
 ERROR, TENSION = FIGURES[0], FIGURES[3]
@@ -19,6 +27,10 @@ KP = "  - {key: controller.kp, values: [100, 200, 400]}\n"
 KD = "  - {key: controller.kd, values: [20, 40]}\n"
 ENGINE = "  - {key: simulation.backend, values: [reference, mujoco]}\n"
 SOLVER = "  - {key: solver.type, values: [qp, lp]}\n"
+PLACES = "{start: 100, stop: 900, count: 9}"
+SAME = 0.1  # in red, green and blue, from 0 to 1
+SEEN = 40  # pixels at 100 to an inch
+MOST_BYTES = 1_500_000  # of a page
 DRAWN = """
   - zip:
       - {key: controller.kp, random: {uniform: [1, 2], count: 5}}
@@ -82,8 +94,6 @@ def test_cases_without_figures_are_crosses(tmp_path):
 @pytest.mark.parametrize("axes", [KP, ENGINE + SOLVER, KD + ENGINE + SOLVER + KP, DRAWN])
 def test_the_page_stands_alone_and_is_the_same_again(tmp_path, axes):
     pytest.importorskip("matplotlib")
-    from cdpr.report.pages.study import render
-
     found = results(tmp_path, "axes:\n" + axes)
     html = render(found)
     assert html == render(found)
@@ -93,10 +103,162 @@ def test_the_page_stands_alone_and_is_the_same_again(tmp_path, axes):
     assert "NaN" not in html
 
 
+@pytest.mark.parametrize("count", [2, 3, len(CABLES)])
+def test_curves_upon_one_another_are_all_seen(tmp_path, count):
+    """As lp and qp are, whose platforms go the same way: of each so much is drawn that the eye finds it."""
+    pytest.importorskip("matplotlib")
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import to_rgb
+
+    from cdpr.report.figures.study import multiples
+
+    values = ", ".join(str(10 * i) for i in range(1, count + 1))
+    axes = f"  - {{key: controller.kd, values: [{values}]}}\n  - {{key: controller.kp, linspace: {PLACES}}}\n"
+    found = results(tmp_path, "axes:\n" + axes)
+    records = [{**record, ERROR.column: 1e-5 * record["controller.kp"]} for record in found.table.records()]
+    figure = multiples(layouts(found.study.blocks[0])[0], records, ERROR)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    image = np.asarray(canvas.buffer_rgba())[:, :, :3] / 255.0
+    box = figure.axes[0].get_window_extent()  # not the legend
+    inside = image[int(image.shape[0] - box.y1) : int(image.shape[0] - box.y0), int(box.x0) : int(box.x1)]
+    for colour in CABLES[:count]:
+        seen = np.count_nonzero(np.abs(inside - to_rgb(colour)).max(axis=2) < SAME)
+        assert seen > SEEN, colour
+
+
+def test_figures_are_as_wide_as_their_cards(tmp_path):
+    pytest.importorskip("matplotlib")
+    from cdpr.report.figures.study import WIDTH, multiples
+
+    for axes in (KP, ENGINE + SOLVER, KD + ENGINE + SOLVER + KP):
+        found = results(tmp_path, "axes:\n" + axes)
+        figure = multiples(layouts(found.study.blocks[0])[0], found.table.records(), ERROR)
+        assert figure.get_figwidth() == WIDTH
+    assert "max-width:" not in re.sub(r"<style>.*?</style>", "", render(found), flags=re.DOTALL)
+
+
+def test_a_figure_of_very_many_cases_stays_small_and_keeps_its_peak(tmp_path):
+    pytest.importorskip("matplotlib")
+    from cdpr.report.figures.canvas import inline_svg
+    from cdpr.report.figures.study import multiples
+
+    layout = layouts(load_study(write_study(tmp_path, "axes:" + DRAWN)).blocks[0])[0]
+    records = [
+        {"controller.kp": 1 + i / 20_000, "status": "finished", ERROR.column: 1e-2 if i == 9_999 else 1e-3}
+        for i in range(20_000)
+    ]
+    (curve,) = panels(layout, records, ERROR)[""]
+    assert len(thinned(curve).x) <= MOST_PLACES < len(curve.x)
+    assert max(max(values) for values in thinned(curve).values) == 10.0
+    assert len(inline_svg(multiples(layout, records, ERROR), "key", "label")) < 100_000
+
+
+def test_a_page_of_very_many_figures_stays_small(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr("cdpr.report.pages.study.MOST_FIGURES", 3)
+    block = "  - name: part_{0}\n    changes: {{controller.kd: {0}}}\n    axes:\n    "
+    blocks = "".join(block.format(i) + KP for i in (1, 2))
+    found = results(tmp_path, "blocks:\n" + blocks)
+    html = render(found)
+    assert html.count("<svg xmlns") == 3
+    assert "1 more figures are left out" in html
+    assert len(html) < MOST_BYTES
+
+
+def kept_study(tmp_path, text):
+    """A study that kept its runs."""
+    return run_study(load_study(write_study(tmp_path, "keep: all\naxes:\n" + text)), tmp_path / "out")
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory):
+    return kept_study(tmp_path_factory.mktemp("few"), KP)
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    return kept_study(tmp_path_factory.mktemp("many"), KD + KP)
+
+
+def test_few_cases_play_all(few):
+    shown, told = choose(few)
+    assert [each.case for each in shown] == list(few.study.cases)
+    assert told == []
+    data, _ = player(shown)
+    assert [scene["label"] for scene in data["scenes"]] == ["1: kp 100", "2: kp 200", "3: kp 400"]
+    assert data["span"] == [0.0, 0.1]
+    labels = [panel["label"] for panel in data["figures"]["cases"]]
+    assert labels == ["position error (mm)", "orient. error (mrad)", "largest tension (N)", "smallest tension (N)"]
+    assert all(len(panel["series"]) == 3 for panel in data["figures"]["cases"])
+
+
+def test_of_many_the_extreme_ones_play(many):
+    shown, _ = choose(many)
+    errors = {case.id: many.rows[case.id].summary["position_error_m"]["max"] for case in many.study.cases}
+    assert len({each.case.id for each in shown}) == MOST < len(errors)
+    assert shown[0].case.id == max(errors, key=errors.get)
+    assert shown[0].why == "greatest of all: largest position error (mm)"
+    assert shown[1].case.id == min(errors, key=errors.get)
+
+
+def test_the_page_plays_and_folds_its_tables(many):
+    pytest.importorskip("matplotlib")
+    html = render(many)
+    assert html.index('id="block1figure1_1"') < html.index('id="stage"') < html.index('id="table"')
+    assert "<summary>Which cases play</summary>" in html
+    assert len(html) < MOST_BYTES
+    assert html == render(many)
+
+
+@pytest.mark.parametrize("damage", ["gone", "empty", "cut", "died"])
+def test_a_case_without_a_sound_log_is_told(few, tmp_path, damage):
+    folder = tmp_path / "copy"
+    shutil.copytree(few.folder, folder)
+    lost, *others = few.study.cases
+    log = folder / "runs" / lost.id / "log.mcap"
+    rows = dict(few.rows)
+    if damage == "gone":
+        log.unlink()
+    elif damage == "empty":
+        log.write_bytes(b"")
+    elif damage == "cut":
+        log.write_bytes(log.read_bytes()[:-2000])
+    else:
+        rows[lost.id] = replace(rows[lost.id], status="died")
+    shown, (told,) = choose(replace(few, folder=folder, rows=rows))
+    expected = {
+        "gone": "1 of 3 cases have no log.",
+        "empty": f"Case {lost.id} cannot be shown: ",
+        "cut": f"Case {lost.id}",
+        "died": "1 with a log failed, died or hung: they are in the table alone.",
+    }
+    assert told.startswith(expected[damage])
+    assert [each.case.id for each in shown][-2:] == [case.id for case in others]
+
+
+def test_a_study_that_kept_no_log_says_so(tmp_path):
+    pytest.importorskip("matplotlib")
+    found = results(tmp_path, "axes:\n" + KP)
+    shown, told = choose(found)
+    assert shown == []
+    assert told == ["No case has a log to play: the study keeps logs of no case (its key `keep`)."]
+    html = render(found)
+    assert told[0] in html
+    assert 'id="stage"' not in html
+
+
+def test_a_run_that_diverges_flattens_no_other():
+    calm, wild = make_run(rows=200), diverged_run()
+    drawn = overlay({"calm": calm, "wild": wild})[0].curves[1].points.values
+    before = wild.position_error[: 3 * len(wild.rows) // 4]
+    reached, most = np.nanmax(drawn), 1e3 * np.linalg.norm(before, axis=1).max()
+    assert reached <= BEYOND * most
+    assert np.nanmax(1e3 * np.linalg.norm(wild.position_error, axis=1)) > BEYOND * most
+
+
 def test_names_are_escaped(tmp_path):
     pytest.importorskip("matplotlib")
-    from cdpr.report.pages.study import render
-
     axes = "axes:\n  - name: <b>x</b>\n    points: {'<i>': {controller.kp: 1}, '&': {controller.kp: 2}}\n"
     html = render(results(tmp_path, axes))
     assert "<b>x" not in html
@@ -106,7 +268,5 @@ def test_names_are_escaped(tmp_path):
 
 def test_lost_cases_make_the_page_red(tmp_path):
     pytest.importorskip("matplotlib")
-    from cdpr.report.pages.study import render
-
     found = results(tmp_path, "axes:\n" + KP, lambda case: "died")
     assert 'class="banner bad"' in render(found)

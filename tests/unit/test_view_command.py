@@ -82,8 +82,12 @@ def test_a_motion_that_is_not_feasible_says_so_and_shades_where(tmp_path):
     assert start == pytest.approx(1.0, abs=0.01)
     assert stop == pytest.approx(data["span"][1])
     assert "<strong>Not feasible</strong>" in text
+    colour = shade["colour"][0]
+    assert [colour in still for still in stills(text)[1:]] == [True] * 3  # on paper, too
+    assert all(">infeasible<" in still for still in stills(text)[1:])
     calm, whole = shown(tmp_path, SCENARIOS / "planar.yaml")
     assert calm["shades"] == []
+    assert not any(colour in still for still in stills(whole))
     assert "Not feasible" not in whole
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from html import escape
 from io import StringIO
@@ -21,9 +23,11 @@ try:
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
+    from matplotlib.font_manager import FontProperties
     from matplotlib.lines import Line2D
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
+    from matplotlib.textpath import TextToPath
     from matplotlib.ticker import MaxNLocator
 except ImportError as error:
     raise PluginError(f"plots and reports need matplotlib ({error}): pip install 'cdpr[plot]'") from error
@@ -37,6 +41,7 @@ __all__ = [
     "PathPatch",
     "inline_svg",
     "styled",
+    "text_width",
 ]
 
 
@@ -95,11 +100,34 @@ STYLE: dict[str, Any] = {
 }
 
 
+# Of files for print: fonts as TrueType, which publishers take, and letters as outlines where no font can be brought.
+PRINT: dict[str, Any] = {
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "cdpr",
+    "savefig.dpi": 300,
+}
+# What no file says, so that the same figure has the same bytes.
+UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+
 class Chart(Figure):
     """A matplotlib figure that notebooks can show although pyplot is not loaded."""
 
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Save as matplotlib does, fit for print: fonts embedded as TrueType in PDF and PS, as outlines in SVG.
+
+        The same figure gives the same bytes as SVG, PDF and PNG.
+        """
+        named = os.path.splitext(fname)[1][1:] if isinstance(fname, str | os.PathLike) else ""
+        kind = str(options.get("format") or named).lower()
+        metadata = {**UNDATED.get(kind, {}), **(options.pop("metadata", None) or {})}
+        with mpl.rc_context({**STYLE, **PRINT}), _any_letter():
+            super().savefig(fname, metadata=metadata, **options)
+
     def _repr_svg_(self) -> str:
-        return inline_svg(self, "notebook", "Overview of a run")
+        return inline_svg(self, "notebook", "Time histories of a run")
 
 
 Draw = TypeVar("Draw", bound=Callable[..., Chart])
@@ -122,9 +150,7 @@ def inline_svg(figure: Figure, key: str, label: str) -> str:
     `key` keeps its ids apart from those of other figures on the page; `label` is what a screen reader says.
     """
     buffer = StringIO()
-    with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}), warnings.catch_warnings():
-        # Letters that matplotlib's font lacks are the browser's business: the text stays text.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+    with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}), _any_letter():
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         FigureCanvasSVG(figure).print_figure(buffer, format="svg", dpi=72, metadata=nothing)
     text = buffer.getvalue()
@@ -138,6 +164,21 @@ def inline_svg(figure: Figure, key: str, label: str) -> str:
     text = re.sub(r' id="[a-z0-9.]+_\d+"', "", text)
     text = re.sub(r"\n +", "\n", text)
     return re.sub(r' d="[^"]*"', _two_decimals, text)
+
+
+def text_width(text: str, size: float) -> float:
+    """Width of a line of text in letters of `size` pt, in."""
+    with mpl.rc_context(STYLE), _any_letter():
+        width, _, _ = TextToPath().get_text_width_height_descent(text, FontProperties(size=size), ismath=False)
+    return float(width) / 72.0
+
+
+@contextmanager
+def _any_letter() -> Iterator[None]:
+    """Letters that matplotlib's font lacks are no reason to warn: in a browser text stays text."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        yield
 
 
 def _two_decimals(data: re.Match[str]) -> str:

@@ -29,6 +29,7 @@ def write_legend(chart: Chart, entries: Sequence[Entry], corner: tuple[float, fl
     x, y = corner[0] + MARGIN, corner[1] - 0.1
     inches = chart.dpi_scale_trans
     for text, look in entries:
-        chart.add_artist(Line2D([x, x + SAMPLE], [y, y], transform=inches, **look))
+        sample = [x, x + 0.5 * SAMPLE, x + SAMPLE]  # a mark stands on its middle
+        chart.add_artist(Line2D(sample, [y] * 3, transform=inches, **look))
         chart.text(x + SAMPLE + 0.1, y, text, transform=inches, va="center")
         y -= LINE

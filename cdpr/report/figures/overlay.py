@@ -9,39 +9,36 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Axes, Line2D, Path, PathPatch
-from cdpr.report.marks import INK, SHADES, events
-from cdpr.report.plots.histories import histories
-from cdpr.report.plots.overlay import shaded, span
+from cdpr.report.marks import INK, events
+from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Entry
-from cdpr.view import colours
 
 CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
 APART = 0.07  # of the time axis: room that the number of an event needs
 
 
-def overlay_entries(run: Run) -> list[Entry]:
+def overlay_entries(run: Run | None, shades: Sequence[Shade]) -> list[Entry]:
     """Legend of what `draw_overlay` draws."""
     entries: list[Entry] = [
-        (name, {"color": colours.SHADES[status].light, "linewidth": 7.0, "solid_capstyle": "butt"})
-        for status, name in SHADES.items()
-        if np.any(histories(run).status == status)
+        (shade.name, {"color": shade.colour.light, "linewidth": 7.0, "solid_capstyle": "butt"}) for shade in shades
     ]
-    if run.events:
+    if run is not None and run.events:
         entries.append(("event (number)", EVENT))
     return entries
 
 
-def draw_overlay(axes: Axes, run: Run, *, numbered: bool) -> None:
-    """Shade where the solver had no valid answer; draw a line at each event and, if asked, its number."""
+def draw_overlay(
+    axes: Axes, run: Run | None, shades: Sequence[Shade], span: tuple[float, float], *, numbered: bool
+) -> None:
+    """Shade intervals over the time `span`, s; draw a line at each event of a run and, if asked, its number."""
     across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
-    for status, pair in colours.SHADES.items():
-        corners = [corner for a, b in shaded(run, status) for corner in ((a, 0), (a, 1), (b, 1), (b, 0), (a, 0))]
-        if corners:
-            shape = Path(corners, CODES * (len(corners) // len(CODES)))
-            axes.add_artist(PathPatch(shape, transform=across, facecolor=pair.light, linewidth=0, zorder=0.5))
-    start, stop = span(run)
-    times = [min(max(event.time, start), stop) for event in events(run)]
+    for shade in shades:
+        corners = [corner for a, b in shade.intervals for corner in ((a, 0), (a, 1), (b, 1), (b, 0), (a, 0))]
+        shape = Path(corners, CODES * (len(corners) // len(CODES)))
+        axes.add_artist(PathPatch(shape, transform=across, facecolor=shade.colour.light, linewidth=0, zorder=0.5))
+    start, stop = span
+    times = [] if run is None else [min(max(event.time, start), stop) for event in events(run)]
     if times:
         t, y = np.repeat(times, 3), np.tile([0.0, 1.0, np.nan], len(times))
         axes.add_artist(Line2D(t, y, transform=across, zorder=1.5, **EVENT))

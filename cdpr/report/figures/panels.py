@@ -13,11 +13,14 @@ from cdpr.report.figures.canvas import Axes, Chart, Line2D, MaxNLocator
 from cdpr.report.figures.legend import LINE, legend_width, write_legend
 from cdpr.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.report.marks import SOFT
-from cdpr.report.plots.overlay import FEW, span
+from cdpr.report.plots.overlay import FEW, Shade, span
+from cdpr.report.plots.overlay import shades as shades_of
 from cdpr.report.plots.panel import Entry, Limit, Panel, calm_until, shown, view
 
 # Inches. All figures of one run have the same width and the same time axis, one above the other.
 WIDTH, LEFT, TOP, BOTTOM, GAP = 7.6, 0.85, 0.24, 0.46, 0.2
+
+LIMIT: dict[str, Any] = {"color": SOFT, "linestyle": (0, (6.0, 3.0)), "linewidth": 1.0}
 
 STEPS = (1, 2, 2.5, 5, 10)  # between ticks, times a power of ten
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -29,15 +32,19 @@ def stack(
     title: str = "",
     foot: str = "",
     span_of: tuple[float, float] = (0.0, 0.0),
+    shades: Sequence[Shade] = (),
 ) -> Chart:
     """Draw `panels` under one another, each with its legend; the first explains the overlay too.
 
-    Where nothing was simulated there is no run and no overlay, and `span_of` is the first and the last time, s.
+    Where nothing was simulated there is no run: `span_of` is the first and the last time, s, and `shades` what lies
+    under the panels.
     """
+    if run is not None:
+        span_of, shades = span(run), shades_of(run)
     names = [text for panel in panels for text, _ in panel.legend] if run is None else run.header.cables
     right = legend_width(names)
     above, below = TOP + (0.25 if title else 0.0), BOTTOM + (0.22 if foot else 0.0)
-    shared = [[] if run is None else overlay_entries(run), *([] for _ in panels[1:])]
+    shared = [overlay_entries(run, shades), *([] for _ in panels[1:])]
     heights = [
         max(panel.height, LINE * (len(panel.legend) + 2 * len(panel.limits) + len(more)))
         for panel, more in zip(panels, shared, strict=True)
@@ -48,11 +55,10 @@ def stack(
     for panel, tall, more in zip(panels, heights, shared, strict=True):
         box = (LEFT, top - tall, WIDTH - LEFT - right, tall)
         axes = chart.add_axes(tuple(np.array(box) / (WIDTH, height, WIDTH, height)))
-        if run is not None:
-            draw_overlay(axes, run, numbered=panel is panels[0])
-        axes.set_xlim(*(span_of if run is None else span(run)))
-        entries = [*panel.legend, *_draw(axes, run, panel), *more]
-        write_legend(chart, entries, (WIDTH - right, top))
+        draw_overlay(axes, run, shades, span_of, numbered=panel is panels[0])
+        axes.set_xlim(*span_of)
+        draw_panel(axes, run, panel)
+        write_legend(chart, [*panel.legend, *limit_entries(run, panel), *more], (WIDTH - right, top))
         axes.yaxis.set_label_coords(-0.66 / box[2], 0.5)
         axes.tick_params(labelbottom=panel is panels[-1])
         if panel is panels[-1]:
@@ -66,8 +72,8 @@ def stack(
     return chart
 
 
-def _draw(axes: Axes, run: Run | None, panel: Panel) -> list[Entry]:
-    """Draw curves, limits and ticks of one panel; return what its limits add to the legend."""
+def draw_panel(axes: Axes, run: Run | None, panel: Panel, ticks: int = 9) -> None:
+    """Draw curves, limits and at most so many ticks of time of one panel."""
     low, high, note = view(panel, None if run is None else calm_until(run))
     dot = "o" if run is not None and len(run.rows) <= FEW else ""
     for curves in panel.curves:
@@ -79,7 +85,7 @@ def _draw(axes: Axes, run: Run | None, panel: Panel) -> list[Entry]:
     axes.set_ylim(low, high)
     axes.ticklabel_format(axis="x", scilimits=(-3, 6))
     axes.set_ylabel(panel.label)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=9, steps=STEPS))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=ticks, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(nbins=6, steps=STEPS, integer=panel.log))
     if panel.log:
         axes.yaxis.set_major_formatter(lambda power, _: "10" + f"{power:.0f}".translate(SUPERSCRIPT))
@@ -87,15 +93,23 @@ def _draw(axes: Axes, run: Run | None, panel: Panel) -> list[Entry]:
     axes.yaxis.get_offset_text().set_horizontalalignment("right")
     if note:
         axes.text(0.015, 0.95, note, transform=axes.transAxes, ha="left", va="top", color=SOFT)
-    return [entry for limit in panel.limits for entry in _draw_limit(axes, limit, low, high)]
+    for limit in panel.limits:
+        _draw_limit(axes, limit, low, high)
 
 
-def _draw_limit(axes: Axes, limit: Limit, low: float, high: float) -> list[Entry]:
-    look: dict[str, Any] = {"color": SOFT, "linestyle": (0, (6.0, 3.0)), "linewidth": 1.0}
-    inside = [low <= value <= high for value in limit.values]
-    for value, colour, visible in zip(limit.values, cycle(limit.colours), inside, strict=False):
-        if visible:
-            across = axes.get_yaxis_transform()
-            axes.add_artist(Line2D([0, 1], [value, value], transform=across, **{**look, "color": colour}))
-    entries: list[Entry] = [(limit.label, look)]
-    return entries if all(inside) else [*entries, ("(out of view)", {"linestyle": ""})]
+def limit_entries(run: Run | None, panel: Panel) -> list[Entry]:
+    """Legend of the limits of a panel."""
+    low, high, _ = view(panel, None if run is None else calm_until(run))
+    entries: list[Entry] = []
+    for limit in panel.limits:
+        entries.append((limit.label, LIMIT))
+        if not all(low <= value <= high for value in limit.values):
+            entries.append(("(out of view)", {"linestyle": ""}))
+    return entries
+
+
+def _draw_limit(axes: Axes, limit: Limit, low: float, high: float) -> None:
+    across = axes.get_yaxis_transform()
+    for value, colour in zip(limit.values, cycle(limit.colours), strict=False):
+        if low <= value <= high:
+            axes.add_artist(Line2D([0, 1], [value, value], transform=across, **{**LIMIT, "color": colour}))

@@ -7,28 +7,41 @@ from collections.abc import Sequence
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Chart, styled
 from cdpr.report.figures.panels import stack
+from cdpr.report.figures.paper import inches, on_paper
 from cdpr.report.marks import events
-from cdpr.report.plots import run as plots
+from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Panel
+from cdpr.report.plots.pick import pick
 
 
 @styled
-def overview(run: Run) -> Chart:
-    """Draw position, errors and tensions with their limits on one page, for notebooks."""
+def plot(
+    run: Run, names: Sequence[str], cables: str | int | Sequence[str | int] | None, width: str | float | None
+) -> Chart:
+    """Draw panels of a run: see `Run.plot`."""
+    across = None if width is None else inches(width)
+    chosen = pick(run, names or ("position", "position_error", "orientation_error", "tension"), cables)
+    if across is not None:
+        return on_paper(run, chosen, across)
+    return stack(run, chosen, *(() if names else _heading(run)))
+
+
+def _heading(run: Run) -> tuple[str, str]:
+    """What was run, and its first events."""
     head = run.header
     title = " · ".join((head.scenario, head.robot, head.backend, head.controller, head.solver))
     notes = [f"{i} {event.kind} at {event.time:.4g} s" for i, event in enumerate(events(run)[:4], 1)]
     if len(run.events) > 4:
         notes.append(f"and {len(run.events) - 4} more")
-    return stack(
-        run,
-        (plots.position_panel(run), *plots.errors(run), plots.tension_panel(run, height=1.9)),
-        title,
-        ";  ".join(notes),
-    )
+    return title, ";  ".join(notes)
 
 
 @styled
-def draw(run: Run | None, panels: Sequence[Panel], span_of: tuple[float, float] = (0.0, 0.0)) -> Chart:
+def draw(
+    run: Run | None,
+    panels: Sequence[Panel],
+    span_of: tuple[float, float] = (0.0, 0.0),
+    shades: Sequence[Shade] = (),
+) -> Chart:
     """Draw panels under one another on the time axis of a run, with what happened in it, or over `span_of`, s."""
-    return stack(run, panels, span_of=span_of)
+    return stack(run, panels, span_of=span_of, shades=shades)

@@ -8,46 +8,65 @@ from typing import Any
 
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, styled
 from cdpr.report.figures.legend import LINE, legend_width, write_legend
-from cdpr.report.figures.study_layout import Curve, Layout, panels
+from cdpr.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
 from cdpr.report.marks import CABLES, INK, shorten
 from cdpr.report.text.study import Figure, Record, label_text
 
 # Inches.
-WIDTH, HEIGHT = 2.35, 1.65  # of a panel
-LEFT, TOP, BOTTOM = 0.75, 0.4, 0.55
+WIDTH = 9.0  # of every figure: that of its card, with letters as large as the page's
+ALONE, HEIGHT = 2.4, 1.75  # of panels that stand in one row, and in more
+LEFT, TOP, UNTITLED, BOTTOM = 0.75, 0.4, 0.15, 0.55
 GAP, ROW_GAP = 0.25, 0.62
 ACROSS = 4  # panels in a row
-LEAST = 5.0  # of a figure: the page widens smaller ones
+
+# Lines that lie upon each other are all seen: the first is broad, each that follows narrower and broken, and each has
+# a mark of its own, smaller than the one below. Widths in pt.
+BROAD, THIN, ONLY = 4.2, 1.3, 1.4
+LARGE, SMALL = 8.5, 3.8
+FULL = 2.6  # in: in narrower panels lines and marks are smaller
+MARKS = "osD^vPX*"
+DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
 
 BESIDE = 0.1  # from one line's dots to the next one's, where x is a row of names
+
+MOST_NAMES = 24  # on x
+DOTS = 3000  # of a figure
 
 DECADE = 30.0  # largest ratio on a linear scale
 MARK = 0.055  # height of a row of crosses, of the panel's
 
 
 @styled
-def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Chart:
-    """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all."""
+def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: int = DOTS) -> Chart:
+    """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all.
+
+    Of more runs than about `dots` the least and the greatest of their neighbourhoods are drawn.
+    """
     drawn = panels(layout, records, figure)
+    most = min(MOST_PLACES, max(LEAST_PLACES, dots // sum(map(len, drawn.values()))))
+    drawn = {title: [thinned(curve, most) for curve in curves] for title, curves in drawn.items()}
+    top = TOP if any(drawn) else UNTITLED
     across = _across(layout, records, len(drawn))
     down = math.ceil(len(drawn) / across)
     labels = list(dict.fromkeys(curve.label for curves in drawn.values() for curve in curves))
-    looks = {label: {"color": CABLES[i % len(CABLES)]} for i, label in enumerate(labels)}
-    entries = [(shorten(label_text(label)), looks[label]) for label in labels] if layout.line else []
+    names = [shorten(label_text(label)) for label in labels] if layout.line else []
     crosses = any(curve.lost for curves in drawn.values() for curve in curves)
     heading = [] if layout.line is None else [(shorten(layout.line), {"linestyle": ""})]
     ending = [("× no figure: diverged, died, ...", {"linestyle": ""})] if crosses else []
-    legend = legend_width([text for text, _ in [*entries, *heading, *ending]]) if entries or crosses else 0.1
-    width = max(LEFT + across * WIDTH + (across - 1) * GAP + legend, LEAST)
-    height = TOP + down * HEIGHT + (down - 1) * ROW_GAP + BOTTOM
-    height = max(height, TOP + LINE * (len(entries) + 3))
-    chart = Chart(figsize=(width, height))
+    legend = legend_width([*names, *(text for text, _ in [*heading, *ending])]) if names or crosses else 0.1
+    wide = (WIDTH - LEFT - legend - (across - 1) * GAP) / across
+    looks = {label: _look(i, len(labels), min(1.0, wide / FULL)) for i, label in enumerate(labels)}
+    entries = list(zip(names, looks.values(), strict=False))
+    tall = ALONE if down == 1 else HEIGHT
+    height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM
+    height = max(height, top + LINE * (len(entries) + 3))
+    chart = Chart(figsize=(WIDTH, height))
     first: Axes | None = None
     for k, (title, curves) in enumerate(drawn.items()):
         row, column = divmod(k, across)
-        left = LEFT + column * (WIDTH + GAP)
-        bottom = height - TOP - HEIGHT - row * (HEIGHT + ROW_GAP)
-        box = (left / width, bottom / height, WIDTH / width, HEIGHT / height)
+        left = LEFT + column * (wide + GAP)
+        bottom = height - top - tall - row * (tall + ROW_GAP)
+        box = (left / WIDTH, bottom / height, wide / WIDTH, tall / height)
         axes = chart.add_axes(box, sharex=first, sharey=first)
         if first is None:
             first = axes
@@ -58,9 +77,22 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure) -> Char
             axes.set_xlabel(shorten(layout.x, 40))
         for i, curve in enumerate(curves):
             _draw(axes, layout, curve, looks[curve.label], (i, len(curves)), _positions(layout, drawn))
-    right = LEFT + across * WIDTH + (across - 1) * GAP
-    write_legend(chart, [*heading, *entries, *ending], (right, height - TOP))
+    write_legend(chart, [*heading, *entries, *ending], (WIDTH - legend, height - top))
     return chart
+
+
+def _look(i: int, count: int, scale: float) -> dict[str, Any]:
+    """How line i of so many looks, and its marks."""
+    share = i / (count - 1) if count > 1 else 1.0
+    return {
+        "color": CABLES[i % len(CABLES)],
+        "linewidth": scale * BROAD + share * (THIN - scale * BROAD) if count > 1 else ONLY,
+        "linestyle": DASHES[(i - 1) % len(DASHES)] if i else "-",
+        "marker": MARKS[i % len(MARKS)] if count > 1 else "o",
+        "markersize": scale * LARGE + share * (SMALL - LARGE) * scale,
+        "markeredgewidth": 0.0,
+        "markevery": [1],  # in a legend
+    }
 
 
 def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
@@ -82,15 +114,15 @@ def _draw(
     aside = 0.0 if layout.numeric else BESIDE * (i - (count - 1) / 2)
     x = [place[at] + aside for at in curve.x]
     middle = [sorted(values)[len(values) // 2] for values in curve.values]
-    joined = "-" if layout.numeric and not layout.scattered else ""
-    axes.add_artist(Line2D(x, middle, marker="o", markersize=3.2, linestyle=joined, linewidth=1.2, **look))
+    joined = {} if layout.numeric and not layout.scattered else {"linestyle": ""}
+    axes.add_artist(Line2D(x, middle, **{**look, **joined, "markevery": None}))
     for at, values in zip(x, curve.values, strict=True):
         if len(values) > 1:
-            axes.add_artist(Line2D([at] * 2, [min(values), max(values)], linewidth=0.8, **look))
+            axes.add_artist(Line2D([at] * 2, [min(values), max(values)], linewidth=0.8, color=look["color"]))
     heights = [0.965 - MARK * i] * len(curve.lost)
     lost = [place[at] + aside for at in curve.lost]
-    blended = axes.get_xaxis_transform()
-    axes.add_artist(Line2D(lost, heights, marker="x", markersize=4.0, linestyle="", transform=blended, **look))
+    cross = {"marker": "x", "markersize": 4.0, "linestyle": "", "color": look["color"]}
+    axes.add_artist(Line2D(lost, heights, transform=axes.get_xaxis_transform(), **cross))
 
 
 def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> None:
@@ -104,9 +136,12 @@ def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> 
         axes.xaxis.set_major_formatter(_plain)
     else:
         axes.set_xlim(-0.5, len(positions) - 0.5)
-        names = [shorten(label_text(label), 14) for label in positions]
+        every = math.ceil(len(positions) / MOST_NAMES)
+        names = [shorten(label_text(label), 14) for label in positions][::every]
         crowded = sum(map(len, names)) > 30
-        axes.set_xticks(range(len(names)), names, rotation=35 if crowded else 0, ha="right" if crowded else "center")
+        axes.set_xticks(
+            range(0, len(positions), every), names, rotation=35 if crowded else 0, ha="right" if crowded else "center"
+        )
     low, high, logarithmic = _limits(values or [0.0, 1.0])
     axes.set_yscale("log" if logarithmic else "linear")
     axes.set_ylim(low, high)

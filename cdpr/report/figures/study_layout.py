@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cdpr.report.marks import CABLES
 from cdpr.report.text.study import Figure, Record, label_text, value
@@ -12,6 +12,8 @@ from cdpr.study.points import Label, Point
 
 MOST_LINES = len(CABLES)  # colours
 MOST_PANELS = 12
+MOST_PLACES = 400  # of a curve: more cannot be told apart
+LEAST_PLACES = 8  # however many curves share what a page may hold
 
 WITHOUT_FIGURES = ("diverged", "failed", "died", "hung", "not run")  # their figures would say nothing
 
@@ -90,6 +92,20 @@ def _curve(layout: Layout, records: Sequence[Record], label: Label, figure: Figu
     if layout.numeric:
         found = dict(sorted(found.items(), key=lambda item: float(item[0] or 0.0)))
     return Curve(label, tuple(found), tuple(map(tuple, found.values())), tuple(lost))
+
+
+def thinned(curve: Curve, most: int = MOST_PLACES) -> Curve:
+    """Return a curve of at most so many places: of each part of x those of the least and the greatest figure."""
+    lost = curve.lost[:: -(-len(curve.lost) // most) or 1]
+    if len(curve.x) <= most:
+        return replace(curve, lost=lost)
+    kept: set[int] = set()
+    size = -(-2 * len(curve.x) // most)
+    for first in range(0, len(curve.x), size):
+        part = range(first, min(first + size, len(curve.x)))
+        kept |= {min(part, key=lambda k: min(curve.values[k])), max(part, key=lambda k: max(curve.values[k]))}
+    order = sorted(kept)
+    return replace(curve, x=tuple(curve.x[k] for k in order), values=tuple(curve.values[k] for k in order), lost=lost)
 
 
 def _numeric(group: Sequence[Point]) -> list[str]:

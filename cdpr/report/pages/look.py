@@ -37,7 +37,8 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     scenes = [scene(shown, arrays)]
     span = (float(shown.time[0]), float(shown.time[-1]))
     drawn = {key: drawn for key, (_, drawn) in found.items()}
-    data = page_data(None, scenes, drawn, arrays, span, [] if survey is None else unheld(survey))
+    shades = [] if survey is None else unheld(survey)
+    data = page_data(None, scenes, drawn, arrays, span, shades)
     about = ROBOT if survey is None else MOTION
     parts = [
         hall(
@@ -47,7 +48,7 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     ]
     if found:
         gallery = [
-            figure(key, name, still_panels(which, span, key, name), about, live=panels(key))
+            figure(key, name, still_panels(which, span, shades, key, name), about, live=panels(key))
             for key, (name, which) in found.items()
         ]
         parts.append(hall(gallery, "gallery"))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from cdpr.errors import PluginError
 from cdpr.log.run import Run
+from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Panel
 from cdpr.view import Pictures
 
@@ -31,14 +32,16 @@ def still_scene(shown: Pictures, key: str, title: str) -> str:
     return inline_svg(sketch.draw(shown), key, title)
 
 
-def still_panels(panels: Sequence[Panel], span_of: tuple[float, float], key: str, title: str) -> str:
+def still_panels(
+    panels: Sequence[Panel], span_of: tuple[float, float], shades: Sequence[Shade], key: str, title: str
+) -> str:
     """Return panels of what was not simulated, over `span_of` (s), as SVG; nothing without matplotlib."""
     if no_stills():
         return ""
     from cdpr.report.figures.canvas import inline_svg
     from cdpr.report.figures.run import draw
 
-    return inline_svg(draw(None, panels, span_of), key, title)
+    return inline_svg(draw(None, panels, span_of, shades), key, title)
 
 
 def no_stills() -> str:

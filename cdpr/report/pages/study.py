@@ -1,4 +1,4 @@
-"""The report of a study: one HTML page with small multiples and the table."""
+"""The report of a study: one HTML page with small multiples, some cases that play, and the table."""
 
 from __future__ import annotations
 
@@ -6,16 +6,28 @@ import os
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
+from typing import NamedTuple
 
 from cdpr.log.files import replace
 from cdpr.report.figures.study_layout import Layout, layouts
-from cdpr.report.pages.page import figure, page, section, table
-from cdpr.report.text.study import FIGURES, Record, cells, label_text, value
+from cdpr.report.pages.page import figure, hall, page, section, table
+from cdpr.report.pages.study_cases import account, choose, player
+from cdpr.report.text.study import FIGURES, Figure, Record, cells, label_text, value
 from cdpr.study import Results
 from cdpr.study.plan import Grid
 
 MOST_ROWS = 1000  # of the table on the page
-REM = 6.8  # widths of the page's letters to an inch of a figure
+MOST_FIGURES = 24
+DOTS = 12_000  # of all figures together
+FEW_ROWS = 12  # of a table that is not folded
+
+
+class Wanted(NamedTuple):
+    """A figure of the page."""
+
+    key: str
+    layout: Layout
+    what: Figure
 
 
 def write_study(results: Results, path: Path) -> None:
@@ -28,20 +40,37 @@ def render(results: Results) -> str:
     study, records = results.study, results.table.records()
     links = {"about": "About"}
     parts = [section("about", _about(results))]
-    for k, grid in enumerate(study.blocks, 1):
-        inside = [record for record in records if record.get("block") == grid.name]
+    blocks = [[record for record in records if record.get("block") == grid.name] for grid in study.blocks]
+    pairs = zip(study.blocks, blocks, strict=True)
+    wanted = [_wanted(grid, inside, f"block{k}") for k, (grid, inside) in enumerate(pairs, 1)]
+    count = sum(map(len, wanted))
+    dots, left = DOTS // max(min(count, MOST_FIGURES), 1), MOST_FIGURES
+    for k, (grid, inside, figures) in enumerate(zip(study.blocks, blocks, wanted, strict=True), 1):
         if grid.name is not None:
             links[f"block{k}"] = grid.name
             parts.append(section(f"block{k}", f"<h2>{escape(grid.name)}</h2>\n<p>{len(inside)} cases.</p>"))
-        drawn = _figures(grid, inside, f"block{k}")
-        parts += drawn
-        if drawn and grid.name is None:
-            links[f"block{k}figure1_1"] = "Figures"
+        if figures[:left]:
+            parts.append(hall([_drawn(inside, one, dots) for one in figures[:left]], "wide cards"))
+            if grid.name is None:
+                links[figures[0].key] = "Figures"
+        left = max(0, left - len(figures))
+    if count > MOST_FIGURES:
+        rest = count - MOST_FIGURES
+        parts.append(section("rest", f"<p>{rest} more figures are left out: table.csv has their numbers.</p>"))
+    shown, told = choose(results)
+    data = None
+    if shown:
+        data, playing = player(shown)
+        parts.append(playing)
+        links["robot"] = "Robot"
+    if shown or told:
+        links["shown"] = "Cases"
+        parts.append(section("shown", f"<h2>Cases that play</h2>\n{account(shown, told)}"))
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
     mood = "bad" if results.exit_code else "warn" if results.strained else "good"
     banner = f'<p class="banner {mood}" role="status"><strong>{len(records)} cases</strong>: {escape(results.told)}</p>'
-    return page(study.name, "a study by cdpr", banner, links, parts)
+    return page(study.name, "a study by cdpr", banner, links, parts, data)
 
 
 def _about(results: Results) -> str:
@@ -66,22 +95,23 @@ def _about(results: Results) -> str:
     )
 
 
-def _figures(grid: Grid, records: Sequence[Record], key: str) -> list[str]:
+def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
+    """Return the figures of a part of a study in which there is something to see: not those that are always zero."""
+    return [
+        Wanted(f"{key}figure{i}_{k}", layout, what)
+        for i, layout in enumerate(layouts(grid), 1)
+        for k, what in enumerate(FIGURES, 1)
+        if any(value(record, what) for record in records)
+    ]
+
+
+def _drawn(records: Sequence[Record], wanted: Wanted, dots: int) -> str:
     from cdpr.report.figures.canvas import inline_svg
     from cdpr.report.figures.study import multiples
 
-    out = []
-    for i, layout in enumerate(layouts(grid), 1):
-        for k, what in enumerate(FIGURES, 1):
-            if all(not value(record, what) for record in records):
-                continue  # nothing to see: never any, or always zero
-            name = f"{key}figure{i}_{k}"
-            chart = multiples(layout, records, what)
-            svg = inline_svg(chart, name, what.title)
-            # Wider than this its letters would be larger than the page's.
-            drawing = f'<div style="max-width: {REM * chart.get_figwidth():.4g}rem">{svg}</div>'
-            out.append(figure(name, escape(what.title), drawing, escape(_caption(layout))))
-    return out
+    key, layout, what = wanted
+    svg = inline_svg(multiples(layout, records, what, dots), key, what.title)
+    return figure(key, escape(what.title), svg, escape(_caption(layout)))
 
 
 def _caption(layout: Layout) -> str:
@@ -103,4 +133,6 @@ def _table(results: Results) -> str:
     titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), "Message")
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
-    return f'<h2>All cases</h2>\n<div class="scroll">{table(rows, tuple(map(escape, titles)))}</div>{rest}'
+    inside = f'<div class="scroll">{table(rows, tuple(map(escape, titles)))}</div>{rest}'
+    fold = " open" if len(rows) <= FEW_ROWS else ""
+    return f"<h2>All cases</h2>\n<details{fold}><summary>{len(rows)} rows</summary>\n{inside}</details>"

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.report.marks import SHADES, events
+from cdpr.report.marks import events
 from cdpr.report.player.arrays import Arrays
-from cdpr.report.plots.overlay import FEW, shaded, span
+from cdpr.report.plots.overlay import FEW, Shade, span
+from cdpr.report.plots.overlay import shades as shades_of
 from cdpr.report.plots.panel import Curves, Panel, calm_until, shown, view
 from cdpr.view import State, colours
 
@@ -41,7 +42,7 @@ def page_data(
     figures: Mapping[str, Sequence[Panel]],
     arrays: Arrays,
     span_of: tuple[float, float] = (0.0, 0.0),
-    shades: Sequence[dict[str, Any]] = (),
+    shades: Sequence[Shade] = (),
 ) -> dict[str, Any]:
     """Return what the script needs.
 
@@ -57,7 +58,7 @@ def page_data(
     return {
         "span": [start, stop],
         "events": [] if run is None else list(_events(run)),
-        "shades": list(shades if run is None else _shades(run)),
+        "shades": [_shade(shade) for shade in (shades if run is None else shades_of(run))],
         "colours": {name: list(pair) for name, pair in PAIRS.items()},
         "axes": [list(pair) for pair in colours.AXES],
         "cables": [list(pair) for pair in colours.CABLES],
@@ -83,11 +84,8 @@ def _events(run: Run) -> Iterable[dict[str, Any]]:
         yield {"time": event.time, "text": event.text, **until}
 
 
-def _shades(run: Run) -> Iterable[dict[str, Any]]:
-    for status, name in SHADES.items():
-        intervals = shaded(run, status)
-        if intervals:
-            yield {"name": name, "colour": list(colours.SHADES[status]), "intervals": intervals}
+def _shade(shade: Shade) -> dict[str, Any]:
+    return {"name": shade.name, "colour": list(shade.colour), "intervals": shade.intervals}
 
 
 def _panel(panel: Panel, run: Run | None, arrays: Arrays) -> dict[str, Any]:

@@ -150,6 +150,8 @@ QUANTITIES: dict[str, Callable[[Run], Array]] = {
     "position_error": lambda run: _norm_and_parts(1e3 * run.position_error),  # mm; the norm first
     "orientation_error": lambda run: _norm_and_parts(1e3 * run.orientation_error),  # mrad
     "friction": lambda run: run.tension - run.cable_tension,
+    "highest": lambda run: run.cable_tension.max(axis=1),
+    "lowest": lambda run: run.cable_tension.min(axis=1),
     "energies": lambda run: np.stack([run.kinetic, run.potential_change, run.cable_work, run.external_work], axis=1),
     "powers": lambda run: np.stack([run.cable_power, run.external_power], axis=1),
 }

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from cdpr.log.run import Run
+from cdpr.report.marks import SHADES
 from cdpr.report.plots.decimate import intervals
 from cdpr.report.plots.histories import histories
 from cdpr.tension import Status
+from cdpr.view import colours
 
 FEW = 25  # samples that are drawn as dots
 
@@ -15,6 +19,20 @@ def span(run: Run) -> tuple[float, float]:
     room = 0.5 * run.header.log_step if len(run.rows) <= FEW else 0.0
     start, stop = run.span
     return start - room, stop + room
+
+
+class Shade(NamedTuple):
+    """Intervals of time that are shaded alike."""
+
+    name: str
+    colour: colours.Pair
+    intervals: list[tuple[float, float]]  # s
+
+
+def shades(run: Run) -> list[Shade]:
+    """Return where the solver had no valid answer."""
+    found = (Shade(name, colours.SHADES[status], shaded(run, status)) for status, name in SHADES.items())
+    return [shade for shade in found if shade.intervals]
 
 
 def shaded(run: Run, status: Status) -> list[tuple[float, float]]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.marks import SOFT
+from cdpr.report.marks import SOFT, shorten
 from cdpr.report.plots.histories import Points
 
 LARGEST = 1e307  # of the values that tell a range, which is a number then
@@ -53,6 +54,22 @@ class Panel:
     limits: tuple[Limit, ...] = ()
     log: bool = False
     height: float = 1.55  # in
+    name: str = ""  # by which `Run.plot` draws it alone
+
+    @property
+    def entries(self) -> Sequence[Entry]:
+        """Its legend; where it has none of its own because another panel's explains it, that of its lines."""
+        if self.legend:
+            return self.legend
+        lines: list[Entry] = []
+        for curves in self.curves:
+            looks = zip(curves.names, cycle(curves.colours), cycle(curves.dashes), strict=False)
+            width = curves.width
+            lines += [
+                (shorten(name), {"color": colour, "linestyle": dashes, "linewidth": width})
+                for name, colour, dashes in looks
+            ]
+        return lines if len(lines) > 1 else ()
 
 
 def calm_until(run: Run) -> float | None:

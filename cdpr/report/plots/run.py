@@ -18,7 +18,7 @@ def pose(run: Run) -> list[Panel]:
     """Position and attitude, desired and actual."""
     both = histories(run)["attitude"]
     desired, actual = both.columns(slice(0, 3)), both.columns(slice(3, 6))
-    attitude = _desired_actual("attitude (°)", desired, actual, 0.1, ("roll", "pitch", "yaw"))
+    attitude = _desired_actual("attitude", "attitude (°)", desired, actual, 0.1, ("roll", "pitch", "yaw"))
     return [position_panel(run), attitude]
 
 
@@ -40,8 +40,8 @@ def errors(run: Run) -> list[Panel]:
     """Position and orientation error: components and norm."""
     known = histories(run)
     return [
-        _error("position error (mm)", known["position_error"]),
-        _error("orient. error (mrad)", known["orientation_error"]),
+        _error("position_error", "position error (mm)", known["position_error"]),
+        _error("orientation_error", "orient. error (mrad)", known["orientation_error"]),
     ]
 
 
@@ -51,13 +51,13 @@ def tensions(run: Run) -> list[Panel]:
     if run.header.ideal_cables:
         return [tension]
     more = (_per_cable(run, "friction"),)
-    return [tension, Panel("command minus tension (N)", more, _cable_entries(run), 1e-3)]
+    return [tension, Panel("command minus tension (N)", more, _cable_entries(run), 1e-3, name="friction")]
 
 
 def cables(run: Run) -> list[Panel]:
     """The cables' lengths and their rates."""
-    length = Panel("cable length (m)", (_per_cable(run, "length"),), _cable_entries(run), 1e-3)
-    return [length, Panel("length rate (m/s)", (_per_cable(run, "rate"),), least=1e-3)]
+    length = Panel("cable length (m)", (_per_cable(run, "length"),), _cable_entries(run), 1e-3, name="length")
+    return [length, Panel("length rate (m/s)", (_per_cable(run, "rate"),), least=1e-3, name="rate")]
 
 
 def distribution(run: Run) -> list[Panel]:
@@ -65,8 +65,8 @@ def distribution(run: Run) -> list[Panel]:
     margin, residual = (Curves(histories(run)[name], (INK,), names=(name,)) for name in ("margin", "residual"))
     limit = Limit("at a limit (0 N)", (0.0,))
     return [
-        Panel("margin (N)", (margin,), least=1.0, limits=(limit,)),
-        Panel("residual (N)", (residual,), least=2.0, log=True),
+        Panel("margin (N)", (margin,), least=1.0, limits=(limit,), name="margin"),
+        Panel("residual (N)", (residual,), least=2.0, log=True, name="residual"),
     ]
 
 
@@ -79,16 +79,18 @@ def energy(run: Run) -> list[Panel]:
         force, moment = (
             Curves(external.columns(part), AXES, names="xyz", group="axis") for part in (slice(0, 3), slice(3, 6))
         )
-        panels.append(Panel("external force (N)", (force,), _components("xyz"), 1.0))
-        panels.append(Panel("external moment (N m)", (moment,), _components("xyz"), 1.0))
+        panels.append(Panel("external force (N)", (force,), _components("xyz"), 1.0, name="external_force"))
+        panels.append(Panel("external moment (N m)", (moment,), _components("xyz"), 1.0, name="external_moment"))
     else:
         energies, powers = energies.columns(slice(0, 3)), powers.columns(slice(0, 1))
     names = ("kinetic", "potential (change)", "work of cables", "external work")
     looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, CABLES, strict=False)]
+    stored = Curves(energies, CABLES, names=names[: energies.values.shape[1]])
+    unexplained = Curves(known["energy_residual"], (INK,), names=("unexplained",))
     panels += [
-        Panel("energy (J)", (Curves(energies, CABLES, names=names),), looks[: energies.values.shape[1]], 1.0),
-        Panel("power (W)", (Curves(powers, CABLES[2:], names=("of cables", "external")),), least=1.0),
-        Panel("unexplained (J)", (Curves(known["energy_residual"], (INK,), names=("unexplained",)),), least=1e-9),
+        Panel("energy (J)", (stored,), looks[: energies.values.shape[1]], 1.0, name="energy"),
+        Panel("power (W)", (Curves(powers, CABLES[2:], names=("of cables", "external")),), least=1.0, name="power"),
+        Panel("unexplained (J)", (unexplained,), least=1e-9, name="energy_residual"),
     ]
     return panels
 
@@ -106,7 +108,7 @@ def _column(run: Run, column: columns.Column) -> Panel:
     label = f"{shorten(column.name)} ({column.unit})" if column.unit else shorten(column.name)
     group = "cable" if column.width == columns.CABLES else ""
     lines = Curves(histories(run)[PLUGIN + column.name], colours, dashes, names=names, group=group)
-    return Panel(label, (lines,), legend if column.width != 1 else ())
+    return Panel(label, (lines,), legend if column.width != 1 else (), name=column.name)
 
 
 def _components(names: Sequence[str]) -> list[Entry]:
@@ -114,7 +116,7 @@ def _components(names: Sequence[str]) -> list[Entry]:
 
 
 def _desired_actual(
-    label: str, desired: Points, actual: Points, least: float, names: Sequence[str] = ("x", "y", "z")
+    name: str, label: str, desired: Points, actual: Points, least: float, names: Sequence[str] = "xyz"
 ) -> Panel:
     """Desired over actual, thinner, darker and dashed: where they agree both can be seen."""
     lines = (
@@ -125,12 +127,12 @@ def _desired_actual(
         ("actual", {"color": SOFT, "linewidth": 1.6}),
         ("desired", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}),
     ]
-    return Panel(label, lines, [*_components(names), *how], least)
+    return Panel(label, lines, [*_components(names), *how], least, name=name)
 
 
 def _both(run: Run, label: str, name: str, least: float) -> Panel:
     known = histories(run)
-    return _desired_actual(label, known[f"desired_{name}"], known[name], least)
+    return _desired_actual(name, label, known[f"desired_{name}"], known[name], least)
 
 
 def position_panel(run: Run) -> Panel:
@@ -138,12 +140,13 @@ def position_panel(run: Run) -> Panel:
     return _both(run, "position (m)", "position", 1e-3)
 
 
-def _error(label: str, values: Points) -> Panel:
+def _error(name: str, label: str, values: Points) -> Panel:
     lines = (
         Curves(values.columns(slice(0, 1)), (INK,), names=("norm",)),
         Curves(values.columns(slice(1, 4)), AXES, names="xyz", group="axis"),
     )
-    return Panel(label, lines, [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})])
+    legend = [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})]
+    return Panel(label, lines, legend, name=name)
 
 
 def _per_cable(run: Run, name: str) -> Curves:
@@ -158,19 +161,32 @@ def _cable_entries(run: Run) -> list[Entry]:
 
 def tension_panel(run: Run, height: float) -> Panel:
     """The tension of each cable and its limits."""
-    first = " at first" if limits_change({event.kind for event in run.events}) else ""
-    limits = tuple(
-        _limit(name + first, values)
-        for name, values in (("t_min", run.header.tension_min), ("t_max", run.header.tension_max))
-    )
     lines = (_per_cable(run, "cable_tension"),)
-    return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height)
+    limits = tension_limits(run, range(len(run.header.cables)))
+    return Panel("cable tension (N)", lines, _cable_entries(run), 1.0, limits, height=height, name="tension")
 
 
-def _limit(name: str, values: Sequence[float]) -> Limit:
-    """One grey line if all cables share the limit, else one for each value, coloured as its first cable."""
-    distinct = sorted(set(values))
+def tension_limits(run: Run, cables: Sequence[int]) -> tuple[Limit, ...]:
+    """The limits of the tensions of these cables, counted from 0."""
+    head = run.header
+    first = " at first" if limits_change({event.kind for event in run.events}) else ""
+    both = (("t_min", head.tension_min), ("t_max", head.tension_max))
+    return tuple(_limit(name + first, cables, values) for name, values in both)
+
+
+def _limit(name: str, cables: Sequence[int], values: Sequence[float]) -> Limit:
+    """One grey line if the cables share the limit, else one for each value, coloured as its first cable."""
+    first = {values[i]: i for i in reversed(cables)}
+    distinct = sorted(first)
     if len(distinct) == 1:
         return Limit(f"{name} {distinct[0]:g} N", distinct)
-    colours = [CABLES[values.index(value) % len(CABLES)] for value in distinct]
+    colours = [CABLES[first[value] % len(CABLES)] for value in distinct]
     return Limit(f"{name} {distinct[0]:g}–{distinct[-1]:g} N", distinct, colours)
+
+
+FIGURES = (plugins, pose, velocity, acceleration, errors, tensions, cables, distribution, energy)
+
+
+def by_name(run: Run) -> dict[str, Panel]:
+    """Return every panel of a run by its name."""
+    return {panel.name: panel for figure in FIGURES for panel in figure(run)}

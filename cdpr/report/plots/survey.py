@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from cdpr.model.robot import Array
 from cdpr.report.marks import AXES, CABLES, INK, SHADES, cable_looks, shorten
 from cdpr.report.plots.decimate import intervals
 from cdpr.report.plots.histories import points
+from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Curves, Panel
 from cdpr.tension import Status
 from cdpr.view import Pictures, Subject, colours, pictures
@@ -52,13 +52,12 @@ def survey_panels(survey: Survey, cables: Sequence[str]) -> dict[str, tuple[str,
     }
 
 
-def unheld(survey: Survey) -> list[dict[str, Any]]:
-    """Return where no tensions are admissible, as the player shades it."""
+def unheld(survey: Survey) -> list[Shade]:
+    """Return where no tensions are admissible."""
     ends, last = np.append(survey.time, survey.time[-1]), len(survey.time)
     rows = intervals(survey.status != Status.OK)
     found = [(float(ends[first]), float(ends[min(stop, last)])) for first, stop in rows]
-    name, colour = SHADES[Status.INFEASIBLE], list(colours.SHADES[Status.INFEASIBLE])
-    return [{"name": name, "colour": colour, "intervals": found}] if found else []
+    return [Shade(SHADES[Status.INFEASIBLE], colours.SHADES[Status.INFEASIBLE], found)] if found else []
 
 
 def survey_pictures(survey: Survey, subject: Subject) -> Pictures:

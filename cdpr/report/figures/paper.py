@@ -1,0 +1,117 @@
+"""Figures for print: as wide as a column, letters of 8 pt, legends above the panels."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from numbers import Real
+
+import numpy as np
+
+from cdpr.errors import CdprError
+from cdpr.log.run import Run
+from cdpr.report.figures.canvas import Chart, Line2D, text_width
+from cdpr.report.figures.overlay import draw_overlay, overlay_entries
+from cdpr.report.figures.panels import draw_panel, limit_entries
+from cdpr.report.plots.overlay import shades, span
+from cdpr.report.plots.panel import Entry, Panel
+
+WIDTHS = {"ieee": 3.5, "ieee-wide": 7.16}  # in: one column of IEEE's journals, and two
+UNITS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.0}  # in
+NARROWEST, WIDEST = 2.0, 40.0  # in: less holds no legend, more is a mistake
+
+LETTERS = 8.0  # pt, what IEEE asks of figures
+
+# Inches.
+LEFT, RIGHT, BOTTOM, GAP = 0.62, 0.1, 0.4, 0.1
+NUMBERS = 0.17  # of events, above the first panel
+LINE, SAMPLE, APART = 0.145, 0.22, 0.14  # of a legend: from line to line, of a line, between two entries
+LEAST, SHARE = 1.05, 0.2  # of a panel's height: at least, and of the width
+A_TICK = 0.55  # of the time axis that the number of a tick takes
+
+
+def inches(width: str | float) -> float:
+    """Return a width in inches: a name in `WIDTHS`, a number of inches, or one with its unit, "88 mm".
+
+    Raises CdprError.
+    """
+    allowed = f"{', '.join(WIDTHS)}, a number of inches from {NARROWEST:g} to {WIDEST:g}, or one with its unit: '88 mm'"
+    value = np.nan
+    if isinstance(width, str):
+        found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]+)\s*", width)
+        if width in WIDTHS:
+            value = WIDTHS[width]
+        elif found and found[2] in UNITS:
+            value = float(found[1]) * UNITS[found[2]]
+    elif isinstance(width, Real) and not isinstance(width, bool):
+        value = float(width)
+    if not NARROWEST <= value <= WIDEST:
+        raise CdprError(f"plot: width must be {allowed}, got {width!r}")
+    return value
+
+
+def on_paper(run: Run, panels: Sequence[Panel], width: float) -> Chart:
+    """Draw panels under one another in a figure of this width, in, with legends above them and no title."""
+    under, across = shades(run), span(run)
+    inner = width - LEFT - RIGHT
+    tall = [max(LEAST, SHARE * inner, text_width(panel.label, LETTERS) + 0.06) for panel in panels]
+    numbers = NUMBERS if run.events else 0.05
+    entries = [[*panel.entries, *limit_entries(run, panel)] for panel in panels]
+    entries[0] += overlay_entries(run, under)
+    legends = [_rows(each, inner) for each in entries]
+    above = [LINE * len(rows) + (numbers if i == 0 else 0.04) for i, rows in enumerate(legends)]
+    height = sum(tall) + sum(above) + GAP * (len(panels) - 1) + BOTTOM
+    chart = Chart(figsize=(width, height))
+    top = height
+    for i, panel in enumerate(panels):
+        _write(chart, legends[i], top)
+        top -= above[i]
+        box = np.array((LEFT, top - tall[i], inner, tall[i])) / (width, height, width, height)
+        axes = chart.add_axes(tuple(box))
+        axes.tick_params(labelsize=LETTERS, labelbottom=i == len(panels) - 1)
+        draw_overlay(axes, run, under, across, numbered=i == 0)
+        axes.set_xlim(*across)
+        draw_panel(axes, run, panel, ticks=max(3, int(inner / A_TICK)))
+        axes.yaxis.set_label_coords(-(LEFT - 0.15) / inner, 0.5)
+        for text in (axes.xaxis.label, axes.yaxis.label, axes.yaxis.get_offset_text(), *axes.texts):
+            text.set_fontsize(LETTERS)
+        if i == len(panels) - 1:
+            axes.set_xlabel("time (s)", fontsize=LETTERS)
+            axes.xaxis.set_label_coords(0.5, -0.25 / tall[i])
+        top -= tall[i] + GAP
+    return chart
+
+
+def _rows(entries: Sequence[Entry], width: float) -> list[list[Entry]]:
+    """Break a legend into lines."""
+    rows: list[list[Entry]] = []
+    left = 0.0
+    for entry in entries:
+        takes = _takes(entry)
+        if not rows or takes > left:
+            rows.append([])
+            left = width
+        rows[-1].append(entry)
+        left -= takes + APART
+    return rows
+
+
+def _sample(entry: Entry) -> float:
+    """Room for the line of an entry; a remark on the one before has none."""
+    return 0.0 if entry[1].get("linestyle") == "" else SAMPLE + 0.05
+
+
+def _takes(entry: Entry) -> float:
+    return _sample(entry) + text_width(entry[0], LETTERS)
+
+
+def _write(chart: Chart, rows: Sequence[Sequence[Entry]], top: float) -> None:
+    """Write a legend below `top`, in from the lower edge of the figure."""
+    inside = chart.dpi_scale_trans
+    for row, entries in enumerate(rows):
+        x, y = LEFT, top - (row + 0.5) * LINE
+        for entry in entries:
+            text, look = entry
+            chart.add_artist(Line2D([x, x + SAMPLE], [y, y], transform=inside, **look))
+            chart.text(x + _sample(entry), y, text, transform=inside, va="center", fontsize=LETTERS)
+            x += _takes(entry) + APART

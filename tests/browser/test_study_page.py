@@ -1,0 +1,103 @@
+"""The page of a study in a browser: some cases play over one another, on any ground, width and paper."""
+
+from __future__ import annotations
+
+import pytest
+from chromium import browser, executable
+from study_cases import write_study
+
+from cdpr.report.pages.study import write_study as write_page
+from cdpr.study import load_study, run_study
+
+pytestmark = pytest.mark.browser
+pytest.importorskip("playwright", reason="playwright is not installed: pip install 'cdpr[test]'")
+pytest.importorskip("matplotlib", reason="pages of studies need matplotlib: pip install 'cdpr[plot]'")
+if executable() is None:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+READY = "() => window.cdpr !== undefined && !window.cdpr.waiting"
+AXES = """keep: all
+axes:
+  - {key: solver.type, values: [qp, lp]}
+  - {key: controller.kp, values: [50, 100, 200]}
+"""
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    return run_study(load_study(write_study(folder, AXES)), folder / "out")
+
+
+@pytest.fixture(scope="module")
+def study_page(results):
+    path = results.folder / "study.html"
+    write_page(results, path)
+    return path
+
+
+@pytest.fixture
+def page(chromium, study_page, request):
+    context = chromium.new_context(**{"viewport": {"width": 1200, "height": 800}, **getattr(request, "param", {})})
+    found = context.new_page()
+    told = []
+    found.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
+    found.on("pageerror", lambda error: told.append(str(error)))
+    found.on("request", lambda asked: told.append(asked.url) if asked.url != study_page.as_uri() else None)
+    found.goto(study_page.as_uri())
+    found.wait_for_function(READY, polling=50)
+    yield found
+    context.close()
+    assert told == []  # no error, no request
+
+
+def test_the_cases_play_over_one_another(page):
+    assert page.evaluate("cdpr.data.scenes.length") == 4
+    page.evaluate("cdpr.seek(0.05)")
+    page.wait_for_function(READY, polling=50)
+    places = page.evaluate("cdpr.stage.pictures.map(({pose}) => Array.from(pose).slice(12, 15))")
+    assert len(places) == 4
+    assert all(place == pytest.approx(places[0], abs=1e-3) for place in places)
+    page.evaluate("cdpr.speed = 0.1")
+    page.keyboard.press("Space")
+    page.wait_for_function("() => cdpr.time !== 0.05 && cdpr.playing")
+    page.keyboard.press("Space")
+    assert page.locator("#now").inner_text() == f"{page.evaluate('cdpr.time'):.3f} s"
+
+
+def test_a_click_in_a_plot_of_the_cases_seeks(page):
+    area = page.locator(".plot", has_text="position error (mm)").first.locator(".area")
+    area.scroll_into_view_if_needed()
+    box = area.bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert 0.03 < page.evaluate("cdpr.time") < 0.07
+
+
+def test_figures_fill_their_cards(page):
+    for key in ("block1figure1_1", "block1figure1_4"):
+        card = page.locator(f"#{key}").bounding_box()
+        drawing = page.locator(f"#{key} svg").bounding_box()
+        assert drawing["width"] > 0.9 * card["width"]
+
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
+
+
+@pytest.mark.parametrize("page", [PHONE, {"color_scheme": "dark"}], indirect=True)
+def test_it_fits_a_phone_and_the_dark(page):
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.locator(".play").is_visible()
+
+
+def test_on_paper_figures_and_tables_stand_and_nothing_plays(page):
+    page.emulate_media(media="print")
+    assert not page.locator(".transport").is_visible()
+    assert page.locator("#cases svg[role=img]").is_visible()
+    assert page.locator("#block1figure1_1 svg").is_visible()
+    assert page.locator("#table table").is_visible()
