@@ -25,6 +25,7 @@ from cdpr.log.save import save
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableFault
+from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation import Simulation
 from cdpr.simulation.attempt import SESSION_NAME
@@ -157,6 +158,7 @@ class Stage:
                 {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
                 for cable in scenario.robot.cables
             ],
+            "limits": self._in_force(events),
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,
             "controller": scenario.controller.type,
@@ -195,6 +197,19 @@ class Stage:
         told = [one for event in events for one in event.tell(self.period, self._sim.samples + 1, {})]
         told += [Event(first * self.period, status.name.lower(), MEANING[status]) for status, first in self._spans]
         yield from sorted(told, key=attrgetter("time"))
+
+    def _in_force(self, events: list[ScenarioEvent]) -> dict[str, list[float]]:
+        """Return the limits of tension, N, that these events have left."""
+        header = self._drawing.header
+        low, high = list(header.tension_min), list(header.tension_max)
+        for event in events:
+            if not isinstance(event, TensionLimits):
+                continue
+            for i, name in enumerate(header.cables):
+                if event.cable in (None, name):
+                    low[i] = low[i] if event.min is None else event.min
+                    high[i] = high[i] if event.max is None else event.max
+        return {"tension_min": low, "tension_max": high}
 
     def _acting(self) -> Iterator[tuple[int, Wrench]]:
         """Yield the pushes that can be released."""

@@ -305,26 +305,32 @@ def test_two_windows_show_the_same(visit):
     assert drawn[0] == drawn[1]
 
 
-def test_cables_and_platform_are_always_drawn_from_one_row(page, files):
-    robot = cdpr.load_scenario(files.scenario).robot
+@pytest.mark.parametrize(
+    "example", ["", "cogiro_pulleys"]
+)  # whose cables leave from where they now leave their pulleys
+def test_cables_and_platform_are_always_drawn_from_one_row(page, files, example):
+    if example:
+        page.evaluate("(name) => { cdpr.stage.films[0].before = true; cdpr.send({do: 'open', name}); }", example)
+        page.wait_for_function("() => !cdpr.stage.films[0].before && cdpr.phase === 'ready'")
     page.evaluate("""() => {
       cdpr.seen = [];
       const draw = cdpr.draw.bind(cdpr);
       cdpr.draw = () => { draw(); cdpr.seen.push(cdpr.drawn); };
     }""")
     page.get_by_role("button", name="Run", exact=True).click()
-    page.wait_for_function("() => cdpr.drawn.t > 1.2")
-    seen = [drawn for drawn in page.evaluate("cdpr.seen") if drawn["n"] is not None]
+    page.wait_for_function("() => cdpr.drawn.t > 0.9")
+    page.get_by_role("button", name="Pause").click()
+    page.wait_for_function(PHASE, arg="paused")
+    seen = [drawn for drawn in page.evaluate("cdpr.seen") if drawn["n"] is not None and drawn["n"] >= 0]
     assert len({drawn["n"] for drawn in seen}) > 3
-    run = cdpr.simulate(files.scenario)
-    for drawn in seen:
-        pose = np.array(drawn["pose"]).reshape(4, 4).T
-        B = robot.anchors[:, 3:]
-        assert np.array(drawn["tips"]) == pytest.approx(B @ pose[:3, :3].T + pose[:3, 3], abs=SCREEN)
-        assert np.array(drawn["exits"]).reshape(-1, 3) == pytest.approx(robot.anchors[:, :3])
-        if drawn["n"] >= 0:
-            assert pose[:3, 3] == pytest.approx(run.position[drawn["n"]], abs=SCREEN)
-            assert drawn["t"] == pytest.approx(run.time[drawn["n"]], abs=1e-6)
+    run = cdpr.simulate(example or files.scenario, overrides={"simulation.duration": seen[-1]["t"] + 0.001})
+    rows = [drawn["n"] for drawn in seen]
+    ends = run.header.subject.ends(run.position[rows], run.orientation[rows])
+    for drawn, n, (exits, tips) in zip(seen, rows, np.moveaxis(ends, 2, 1), strict=True):
+        assert np.array(drawn["pose"][12:15]) == pytest.approx(run.position[n], abs=SCREEN)
+        assert np.array(drawn["exits"]).reshape(-1, 3) == pytest.approx(exits, abs=SCREEN)
+        assert np.array(drawn["tips"]) == pytest.approx(tips, abs=SCREEN)
+        assert drawn["t"] == pytest.approx(run.time[n], abs=1e-6)
 
 
 def test_a_page_that_is_loaded_again_goes_on_from_where_the_run_is(page):
@@ -472,3 +478,15 @@ def test_a_new_robot_from_a_template_is_shown_and_runs(page, files):
     page.wait_for_function("() => cdpr.frame.t > 0.1 && cdpr.frame.tension.every((tension) => tension > 0)")
     page.get_by_role("button", name="YAML").click()
     assert "mass: 12" in page.locator("dialog[open] pre").last.inner_text()
+
+
+def test_limits_that_change_move_in_the_plot(page):
+    assert page.evaluate("cdpr.curves.tension.dashed[0].values") == [10, 500]
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_function("() => cdpr.frame.t > 0.1")
+    page.get_by_label("Limits most").fill("140")
+    page.get_by_role("button", name="Set limits").click()
+    page.wait_for_function("() => String(cdpr.curves.tension.dashed[0].values) === '10,140'")
+    page.get_by_label("Limits most").fill("many")
+    page.get_by_role("button", name="Set limits").click()
+    page.locator(".messages li", has_text="A number is expected").wait_for(state="attached")

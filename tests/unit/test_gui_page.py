@@ -23,10 +23,8 @@ def test_it_names_no_other_place():
 
 
 def test_every_colour_that_is_asked_for_is_said():
-    assert set(re.findall(r"var\((--\w+)", document())) <= set(re.findall(r"(--\w+):", document())) | {
-        "--light",
-        "--dark",
-    }
+    asked, said = (set(re.findall(pattern, document())) for pattern in (r"var\((--\w+)", r"(--\w+):"))
+    assert asked <= said | {"--light", "--dark"}
 
 
 def test_all_scripts_and_styles_are_in_it():

@@ -87,8 +87,11 @@ class Curves {
     return [{ label: "limits", values: [...few(limits.tension_min), ...few(limits.tension_max)] }];
   }
 
+  // The limits that hold now.
   limit(limits) {
-    if (!this.tension) return;
+    const told = JSON.stringify(limits);
+    if (!this.tension || told === this.known) return;
+    this.known = told;
     this.tension.dashed = this.levels(limits);
     this.live.redraw();
   }
