@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
+from cdpr.problems import Problem, printable
+
 if TYPE_CHECKING:
     from cdpr.log.run import Run
-    from cdpr.scenario.problems import Problem
 
 
 class ExitCode(IntEnum):
@@ -25,17 +26,6 @@ class ExitCode(IntEnum):
     NOT_WRITABLE = 8
     INTERRUPTED = 130
     TERMINATED = 143
-
-
-def printable(text: str) -> str:
-    """Escape what would break a line or speak to a terminal: names, files and values are a stranger's words.
-
-    Letters of any script stay; control characters, those that turn the direction of writing and bytes that are no
-    text become escapes such as \\x1b.
-    """
-    if text.isprintable():
-        return text
-    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
 def one_line(error: BaseException) -> str:

@@ -17,13 +17,13 @@ in semi-implicit engines, which then advance w and after it l0, and at every sta
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, get_args
 
 from pydantic import Field, TypeAdapter
 
-from cdpr.cables.chain import Chain
+from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
@@ -31,17 +31,34 @@ from cdpr.cables.exit import Exit
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.point import Point
 from cdpr.cables.pulley import Pulley
+from cdpr.errors import CdprError
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 
 __all__ = ["COMMANDED", "EXITS", "AnyExit", "Point", "Pulley", "exits_of", "read_exits"]
 
-# Cable models: a winch and a span each. To add one, write its parts (see `cdpr.cables.chain`) and name it here.
+# Cable models: a winch and a span each. To add one, write its parts, which declare their numbers (see
+# `cdpr.cables.chain`), and name it here: robot files may then say these.
 MODELS = {
     COMMANDED: Chain(DIRECT, INEXTENSIBLE),
     "rigid": Chain(DRUM, INEXTENSIBLE),
     "elastic": Chain(DRUM, ELASTIC),
 }
+
+
+def declared(numbers: Iterable[Number]) -> dict[str, Number]:
+    """Return them by their names; CdprError where two have one name."""
+    found: dict[str, Number] = {}
+    for number in numbers:
+        if found.setdefault(number.name, number) != number:
+            raise CdprError(f"two parts of cables declare {number.name}: one must take that of the other")
+    return found
+
+
+# What a robot file may say of cables and of winches, by name, in the order in which it is told.
+NUMBERS = declared(
+    (DIAMETER, *(number for chain in MODELS.values() for number in chain.span.numbers), LINEAR_DENSITY)
+) | declared(number for chain in MODELS.values() for number in chain.winch.numbers)
 
 ACTUATED = "elastic"  # of winches that come as an FMU: what cdpr exports of a robot's
 MIXED = "mixed"  # the model of a robot whose cables differ

@@ -11,43 +11,81 @@ chord. The unwound length changes by the first of the winch's numbers for each u
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 from cdpr.errors import CdprError
+from cdpr.fields import NonNegative, Positive
 from cdpr.model import Cable
-
-# What a robot file may say of all cables or of one, in the order in which it is told.
-PROPERTIES = ("diameter", "axial_stiffness", "damping", "linear_density", "winch")
-NAMED = {"winch": "the winch", "axial_stiffness": "the axial stiffness (N)"}  # in messages
+from cdpr.units import known_unit
 
 MOST = 8  # numbers that a part may have
 
 
 @dataclass(frozen=True)
 class Number:
-    """One of the numbers of a cable that the kernels of its part take.
+    """A number of a cable that the kernels of its part take, and all that is said of it: this is its one place.
 
     Attributes:
-        name: where a cable has it, "cable" or "winch" and its key; an exported FMU calls its parameter so.
-        unit: as FMUs write it.
-        text: what it is.
-        positive: whether it must be greater than 0.
+        name: where a robot says it of all cables, "cable" or "winch" and its key; an exported FMU calls its parameter
+            so, and the cable has it under the key.
+        kind: which values it may have, of `cdpr.fields`.
+        unit: as robot files write it, "" of what has none.
+        text: what it is; as far as the first comma, after "the", what a cable lacks that has none.
+        default: where none is given; None where the part needs one.
+        exact: the unit as FMUs write it, where that says more.
     """
 
     name: str
+    kind: Any
     unit: str
     text: str
-    positive: bool = False
+    default: float | None = None
+    exact: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what robot files and FMUs cannot hold; CdprError."""
+        if self.owner not in ("cable", "winch") or not self.key.isidentifier():
+            raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
+        if self.unit and known_unit(self.unit_of_fmu) is None:
+            raise CdprError(f"{self.name}: the unit {self.unit_of_fmu} is not known: see cdpr.units")
+
+    @property
+    def owner(self) -> str:
+        """Where it stands, "cable" or "winch"."""
+        return self.name.partition(".")[0]
+
+    @property
+    def key(self) -> str:
+        """Its name there."""
+        return self.name.partition(".")[2]
+
+    @property
+    def positive(self) -> bool:
+        """Whether it must be greater than 0."""
+        return self.kind is Positive
+
+    @property
+    def unit_of_fmu(self) -> str:
+        """Its unit as FMUs write it."""
+        return self.exact or self.unit.replace(" ", ".").replace("^", "")
 
     def of(self, cable: Cable) -> float:
         """Return it; CdprError where the cable has none."""
-        owner, _, key = self.name.partition(".")
-        holder = cable if owner == "cable" else getattr(cable, owner)
-        value = None if holder is None else getattr(holder, key)
+        holder = cable if self.owner == "cable" else cable.winch
+        value = None if holder is None else getattr(holder, self.key, holder.own.get(self.key))
         if value is None:
-            lacking = owner if holder is None else key
+            value = None if holder is None else self.default
+        if value is None or math.isnan(value):
+            lacking = self.owner if holder is None else self.key
             raise CdprError(f"cable '{cable.name}' has no {lacking}, which its cable model needs")
         return float(value)
+
+
+# What is known of any cable, whatever its parts take of it.
+DIAMETER = Number("cable.diameter", Positive, "m", "diameter")
+LINEAR_DENSITY = Number("cable.linear_density", NonNegative, "kg/m", "mass per length")
 
 
 @dataclass(frozen=True)
@@ -55,14 +93,10 @@ class Part:
     """A winch or a span.
 
     Attributes:
-        needs: properties of a cable that it must have.
-        uses: others that it takes notice of.
         kernels: module of what compiled code calls, see below; empty for one that has no need of any.
-        numbers: what its kernels take of a cable, at most MOST.
+        numbers: what its kernels take of a cable, at most MOST, in their order.
     """
 
-    needs: tuple[str, ...] = ()
-    uses: tuple[str, ...] = ()
     kernels: str = ""
     numbers: tuple[Number, ...] = ()
 
@@ -116,15 +150,9 @@ class Chain:
     span: Span
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Properties that each such cable must have."""
-        return (*self.winch.needs, *self.span.needs)
-
-    @property
-    def unused(self) -> tuple[str, ...]:
-        """Properties that it takes no notice of."""
-        used = {*self.needs, *self.winch.uses, *self.span.uses}
-        return tuple(name for name in PROPERTIES if name not in used)
+    def numbers(self) -> tuple[Number, ...]:
+        """What winch and span take of a cable."""
+        return (*self.winch.numbers, *self.span.numbers)
 
     @property
     def stretches(self) -> bool:

@@ -8,6 +8,7 @@ import json
 import click
 
 from cdpr.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
+from cdpr.cli.numbers import Whole
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import ExitCode
 
@@ -23,7 +24,7 @@ def command() -> None:
 @plugin_option("--backends", "backend", metavar="A,B", help="Which engines, instead of each scenario's own.")
 @change_keys("Change a key of all; repeatable.")
 @plugin_files
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes at a time.")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Processes at a time.")
 def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tuple[str, ...], jobs: int) -> None:
     """Run SCENARIOs and keep what came out."""
     from pathlib import Path
@@ -42,7 +43,7 @@ def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tu
 @command.command("check")
 @click.argument("folder", type=click.Path(exists=True))
 @plugin_files
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes at a time.")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Processes at a time.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def check(folder: str, jobs: int, as_json: bool) -> None:
     """Run the baselines in FOLDER, or one file, anew.

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from cdpr.cli.names import OutPath, names, plugin_files, plugin_option
+from cdpr.cli.numbers import Whole
 from cdpr.cli.progress import Progress, tell_of_compilation
 from cdpr.errors import CdprError, ExitCode
 from cdpr.hush import hushed
@@ -23,15 +24,15 @@ def command() -> None:
 
 @command.command("solvers")
 @click.argument("robots", metavar="[ROBOT]...", nargs=-1, type=click.Path())
-@click.option("--poses", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
+@click.option("--poses", type=Whole(1, 1_000_000), default=500, show_default=True, help="Problems per robot.")
 @click.option(
     "--adversaries",
-    type=click.IntRange(0, 1_000_000),
+    type=Whole(0, 1_000_000),
     default=500,
     show_default=True,
     help="Problems made to mislead, for each of eleven sizes of robots.",
 )
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of all that is random.")
+@click.option("--seed", type=Whole(0), default=1, show_default=True, help="Of all that is random.")
 @plugin_option("--solvers", "solver", default="all", show_default=True, metavar="A,B|all", help="Which solvers.")
 @click.option(
     "--set", "changes", metavar="SOLVER.KEY=VALUE", multiple=True, help="An option of one of the solvers; repeatable."

@@ -8,6 +8,7 @@ import click
 
 from cdpr.cli.load import strict_option
 from cdpr.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
+from cdpr.cli.numbers import Real, Whole
 from cdpr.cli.progress import Progress, terminating
 from cdpr.errors import CdprError, ExitCode
 
@@ -20,8 +21,8 @@ from cdpr.errors import CdprError, ExitCode
 @plugin_files
 @strict_option
 @click.option("--refine", is_flag=True, help="Measure the order of each engine with three physics steps.")
-@click.option("--jobs", type=click.IntRange(1), help="Processes at a time (default: one a core).")
-@click.option("--timeout", type=click.FloatRange(1.0), help="Seconds that a run may take (default: no limit).")
+@click.option("--jobs", type=Whole(1), help="Processes at a time (default: one a core).")
+@click.option("--timeout", type=Real(1.0), help="Seconds that a run may take (default: no limit).")
 @click.option("--out", type=OutPath(), help="Folder for compare.json, compare.html and the runs.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(

@@ -12,7 +12,7 @@ from cdpr.cli.names import plugin_files
 from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
-    from cdpr.cli.health import Found
+    from cdpr.health import Found
 
 WIDTH = 22  # of names
 MARKS = {"ok": " ", "missing": "-", "wrong": "!"}
@@ -27,7 +27,7 @@ def command(as_json: bool) -> None:
     What is not installed is marked -, what is installed and does not work !. The exit code is 3 where a library or a
     plugin does not work, else 8 where a folder cannot be written, else 0: extras that are not there are no fault.
     """
-    from cdpr.cli.health import examine
+    from cdpr.health import examine
 
     found: list[Found] = []
     for one in examine():

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from cdpr.cli.names import OutPath, change_keys, plugin_files
+from cdpr.cli.numbers import AnyReal
 
 DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 
@@ -19,7 +20,11 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 @click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
 @click.option("--only-winch", is_flag=True, help="Winches and cables alone: commands and lengths in, tensions out.")
 @click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
-@click.option("--step", type=float, help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.")
+@click.option(
+    "--step",
+    type=AnyReal(),
+    help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.",
+)
 @change_keys("Change any key of the file.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @plugin_files

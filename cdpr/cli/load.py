@@ -9,8 +9,8 @@ import click
 
 if TYPE_CHECKING:
     from cdpr.model import Robot
+    from cdpr.problems import Problem
     from cdpr.scenario import Scenario
-    from cdpr.scenario.problems import Problem
 
 strict_option = click.option(
     "--strict", is_flag=True, help="Refuse what is only warned of otherwise, with exit code 2."

@@ -8,6 +8,7 @@ import re
 import click
 import numpy as np
 
+from cdpr.cli.numbers import number
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import DOF_NAMES, Array
@@ -67,7 +68,7 @@ def parse_wrench(text: str, robot: Robot) -> Array:
 def _numbers(text: str) -> list[float]:
     """The finite numbers between commas; none at all where any is none."""
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [number(part) for part in text.split(",")]
     except ValueError:
         return []
     return numbers if all(math.isfinite(number) for number in numbers) else []

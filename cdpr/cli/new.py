@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr.cli.numbers import AnyReal, AnyWhole, number
 from cdpr.errors import CdprError, OutputError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, value: str | None) -> t
     if value is None:
         return None
     try:
-        x, y, z = (float(part) for part in value.split(","))
+        x, y, z = (number(part) for part in value.split(","))
     except ValueError:
         text = f"three lengths (m) with commas between them are expected, such as 4,3,2.5, got {value[:80]!r}"
         raise click.BadParameter(text) from None
@@ -37,8 +38,10 @@ def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--platform", callback=_lengths, metavar="W,D,H", help="The same of the platform (m): 0.4,0.3,0.2."
         ),
-        click.option("--mass", type=float, metavar="KG", help="Mass of the platform (kg): 20."),
-        click.option("--cables", type=int, metavar="N", help="8 in space; 3 or 4 of a point that hangs; planar 4."),
+        click.option("--mass", type=AnyReal(), metavar="KG", help="Mass of the platform (kg): 20."),
+        click.option(
+            "--cables", type=AnyWhole(), metavar="N", help="8 in space; 3 or 4 of a point that hangs; planar 4."
+        ),
         click.option("--crossed/--straight", default=None, help="Whether cables cross at the platform: they do."),
         click.option("--planar", is_flag=True, default=None, help="A robot in the plane of x and z."),
     ]

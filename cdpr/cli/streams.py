@@ -15,8 +15,8 @@ import threading
 from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
-from cdpr.errors import printable
 from cdpr.hush import is_hushed
+from cdpr.problems import printable
 
 # Bytes of a file name that are no UTF-8, as Python keeps them; those below 0xa0 may be controls of a terminal.
 FOREIGN_BYTES = re.compile("([\udca0-\udcff]+)")

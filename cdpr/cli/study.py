@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli.names import OutPath, again, change_keys, plugin_files
+from cdpr.cli.numbers import Real, Whole
 from cdpr.errors import CdprError, ExitCode, PluginError
 
 if TYPE_CHECKING:
@@ -23,10 +24,10 @@ ROWS = 40  # of the table that are printed
 @click.argument("study", type=click.Path())
 @plugin_files
 @change_keys("Change a key in all cases; repeatable.")
-@click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
+@click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Cases at a time (default: one a core).")
 @click.option(
     "--timeout",
-    type=click.FloatRange(0.0, min_open=True),
+    type=Real(0.0, min_open=True),
     default=TIMEOUT,
     show_default=True,
     metavar="S",

@@ -53,8 +53,9 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
 def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[str, Any], list[str]]:
     """Load one file and return what there is to say of it, each thing once, and its warnings as lines."""
     from cdpr.mechanics.restraint import few_cables
+    from cdpr.problems import Problem
     from cdpr.scenario import Scenario, load_any
-    from cdpr.scenario.problems import Problem, judged
+    from cdpr.scenario.problems import judged
 
     notes: list[str] = []
     warnings: list[Problem] = []

@@ -9,7 +9,7 @@ import numpy as np
 from cdpr.distribution.survey import Survey, survey
 from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
-from cdpr.mechanics.reach import Reach, bounds_of
+from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.mechanics.restraint import RESTRAINTS, few_cables, restraint
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
@@ -139,8 +139,8 @@ def describe_motion(robot: Robot, motion: Survey) -> dict[str, Any]:
 
 
 def _exceeded(robot: Robot, motion: Survey) -> list[str]:
-    reach = Reach(bounds_of(robot), robot.m)
-    reach.add(motion.time, motion.length, motion.rate)
+    reach = Reach(plain_columns(robot.m), bounds_of(robot), robot.m)
+    reach.add(np.column_stack([motion.time, motion.length, motion.rate]))
     return [one.text([cable.name for cable in robot.cables]) for one in reach.told()]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
+from functools import partial
 from threading import Lock
 from types import TracebackType
 from typing import Any, Self
@@ -65,8 +66,9 @@ class Window:
 
         self._board.put({"kind": "hello", **hello()})
         with self._lock:
-            self._begin()
+            go_on = self._begin()
             self._put_form()
+            go_on()
 
     def receive(self, words: Words, reader: Reader) -> None:
         """Do what a window says; what goes wrong is told there."""
@@ -93,30 +95,33 @@ class Window:
                 done = call(do, self._doing[do], words)
             finally:
                 self._put_form()
+            if callable(done):  # what is shown then belongs to this form
+                done()
         if do == "yaml":
             reader.tell({"kind": "yaml", "files": done})
         elif do in ("save", "save_as"):
             reader.tell(said("info", f"saved: {', '.join(map(str, done))}"))
 
-    def _apply(self) -> None:
+    def _apply(self) -> Callable[[], None]:
+        """Return what makes that run which the form says."""
         try:
             scenario = self._desk.apply()
         except CdprError as error:
             first, count = str(error).partition("\n")[0], len(error.rows)
             raise CdprError(f"not applied: {f'{count} problems, the first: ' if count > 1 else ''}{first}") from error
-        self._show.load(scenario)
+        return partial(self._show.load, scenario)
 
-    def _other(self, change: Callable[..., Any], *names: Any, **arguments: Any) -> None:
+    def _other(self, change: Callable[..., Any], *names: Any, **arguments: Any) -> Callable[[], None]:
         """Go on with other files, and show them at once."""
         change(*names, **arguments)
-        self._begin()
+        return self._begin()
 
-    def _begin(self) -> None:
-        """Simulate what the form says; where that cannot be, nothing is, and the form says why."""
+    def _begin(self) -> Callable[[], None]:
+        """Return what makes that run which the form says; where that cannot be, nothing does, and the form says why."""
         try:
-            self._apply()
+            return self._apply()
         except CdprError:
-            self._show.nothing()
+            return self._show.nothing
 
     def _put_form(self) -> None:
         self._board.put(self._desk.form())

@@ -4,53 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from cdpr.log.layout import Layout
-from cdpr.mechanics.reach import EXCEEDED, Bounds, Exceeded, Reach
+from cdpr.mechanics.reach import LENGTHS, Bounds, Kind, Reach
 from cdpr.model.robot import Array
-from cdpr.tension.overdraw import OVERDRAWN, Overdraw
+from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
-KINDS = (*EXCEEDED, *OVERDRAWN)
+# Commands beyond the limits that cables have in truth, where the controller believes in others: those at first, for
+# where an event changes them, it changes what is believed to the same, and nothing is beyond them.
+OVERDRAWN = (
+    Kind("below_min", "cables told to pull less", "N", "tension", upper=False, room="true_margin"),
+    Kind("above_max", "cables told to pull more", "N", "tension", upper=True, room="true_margin"),
+)
+
+KINDS = (*LENGTHS, *OVERDRAWN)
 
 
-class Beyond:
-    """Counts the samples of a run as they come, in pieces of any size.
+def beyond(layout: Layout, bounds: Bounds, limits: Array, broken: Sequence[tuple[int, float]]) -> Reach:
+    """Return what counts the samples of a run.
 
     Args:
         layout: columns of its rows.
         bounds: of the robot's lengths and winding speeds.
         limits: (2, m) lowest and highest tensions, N.
         broken: cables that break, counted from 0, and when, s.
-
-    Attributes:
-        any: whether there are limits that can be left.
     """
-
-    def __init__(self, layout: Layout, bounds: Bounds, limits: Array, broken: Sequence[tuple[int, float]]) -> None:
-        self._columns = layout.columns
-        self._reach = Reach(bounds, limits.shape[1], broken)
-        self._overdraw = Overdraw(limits) if "true_margin" in layout.fields else None
-        self.any = self._reach.any or self._overdraw is not None
-
-    def lose(self, broken: Sequence[tuple[int, float]]) -> None:
-        """Take these cables for broken, each from a time (s) on, and no others."""
-        self._reach.lose(broken)
-
-    def add(self, rows: Array) -> bool:
-        """Count the samples that follow, (n, width); True where one leaves a limit."""
-        at = self._columns
-        time = np.ascontiguousarray(rows[:, at["time"]][:, 0])
-        left = self._reach.add(time, *(np.ascontiguousarray(rows[:, at[name]]) for name in ("length", "rate")))
-        if self._overdraw is not None:
-            left |= self._overdraw.add(rows[:, at["tension"]], rows[:, at["true_margin"]])
-        return left
-
-    def told(self) -> list[Exceeded]:
-        """Return the limits that were left."""
-        return [*self._reach.told(), *(self._overdraw.told() if self._overdraw else ())]
-
-    def counts(self) -> dict[str, int]:
-        """Return at how many samples each kind of limit that there is was left."""
-        kinds = (*(EXCEEDED if self._reach.any else ()), *(OVERDRAWN if self._overdraw else ()))
-        return {name: 0 for name, *_ in kinds} | {one.name: one.samples for one in self.told()}
+    kinds = OVERDRAWN if "true_margin" in layout.fields else ()
+    tolerance = LIMIT_TOLERANCE * newton(limits)
+    more = [(kind, limit, tolerance) for kind, limit in zip(kinds, limits, strict=False)]
+    return Reach(layout.columns, bounds, layout.m, broken, more)

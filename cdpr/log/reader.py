@@ -175,9 +175,44 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
         raise LogError(f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it")
     try:
         header = Header.from_dict(json.loads(text))
-        return header, LogFormat(header, text)
+        form, unsound = LogFormat(header, text), _unsound(header)
     except (LookupError, ArithmeticError, TypeError, ValueError) as error:
         raise LogError(f"{log}: was written by another version of cdpr: {error}") from error
+    if unsound:
+        raise LogError(f"{log}: its header is not one that cdpr writes: {unsound}")
+    return header, form
+
+
+def _unsound(header: Header) -> str:
+    """Say what of a header cannot be drawn or computed with, though its checksum is right: others write logs, too."""
+    m = len(header.cables)
+    for name, values, shape in (
+        ("gravity", header.gravity, (3,)),
+        ("anchors", header.anchors, (m, 6)),
+        ("tension_min", np.nan_to_num(header.tension_min, posinf=0.0, neginf=0.0, nan=np.nan), (m,)),
+        ("tension_max", np.nan_to_num(header.tension_max, posinf=0.0, neginf=0.0, nan=np.nan), (m,)),
+        ("characteristic_length, mass and steps, above 0", _sizes(header), (4,)),
+        ("frame", header.frame or np.empty((0, 6)), (len(header.frame), 6)),
+        ("path", header.path or np.empty((0, 3)), (len(header.path), 3)),
+        ("shape", _numbers(header.shape), (len(_numbers(header.shape)),)),
+    ):
+        array = np.array(values, dtype=np.float64)
+        if array.shape != shape or not np.isfinite(array).all():
+            return f"{name}: {' x '.join(map(str, shape))} finite numbers expected"
+    return ""
+
+
+def _sizes(header: Header) -> list[float]:
+    sizes = [header.characteristic_length, header.mass, header.control_step, header.physics_step]
+    return [size if size > 0.0 else math.nan for size in sizes]
+
+
+def _numbers(value: Any) -> list[float]:
+    """The numbers in plain data."""
+    if isinstance(value, dict | list | tuple):
+        inner = value.values() if isinstance(value, dict) else value
+        return [number for each in inner for number in _numbers(each)]
+    return [value] if isinstance(value, int | float) else []
 
 
 class _Walk:

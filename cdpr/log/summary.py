@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.log.beyond import Beyond
+from cdpr.log.beyond import beyond
 from cdpr.log.run import Header, Run
+from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
 
@@ -52,10 +53,10 @@ def summarise(run: Run) -> dict[str, Any]:
     return figures
 
 
-def beyond_of(header: Header) -> Beyond:
+def beyond_of(header: Header) -> Reach:
     """Return what counts where the cables of a run leave their limits."""
     limits = np.array([header.tension_min, header.tension_max])
-    return Beyond(header.layout, header.bounds, limits, header.broken)
+    return beyond(header.layout, header.bounds, limits, header.broken)
 
 
 class Tally:

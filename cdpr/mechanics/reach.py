@@ -1,12 +1,14 @@
-"""Limits of cable lengths and winding speeds: how often, how far and where a motion leaves them."""
+"""Limits of what cables do, such as their lengths and winding speeds: how often, how far and where they are left."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array, Robot
@@ -16,11 +18,33 @@ REACH_TOLERANCE = 1e-9
 
 DIGITS = 9  # that a value needs at most to be told from its limit: REACH_TOLERANCE
 
-# What a cable is that leaves a limit, in a word for figures and in a sentence, and the unit.
-EXCEEDED = (
-    ("shorter", "cables shorter", "m"),
-    ("longer", "cables longer", "m"),
-    ("faster", "cables wound faster", "m/s"),
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of limit, one of each cable.
+
+    Attributes:
+        name, words: what a cable is that leaves it, in a word for figures and in a sentence.
+        unit: of the limit.
+        column: what is limited.
+        upper: whether it is a highest value.
+        magnitude: whether the sign of the value says nothing.
+        room: column that says how far inside its limits the cable is, where that is not plain from the value.
+    """
+
+    name: str
+    words: str
+    unit: str
+    column: str
+    upper: bool
+    magnitude: bool = False
+    room: str = ""
+
+
+LENGTHS = (
+    Kind("shorter", "cables shorter", "m", "length", upper=False),
+    Kind("longer", "cables longer", "m", "length", upper=True),
+    Kind("faster", "cables wound faster", "m/s", "rate", upper=True, magnitude=True),
 )
 
 Bounds = tuple[tuple[float | None, ...], ...]  # shortest, longest, fastest of each cable; () where there are none
@@ -58,26 +82,72 @@ def bounds_of(robot: Robot) -> Bounds:
     return rows if any(value is not None for row in rows for value in row) else ()
 
 
+def plain_columns(m: int) -> dict[str, slice]:
+    """Return the columns of rows of time, lengths and rates of m cables, side by side."""
+    return {"time": slice(0, 1), "length": slice(1, 1 + m), "rate": slice(1 + m, 1 + 2 * m)}
+
+
 class Reach:
     """Counts where the cables (m) leave their limits, in pieces of any size.
 
     A cable that is `broken`, from a time (s) on, has none to leave any more.
 
+    Args:
+        columns: where in the rows the time stands and what is limited.
+        bounds: shortest and longest lengths, m, and highest speeds, m/s.
+        m: number of cables.
+        broken: which cables, counted from 0, and since when.
+        more: further kinds, the limit of each cable (m,), and by how much one may be left unnoticed.
+
     Attributes:
-        limits: (3, m) shortest and longest length, m, and highest speed, m/s; infinite where there is none.
+        kinds: of the limits that there are.
+        limits: (k, m) of these kinds; infinite where there is none.
     """
 
-    def __init__(self, bounds: Bounds, m: int, broken: Sequence[tuple[int, float]] = ()) -> None:
-        free = (-math.inf, math.inf, math.inf)
-        given = bounds or ((None,) * m,) * 3
-        self.limits = np.array([[f if b is None else b for b in row] for row, f in zip(given, free, strict=True)])
+    def __init__(
+        self,
+        columns: Mapping[str, slice],
+        bounds: Bounds,
+        m: int,
+        broken: Sequence[tuple[int, float]] = (),
+        more: Sequence[tuple[Kind, Array, float]] = (),
+    ) -> None:
+        given = [
+            np.array([(math.inf if kind.upper else -math.inf) if bound is None else bound for bound in row])
+            for kind, row in zip(LENGTHS, bounds, strict=False)
+        ]
+        # What has a limit of its own kind is told as a share of it (of 1 m where that is 0), the others as they are.
+        sizes = [np.where(row != 0.0, np.abs(row), 1.0) for row in given] + [np.ones(m)] * len(more)
+        tolerances = [REACH_TOLERANCE * size for size in sizes[: len(given)]]
+        tolerances += [np.full(m, tolerance) for _, _, tolerance in more]
+        self.kinds = (*LENGTHS[: len(given)], *(kind for kind, _, _ in more))
+        self.limits = np.array([*given, *(limit for _, limit, _ in more)]).reshape(-1, m)
+        places = [
+            [columns[kind.column].start, kind.upper, kind.magnitude, columns[kind.room].start if kind.room else -1]
+            for kind in self.kinds
+        ]
+        count = len(self.kinds)
         self._until = np.full(m, math.inf)
         self.lose(broken)
+        self._worst = np.zeros((count, m))  # by how much
+        self._value = np.zeros((count, m))
+        self._samples = np.zeros((2, count))  # how many, and the number of the first
+        self._look = partial(
+            look,
+            columns["time"].start,
+            np.array(places, dtype=np.int64).reshape(-1, 4),
+            self.limits,
+            np.array(tolerances).reshape(-1, m),
+            np.array(sizes).reshape(-1, m),
+            self._until,
+        )
+        self._found = self._worst, self._value, self._samples
         self.counted = 0
-        self.any = bool(np.isfinite(self.limits).any())
-        self._worst = np.zeros((3, m))  # by how much, as a share of the limit (of 1 m where that is 0)
-        self._value = np.zeros((3, m))
-        self._samples = np.zeros((2, 3))  # how many, and the number of the first
+
+    @property
+    def any(self) -> bool:
+        """Whether there are limits that can be left."""
+        return bool(self.kinds)
 
     def lose(self, broken: Sequence[tuple[int, float]]) -> None:
         """Take these cables for broken, each from a time (s) on, and no others."""
@@ -85,56 +155,61 @@ class Reach:
         for cable, since in broken:
             self._until[cable] = since
 
-    def add(self, time: Array, length: Array, rate: Array) -> bool:
-        """Count the samples that follow; True where one leaves a limit.
-
-        Times (n,), s; lengths, m, and rates, m/s, both (n, m).
-        """
-        left = False
-        if self.any:
-            found = self._worst, self._value, self._samples
-            left = look(self.limits, self._until, time, length, rate, self.counted, *found)
-        self.counted += len(length)
+    def add(self, rows: Array) -> bool:
+        """Count the samples that follow, (n, width); True where one leaves a limit."""
+        left: bool = self.any and self._look(np.ascontiguousarray(rows), self.counted, *self._found)
+        self.counted += len(rows)
         return left
 
-    def told(self) -> Iterator[Exceeded]:
-        """Yield the limits that were left."""
-        for i, (name, words, unit) in enumerate(EXCEEDED):
+    def told(self) -> list[Exceeded]:
+        """Return the limits that were left."""
+        told = []
+        for i, kind in enumerate(self.kinds):
             if samples := int(self._samples[0, i]):
                 order = np.argsort(-self._worst[i], kind="stable")
                 cables = tuple(int(j) for j in order if self._worst[i, j] > 0.0)
                 first, worst, limit = int(self._samples[1, i]), self._value[i, cables[0]], self.limits[i, cables[0]]
-                yield Exceeded(name, words, cables, first, samples, float(worst), float(limit), unit)
+                words, unit = kind.words, kind.unit
+                told.append(Exceeded(kind.name, words, cables, first, samples, float(worst), float(limit), unit))
+        return told
+
+    def counts(self) -> dict[str, int]:
+        """Return at how many samples each kind of limit that there is was left."""
+        return {kind.name: int(count) for kind, count in zip(self.kinds, self._samples[0], strict=True)}
 
 
 @kernel
 def look(
+    time: int,
+    places: NDArray[np.int64],
     limits: Array,
+    tolerances: Array,
+    sizes: Array,
     until: Array,
-    time: Array,
-    length: Array,
-    rate: Array,
+    rows: Array,
     counted: int,
     worst: Array,
     value: Array,
     samples: Array,
 ) -> bool:
-    """Look at times (n,), lengths and rates (n, m) after `counted` samples; arrays as `Reach` has them."""
+    """Look at rows (n, width) after `counted` others; arrays as `Reach` has them."""
     left = False
-    for k in range(length.shape[0]):
-        for i in range(3):
+    for k in range(rows.shape[0]):
+        for i in range(limits.shape[0]):
+            start, upper, magnitude, room = places[i]
             here = False
-            for j in range(length.shape[1]):
-                if time[k] >= until[j]:
+            for j in range(limits.shape[1]):
+                if rows[k, time] >= until[j]:
                     continue
-                limit = limits[i, j]
-                x = abs(rate[k, j]) if i == 2 else length[k, j]
-                beyond = limit - x if i == 0 else x - limit
-                size = abs(limit) if limit != 0.0 else 1.0
-                if beyond > REACH_TOLERANCE * size:
+                x = rows[k, start + j]
+                x = abs(x) if magnitude else x
+                beyond = x - limits[i, j] if upper else limits[i, j] - x
+                if room >= 0 and beyond > 0.0:
+                    beyond = -rows[k, room + j]
+                if beyond > tolerances[i, j]:
                     here = True
-                    if beyond / size > worst[i, j]:
-                        worst[i, j] = beyond / size
+                    if beyond / sizes[i, j] > worst[i, j]:
+                        worst[i, j] = beyond / sizes[i, j]
                         value[i, j] = x
             if here:
                 left = True

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
@@ -58,18 +59,20 @@ class CableExit(Protocol):
 class Winch:
     """A motor and the drum on which it winds a cable."""
 
-    drum_radius: float  # m, unstretched cable per radian
-    inertia: float  # kg m^2, of all that turns, about the drum's axis
+    drum_radius: float = math.nan  # m, unstretched cable per radian; NaN, as the next, of one without a drum
+    inertia: float = math.nan  # kg m^2, of all that turns, about the drum's axis
     viscous_friction: float = 0.0  # N m s
     coulomb_friction: float = 0.0  # N m
     coulomb_speed: float = 0.1  # rad/s, at which Coulomb friction reaches 76 % (tanh 1) of its value
+    own: Mapping[str, float] = field(default_factory=dict)  # what only its kind of winch knows, SI units by their keys
 
 
 @dataclass(frozen=True, eq=False)
 class Cable(Frozen):
     """One cable between the frame and the platform.
 
-    The optional properties are None where unknown; a cable model that needs one asks for it.
+    The optional properties are None where unknown; a cable model that needs one asks for it. Those that have names here
+    are what solvers and drawings ask for, too; what only a part of a cable knows is in `own`, under its key.
     """
 
     name: str
@@ -87,6 +90,7 @@ class Cable(Frozen):
     winch: Winch | None = None
     exit: CableExit | None = None  # a point, the anchor, unless said
     model: str | None = None  # the robot's cable_model unless said
+    own: Mapping[str, float] = field(default_factory=dict)  # SI units
 
     def __repr__(self) -> str:
         return f"<Cable {self.name}: {self.tension_min:g} to {self.tension_max:g} N>"

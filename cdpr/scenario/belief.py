@@ -8,11 +8,12 @@ from typing import Any
 from cdpr.cables import COMMANDED, MODELS
 from cdpr.model import DOF_NAMES
 from cdpr.nearest import did_you_mean
+from cdpr.problems import Path, Problem, dotted, shown
 from cdpr.scenario.describe import look
 from cdpr.scenario.document import Document
 from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.overrides import Change, apply
-from cdpr.scenario.problems import Path, Problem, Problems, dotted, exact, shown
+from cdpr.scenario.problems import Problems, exact
 from cdpr.scenario.robot_schema import RobotSection
 
 KEY = "believed"

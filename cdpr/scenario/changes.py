@@ -11,8 +11,8 @@ from pydantic import BaseModel, ValidationError
 from cdpr.errors import CdprError, PluginError, one_line
 from cdpr.nearest import did_you_mean
 from cdpr.plugins.registry import Registered, Role
+from cdpr.problems import Path, dotted
 from cdpr.scenario.messages import explain
-from cdpr.scenario.problems import Path, dotted
 
 
 class RefusedError(CdprError):

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from cdpr.scenario.problems import Path
+from cdpr.problems import Path
 
 DEEP = 4  # sections below one another in which a misplaced key is looked for
 

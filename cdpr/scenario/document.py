@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.scenario.problems import Mark, Path
+from cdpr.problems import Mark, Path
 
 
 @dataclass

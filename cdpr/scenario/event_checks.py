@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import groupby
 
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.cables import COMMANDED, MODELS
+from cdpr.problems import Path, dotted
 from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.document import Document
@@ -15,7 +17,7 @@ from cdpr.scenario.events import AnyEvent, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
-from cdpr.scenario.problems import Path, Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
@@ -63,9 +65,14 @@ class EventChecks(Checks):
         both = () if common is None else (common.min, common.max)
         if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
             history.limits = {name: limits(common, cable, i) for name, (i, cable) in zip(names, cables, strict=True)}
-        for i, event in known:
-            for text in event.follow(history):
-                self.say(("events", i), text)
+        for _, group in groupby(known, key=lambda place: place[1].time):
+            together = list(group)
+            for i, event in together:
+                for text in event.follow(history):
+                    self.say(("events", i), text)
+            for i, event in together:
+                for text in event.settle(history):
+                    self.say(("events", i), text)
         return [event for _, event in events]
 
     def _read(self) -> Places:

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from cdpr.errors import ScenarioError
 from cdpr.model import Robot
 from cdpr.plugins.registry import Registry, registry
+from cdpr.problems import Problem
 from cdpr.scenario import plausible
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import Overrides, apply, choices, read_overrides
-from cdpr.scenario.problems import Problem, Problems
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.scenario import Scenario, build_scenario
@@ -100,5 +101,5 @@ def _robot(
     assert section is not None
     robot = section.to_robot(document.folder)
     if warnings is not None:
-        warnings += plausible.warnings(plausible.Subject(section, robot, (), document.data), document)
+        warnings += plausible.warnings(plausible.Setup(section, robot, (), document.data), document)
     return robot

@@ -13,10 +13,10 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cdpr.fmu.read.units import known_unit
 from cdpr.nearest import did_you_mean
+from cdpr.problems import Path, dotted, shown
 from cdpr.scenario.describe import Place, below, look
-from cdpr.scenario.problems import Path, dotted, shown
+from cdpr.units import known_unit
 
 # Errors that say "another kind of value is expected", and that kind.
 KINDS = {
@@ -49,6 +49,7 @@ BOUNDS = {
 }
 
 
+OBVIOUS = 4  # numbers, as of a quaternion: of longer lists it is told what they are, if their description lists it
 FEW = 3  # places at which a misplaced key may belong; more are no help
 
 
@@ -226,7 +227,9 @@ def _unknown_type(fault: _Fault, types: tuple[str, ...]) -> Message:
 def _wrong_size(fault: _Fault, place: Place, unit: str) -> str:
     found = len(fault.value) if isinstance(fault.value, list) else 0
     if place.size is not None:
-        return f"{place.size} {place.item or 'items'} expected{unit}, got {found}"
+        meaning = place.description.partition(";")[0]
+        which = f": {meaning}" if place.size > OBVIOUS and meaning.count(",") >= place.size - 1 else ""
+        return f"{place.size} {place.item or 'items'} expected{unit}{which}, got {found}"
     if "max_length" in fault.context and found > fault.context["max_length"]:
         return f"{fault.context['max_length']} items at most expected, got {found}"
     return f"{fault.context.get('min_length', 1)} or more items expected, got {found}"

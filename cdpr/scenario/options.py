@@ -10,10 +10,11 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.errors import PluginError, one_line
 from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Path
 from cdpr.scenario.document import Document
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.problems import Path, Problems
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.schema import Simulation
 
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.errors import CdprError
+from cdpr.problems import Mark, Path, shown
 from cdpr.scenario.document import Document
-from cdpr.scenario.problems import Mark, Path, Problems, shown
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.scalars import MAX_DIGITS
 from cdpr.scenario.schema import ControllerSection, SolverSection
 from cdpr.scenario.yaml_nodes import MAX_DEPTH, SURROGATE, parse_value

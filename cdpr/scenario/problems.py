@@ -1,4 +1,4 @@
-"""Where something stands in a file, what is wrong with it, and all of that collected into one error."""
+"""What is wrong with the files of a scenario, collected into one error."""
 
 from __future__ import annotations
 
@@ -6,46 +6,12 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from cdpr.errors import PluginError, ScenarioError, printable
-
-Path = tuple[str | int, ...]
+from cdpr.errors import PluginError, ScenarioError
+from cdpr.problems import Mark, Path, Problem, dotted
 
 MAX_PROBLEMS = 100  # more than anyone reads; a file of garbage must not print 20 000 lines
 MERGED = 4  # so many mistakes of one kind in the items of a list are told in one line
 VALUE = re.compile(r"-?\d[\w.+-]*|'[^']*'")  # what may differ between mistakes of one kind
-SHORTEST = 60  # characters of a foreign text that are shown
-
-
-@dataclass(frozen=True, order=True)
-class Mark:
-    """A place in a file, counted from 1; line 0 stands for the whole source, such as one `--set`."""
-
-    source: str
-    line: int = 0
-    column: int = 0
-
-    def __str__(self) -> str:
-        return f"{self.source}:{self.line}:{self.column}" if self.line else self.source
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One thing that is wrong. `plugin` is set where only a plugin is missing."""
-
-    mark: Mark
-    path: Path
-    text: str
-    plugin: bool = False
-
-    def as_dict(self) -> dict[str, str | int]:
-        """Return it for JSON; line and column are 0 where the whole source is meant."""
-        source, line, column = self.mark.source, self.mark.line, self.mark.column
-        text = printable(self.text)
-        return {"source": source, "line": line, "column": column, "key": dotted(self.path), "text": text}
-
-    def __str__(self) -> str:
-        key = f"{dotted(self.path)}: " if self.path else ""
-        return printable(f"{self.mark}: {key}{self.text}")
 
 
 @dataclass
@@ -124,31 +90,6 @@ def _merged(problems: Sequence[Problem]) -> list[str]:
 
 def _within(path: Path, roots: set[Path]) -> bool:
     return any(path[:end] in roots for end in range(1, len(path) + 1))
-
-
-def dotted(path: Path) -> str:
-    """Write a path as in `robot.cables[0].frame[2]`."""
-    text = ""
-    for part in path:
-        if isinstance(part, int):
-            text += f"[{part}]"
-        else:
-            text += ("." if text else "") + (part if re.fullmatch(r"[\w:-]{1,60}", part) else shown(part))
-    return text
-
-
-def shown(value: object) -> str:
-    """Write a value that was found, on one short line."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "a mapping"
-    if isinstance(value, list):
-        return "an empty list" if not value else f"a list of {len(value)}"
-    text = repr(value)
-    return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")
 
 
 def exact(value: float) -> str:

@@ -12,9 +12,9 @@ from pydantic_core import PydanticUndefined
 from cdpr.errors import PluginError
 from cdpr.plugins.info import PluginOptions
 from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Mark, dotted, shown
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.problems import Mark, dotted, shown
 
 
 @dataclass(frozen=True)

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from cdpr import tolerances
 from cdpr.cables import MODELS
-from cdpr.cables.chain import NAMED
 from cdpr.model.rotations import held_upright, multiply
+from cdpr.problems import Path, shown
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.mesh import box_around
-from cdpr.scenario.problems import Path, dotted, exact, shown
+from cdpr.scenario.problems import exact
 from cdpr.scenario.robot_schema import (
     CableSection,
     CablesSection,
@@ -23,11 +24,25 @@ from cdpr.scenario.robot_schema import (
     Home,
     PlatformSection,
     TensionSection,
+    WinchSection,
     cable_name,
     limits,
     moments_about,
     of_a_body,
 )
+
+
+def _needs(*models: str) -> dict[str, str]:
+    """Return what a robot file must say of cables of these models, of all unless named, each in words."""
+    needed = {}
+    for number in (number for model in models or MODELS for number in MODELS[model].numbers):
+        told = False
+        if number.owner == "winch":
+            needed["winch"] = "the winch"
+            told = WinchSection.model_fields[number.key].is_required()  # by that section
+        if number.default is None and not told:
+            needed[number.name] = f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
+    return needed
 
 
 class RobotChecks(Checks):
@@ -87,24 +102,30 @@ class RobotChecks(Checks):
         given = self.document.get((*self.root, "cables"))
         if common is None or not isinstance(given, list):
             return
-        for name in NAMED:
-            shared = (*self.root, "winch") if name == "winch" else (*self.root, "cable", name)
-            if self.document.get(shared) is not None:
-                continue
+        for need, words in _needs().items():
+            shared = need.split(".")
+            name = need.removeprefix("cable.")
             lacking: dict[str, list[int]] = {}
             for i, cable in enumerate(given):
-                if isinstance(cable, dict) and cable.get(name) is None:
+                if isinstance(cable, dict) and self._lacks(cable, *shared):
                     model = str(cable.get("model") or common.model)
-                    if model in MODELS and name in MODELS[model].needs:
+                    if model in MODELS and need in _needs(model):
                         lacking.setdefault(model, []).append(i)
             for model, places in lacking.items():
                 names = [str(given[i].get("name") or f"cable_{i + 1}") for i in places]
                 listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
                 text = (
-                    f"cable.model {model} needs {NAMED[name]} of each cable: "
-                    f"give {dotted(shared[len(self.root) :])} for all, or {name} of cable {listed}"
+                    f"cable.model {model} needs {words} of each cable: give {need} for all, or {name} of cable {listed}"
                 )
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
+
+    def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:
+        """Whether a cable has no such number, or no such section, neither its own nor that of all."""
+        common = self.document.get((*self.root, owner))
+        if owner == "winch":
+            winch = common if cable.get(owner) is None else cable[owner]
+            return winch is None if not key else isinstance(winch, dict) and winch.get(key) is None
+        return cable.get(key) is None and (common or {}).get(key) is None
 
     def _names(self, cables: list[tuple[int, CableSection]]) -> None:
         first: dict[str, int] = {}

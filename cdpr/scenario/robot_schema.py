@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, create_model, model_validator
 
-from cdpr.cables import ACTUATED, COMMANDED, MODELS, AnyExit
-from cdpr.cables.chain import PROPERTIES
+from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit
 from cdpr.fields import ZERO, Colour, Name, NonNegative, Number, Position, Positive, Section, Vector3, unit
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     CableModel = str
 else:
     CableModel = Literal[tuple(MODELS)]
+
+CABLE_KEYS = tuple(number.key for number in NUMBERS.values() if number.owner == "cable")
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -133,53 +135,67 @@ class LengthLimits(Section):
         return self
 
 
-class WinchSection(Section):
-    """A motor and the drum on which it winds a cable."""
+def _section_of(owner: str, *, shared: bool) -> type[Section]:
+    """Return a section of the numbers that the parts of cables take of "cable" or "winch".
 
-    drum_radius: Positive = Field(
-        description="radius of the drum: unstretched cable that it winds, per radian", json_schema_extra=unit("m")
-    )
-    inertia: Positive = Field(
-        description="moment of inertia of all that turns, motor and gear included, about the drum's axis",
-        json_schema_extra=unit("kg m^2"),
-    )
-    viscous_friction: NonNegative = Field(
-        0.0, description="friction torque per drum speed", json_schema_extra=unit("N m s")
-    )
-    coulomb_friction: NonNegative = Field(
-        0.0, description="friction torque of a drum that turns", json_schema_extra=unit("N m")
-    )
-    coulomb_speed: Positive = Field(
-        0.1,
-        description="drum speed at which Coulomb friction reaches 76 % of its value: it grows as tanh(speed / this)",
-        json_schema_extra=unit("rad/s"),
-    )
+    What is `shared` between all cables may be left out of both places, and in a winch what not all kinds of winch need;
+    who needs it says so.
+    """
+    kinds = [{number.name for number in chain.winch.numbers} for chain in MODELS.values() if chain.winch.numbers]
+    fields: dict[str, Any] = {}
+    for number in NUMBERS.values():
+        if number.owner != owner:
+            continue
+        optional = shared or (number.default is None and not all(number.name in names for names in kinds))
+        default = None if optional else ... if number.default is None else number.default
+        kind = number.kind | None if optional else number.kind
+        extra = unit(number.unit) if number.unit else None
+        fields[number.key] = (kind, Field(default, description=number.text, json_schema_extra=extra))
+    return create_model(f"{owner}_numbers", __base__=Section, **fields)
+
+
+# They stand amid the keys of their sections, as fields come in the order of the base classes, the last one first.
+if TYPE_CHECKING:
+
+    class CableNumbers(Section):
+        """What the parts of cables take of them."""
+
+    class WinchNumbers(Section):
+        """What winches take of theirs."""
+else:
+    CableNumbers, WinchNumbers = _section_of("cable", shared=True), _section_of("winch", shared=False)
+
+
+class WinchSection(WinchNumbers):
+    """A motor and the drum on which it winds a cable."""
 
     def build(self) -> Winch:
         """Return the winch of the model."""
-        return Winch(**self.model_dump())
+        return Winch(**_attributes(Winch, self.model_dump(exclude_none=True)))
 
 
-class CablesSection(Section):
-    """What all cables have in common."""
+def _attributes(model: type, values: dict[str, Any]) -> dict[str, Any]:
+    """Return values as a class of `cdpr.model` takes them: those that it has no names for in `own`."""
+    known = {field.name for field in dataclasses.fields(model)}
+    own = {key: value for key, value in values.items() if key not in known}
+    return {**{key: value for key, value in values.items() if key in known}, "own": own}
 
+
+class _Modelled(Section):
     model: CableModel = Field(
         COMMANDED,
         description="how commands become tensions: at once (ideal), by a winch whose cable does not stretch (rigid), "
         "or by a winch and the cable's elasticity (elastic)",
     )
-    diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
-    axial_stiffness: Positive | None = Field(
-        None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
-    )
-    damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
-    linear_density: NonNegative | None = Field(None, description="mass per length", json_schema_extra=unit("kg/m"))
+
+
+class CablesSection(CableNumbers, _Modelled):
+    """What all cables have in common."""
+
     exit: AnyExit | None = Field(None, description=EXIT)
 
 
-class CableSection(Section):
-    """One cable between the frame and the platform."""
-
+class _Spanned(Section):
     name: Name | None = Field(None, description="name of the cable; cable_1, cable_2, ... unless said")
     frame: Position = Field(
         description="anchor A_i on the fixed frame, world, or from the robot's base if `frame` moves it",
@@ -187,12 +203,11 @@ class CableSection(Section):
     )
     platform: Position = Field(description="anchor B_i on the platform, platform axes", json_schema_extra=unit("m"))
     tension: CableTension | None = Field(None, description="limits of this cable alone; the robot's unless said")
-    diameter: Positive | None = Field(None, description="diameter", json_schema_extra=unit("m"))
-    axial_stiffness: Positive | None = Field(
-        None, description="axial stiffness, the product E A", json_schema_extra=unit("N")
-    )
-    damping: NonNegative | None = Field(None, description="damping along the cable", json_schema_extra=unit("N s/m"))
-    linear_density: NonNegative | None = Field(None, description="mass per length", json_schema_extra=unit("kg/m"))
+
+
+class CableSection(CableNumbers, _Spanned):
+    """One cable between the frame and the platform."""
+
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
     winch: WinchSection | None = Field(None, description="winch of this cable alone; the robot's unless said")
@@ -282,8 +297,9 @@ class RobotSection(Section):
             keys.append("cables[*].model")
         if actuated and self.cable.model not in (COMMANDED, ACTUATED):
             keys.append("cable.model")
-        for name in PROPERTIES:
-            if not all(name in chain.unused for chain in chains):
+        used = {name for chain in chains for number in chain.numbers for name in (number.key, number.owner)}
+        for name in (*CABLE_KEYS, "winch"):
+            if name in used:
                 continue
             if any(getattr(cable, name) is not None for cable in self.cables):
                 keys.append(f"cables[*].{name}")
@@ -303,22 +319,21 @@ class RobotSection(Section):
         low, high = limits(self.tension, cable, i)
         length, base = cable.length or LengthLimits(), self.frame or FrameSection()
         winch = self._own(cable, "winch")
+        given = {key: self._own(cable, key) for key in CABLE_KEYS}
+        numbers = {key: value for key, value in given.items() if value is not None}
         return Cable(
             name=cable_name(cable, i),
             frame=frozen_array(base.placed(cable.frame)),
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,
-            diameter=self._own(cable, "diameter"),
-            axial_stiffness=self._own(cable, "axial_stiffness"),
-            damping=self._own(cable, "damping") or 0.0,
-            linear_density=self._own(cable, "linear_density"),
             length_min=length.min,
             length_max=length.max,
             speed_max=cable.speed_max,
             winch=winch.build() if winch else None,
             exit=base.leaving(self._own(cable, "exit")),
             model=cable.model,
+            **_attributes(Cable, numbers),
         )
 
 

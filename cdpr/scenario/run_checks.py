@@ -9,12 +9,13 @@ import numpy as np
 
 from cdpr import tolerances
 from cdpr.model import rotations
+from cdpr.problems import Path
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.looks import FrameSection
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 from cdpr.scenario.robot_schema import CablesSection, cable_name
 from cdpr.scenario.schema import Log, Simulation
 

@@ -18,18 +18,19 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role
+from cdpr.problems import Problem
 from cdpr.scenario import belief, plausible
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.changes import Options
 from cdpr.scenario.document import Document
 from cdpr.scenario.event_checks import EventChecks, beyond
-from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.events import ScenarioEvent, redirected
 from cdpr.scenario.files import seen_from
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.options import OptionsReader
 from cdpr.scenario.overrides import CORE_KEYS, Change, Overrides, choices
-from cdpr.scenario.problems import Problem, Problems
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_checks import RobotChecks
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.run_checks import RunChecks
@@ -37,6 +38,7 @@ from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation,
 from cdpr.scenario.source import change
 from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
+from cdpr.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +116,16 @@ class Scenario:
         return self.sections.trajectory
 
     @cached_property
+    def planned(self) -> Trajectory:
+        """The desired motion without what events do to it."""
+        return self.trajectory.make()
+
+    @cached_property
+    def desired(self) -> Trajectory:
+        """The desired motion; CdprError where one cannot be what an event makes of it."""
+        return redirected(self.planned, self.events, self.simulation.control_step)
+
+    @cached_property
     def controlled(self) -> Robot:
         """The robot as the distribution of tensions sees it: its `dof` are the controlled directions alone."""
         return replace(self.robot, dof=self.sections.controlled or self.robot.dof)
@@ -128,11 +140,13 @@ class Scenario:
     def warnings(self) -> tuple[Problem, ...]:
         """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
         sections, document, twin = self.sections, self._document, self._thought
-        subject = plausible.Subject(sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion)
-        found = plausible.warnings(subject, document)
+        shortened = not document.mark(("simulation", "duration")).line
+        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion
+        setup = plausible.Setup(*about, shortened=shortened)
+        found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found
-        thought = replace(subject, section=sections.believed, robot=self.believed, data=twin.data)
+        thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
         return (*found, *belief.alone(plausible.warnings(thought, twin), found))
 
     @property

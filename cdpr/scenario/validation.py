@@ -7,9 +7,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from cdpr.problems import Path
 from cdpr.scenario.document import Document
 from cdpr.scenario.messages import explain
-from cdpr.scenario.problems import Path, Problems
+from cdpr.scenario.problems import Problems
 
 M = TypeVar("M", bound=BaseModel)
 

@@ -14,9 +14,10 @@ from typing import Any
 
 import yaml
 
+from cdpr.problems import Mark, Path, dotted, shown
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import MAX_BYTES
-from cdpr.scenario.problems import Mark, Path, Problems, dotted, shown
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.scalars import WORDS, resolve
 
 MAX_DEPTH = 32

@@ -33,14 +33,12 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent, broken
+from cdpr.scenario.events import ScenarioEvent, broken, redirected
 from cdpr.simulation.build import build
 from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.schedule import redirected
 from cdpr.simulation.session import Session
-from cdpr.trajectory import Trajectory
 
 SESSION_NAME = "session.yaml"  # in the folder of a run to which something was done
 
@@ -73,7 +71,6 @@ class Attempt:
         self.recorder: Recorder | None = None
         self.run: Run | None = None
         self.session = Session(scenario)
-        self._motion: Trajectory | None = None  # the scenario's, without what events do to it
         self._closed: list[str] = []  # which parts need not be closed any more
         self._plugins: dict[str, Any] = {}  # what parts said of themselves
         self._begun = self._started = perf_counter()
@@ -98,9 +95,7 @@ class Attempt:
         assert self.recorder is not None
         events, step, motion = self.session.events, self.header.control_step, self.loop.parts.trajectory
         if _moving(events) != _moving(self.loop.parts.events):
-            if self._motion is None:
-                self._motion = self.scenario.trajectory.make()
-            motion = redirected(self._motion, events, step)
+            motion = redirected(self.scenario.planned, events, step)
         self.loop.revise(events, motion)
         self.parts = self.loop.parts
         self.header = replace(self.header, broken=broken(events, self.header.cables, step))
@@ -198,7 +193,8 @@ class Attempt:
             if self.recorder.tally is not None:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
-            events += tension_events(self.recorder.status, self.header.control_step, self.parts)
+            refusal = self.loop.stage.refusal if self.loop else ""
+            events += tension_events(self.recorder.status, self.header.control_step, self.parts, refusal)
             events += limit_events(self._exceeded(rows), self.header)
             events += self.session.told(samples)
             if self.folder is not None and self.session and not going_on:

@@ -26,7 +26,6 @@ from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
-from cdpr.simulation.schedule import redirected
 from cdpr.simulation.settings import Settings
 from cdpr.view.path import thinned
 
@@ -72,7 +71,7 @@ def build(scenario: Scenario) -> Parts:
             robot=robot,
             controlled=controlled,
             believed=believed,
-            trajectory=redirected(scenario.trajectory.make(), scenario.events, simulation.control_step),
+            trajectory=scenario.desired,
             controller=controller,
             solver=solver,
             solver_name=scenario.solver.type,
@@ -141,8 +140,7 @@ def make_header(scenario: Scenario) -> Header:
 
 def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
     """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place."""
-    simulation = scenario.simulation
-    wanted = redirected(scenario.trajectory.make(), scenario.events, simulation.control_step)
+    simulation, wanted = scenario.simulation, scenario.desired
     end, (fewest, most) = simulation.steps * simulation.control_step, PATH_POINTS
     times = np.linspace(0.0, end, min(max(fewest, math.ceil(end / PATH_STEP) + 1), most))
     path = np.array([wanted.sample(float(t))[:3] for t in times])

@@ -22,10 +22,11 @@ from cdpr.tension.status import Status
 MOST = 200
 
 
-def tension_events(status: NDArray[np.generic], step: float, parts: Parts) -> list[Event]:
+def tension_events(status: NDArray[np.generic], step: float, parts: Parts, refusal: str = "") -> list[Event]:
     """One event for each uninterrupted span of samples with the same status that is not OK.
 
-    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held.
+    `status` is (K,), `step` is the control period, s, for which a sample's tensions are held. The first of them tells
+    of the first `refusal` of an answer, as `cdpr.tension.stage.refusal` does.
     """
     meaning = {kind: f"{text}; {FALLBACK.get(parts.policy, 'stopped')}" for kind, text in MEANING.items()}
     if parts.output == "command":
@@ -42,6 +43,8 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts) -> li
     for start, stop in spans[:MOST]:
         kind = Status(int(status[start]))
         text = f"{meaning[kind]} ({stop - start} sample{'s' * (stop - start > 1)})"
+        if refusal and kind == Status.NOT_FOUND:
+            text, refusal = f"{text}; the first that was refused: {refusal}", ""
         until = min(stop * step, end)
         events.append(Event(start * step, kind.name.lower(), text, until=until if until > start * step else None))
     if len(spans) > MOST:

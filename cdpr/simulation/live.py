@@ -48,7 +48,7 @@ class Alone:
         self._lock.release()
 
 
-class Live(ABC):
+class Interventions(ABC):
     """Does to a simulation what events of a scenario do, at its present time, and keeps it as such events.
 
     All raise CdprError, and nothing has happened, where a scenario could not hold such an event: what is unknown, out

@@ -112,6 +112,7 @@ class Loop:
         self.row[:] = 0.0
         self.row[self.layout.added] = np.nan  # until somebody writes
         self.stage.forget()
+        self.stage.refusal = ""
         parts.controller.reset()
         parts.solver.reset()
         parts.backend.command[...] = 0.0

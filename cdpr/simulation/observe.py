@@ -55,7 +55,7 @@ class Body(NamedTuple):
     bounds: Array  # (6,), as `acceleration_bounds` says
 
 
-class Plant(NamedTuple):
+class Shown(NamedTuple):
     """What a backend shows, live."""
 
     state: Array  # (13,)
@@ -73,14 +73,14 @@ class Seen(NamedTuple):
     energies: Array  # (4,), J: kinetic, potential, and the works so far of ideal cables and of the external wrench
 
 
-def observing(body: Body, plant: Plant, seen: Seen, period: float) -> Callable[[], int]:
+def observing(body: Body, shown: Shown, seen: Seen, period: float) -> Callable[[], int]:
     """Return what writes what is `seen` of the plant, and returns 0 or a key of FAULTS.
 
     State and lengths in it are before those of one control `period` (s) ago. A tension that is held does exactly
     tension times shortening; a period of 0 sets the works to 0. (To take bundles apart anew costs a kernel five times
     what this one costs: it takes their arrays.)
     """
-    return partial(observe, *body, *plant, *seen, period)
+    return partial(observe, *body, *shown, *seen, period)
 
 
 @kernel
@@ -99,7 +99,7 @@ def observe(
     energies: Array,
     period: float,
 ) -> int:
-    """Do what `observing` says; the arrays are those of `Body`, `Plant` and `Seen`, in their order."""
+    """Do what `observing` says; the arrays are those of `Body`, `Shown` and `Seen`, in their order."""
     fault = 0
     for i in range(13):
         if not math.isfinite(live[i]):

@@ -9,16 +9,16 @@ import numpy as np
 
 from cdpr.cables.lines import lines
 from cdpr.errors import BeyondLimits
-from cdpr.log.beyond import Beyond
+from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, believe, exert, observing
+from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
-from cdpr.tension.overdraw import true_margin
+from cdpr.tension.checks import true_margin
 from cdpr.tension.present import Cables, Present
 
 Act = Callable[[], None]
@@ -63,7 +63,7 @@ class Sample:
         energies = self.view("kinetic", "external_work")
         seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
         body = Body(lines(robot), robot.inertial, backend.gravity, acceleration_bounds(robot, backend.gravity))
-        look = observing(body, Plant(backend.state, backend.external, backend.highest), seen, period)
+        look = observing(body, Shown(backend.state, backend.external, backend.highest), seen, period)
         if not parts.ideal_cables and period:
             look = self._with_winches(look, energies[2:3])
         return look if parts.believed is None else self._with_belief(look, parts.believed)
@@ -126,14 +126,14 @@ class Sample:
         names = [cable.name for cable in robot.cables]
         limits = np.array([robot.tension_min, robot.tension_max])
         about = self.layout, bounds_of(robot), limits, broken(events, names, self._parts.control_step)
-        beyond = Beyond(*about)
+        reach = beyond(*about)
 
         def distribute_within() -> None:
             distribute()
-            if beyond.add(row):
-                here = Beyond(*about)
+            if reach.add(row):
+                here = beyond(*about)
                 here.add(row)
                 left = "; ".join(one.text(names) for one in here.told())
                 raise BeyondLimits(f"{left}; the scenario says limits: stop")
 
-        return distribute_within if beyond.any else distribute
+        return distribute_within if reach.any else distribute

@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError
 from cdpr.model import Robot
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loads import Loads, write_loads
 from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import TensionStage
-from cdpr.trajectory import Trajectory
 
 NEVER = -1  # no sample has this number
 
@@ -173,13 +171,3 @@ class Schedule:
             stage.live.wrench[:] = stage.live.status[:] = 0.0
         if self._imposing:
             stage.impose()
-
-
-def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
-    """Return the motion with what `events` do to it. Raises CdprError, naming the event, where one cannot be."""
-    for event in sorted(events, key=lambda event: event.time):
-        try:
-            motion = event.redirect(motion, step)
-        except CdprError as error:
-            raise CdprError(f"event '{event.type}' at {event.time:g} s: {error}") from error
-    return motion

@@ -16,13 +16,13 @@ from cdpr.log.event import Event
 from cdpr.log.files import replace
 from cdpr.model.robot import Array
 from cdpr.plugins.controller import Output
+from cdpr.problems import dotted
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Kind, Span, overlay, written
 from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import plain_value
-from cdpr.scenario.problems import dotted
 
 E = TypeVar("E", bound=ScenarioEvent)
 

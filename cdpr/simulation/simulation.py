@@ -27,7 +27,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
-from cdpr.simulation.live import Alone, Live
+from cdpr.simulation.live import Alone, Interventions
 from cdpr.simulation.loop import Moment
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.session import Done
@@ -62,7 +62,7 @@ class Snapshot:
 Observer = Callable[[Array], None]
 
 
-class Simulation(Live):
+class Simulation(Interventions):
     """A closed loop that goes on when it is told to; `simulate` is one that goes on to its end.
 
     Args:

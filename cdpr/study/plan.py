@@ -12,11 +12,12 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from cdpr.errors import CdprError, PluginError, ScenarioError
+from cdpr.problems import Mark, Path, dotted, shown
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.document import Document
 from cdpr.scenario.loader import file_name
 from cdpr.scenario.overrides import Change, Overrides, read_overrides
-from cdpr.scenario.problems import MAX_PROBLEMS, Mark, Path, Problems, dotted, shown
+from cdpr.scenario.problems import MAX_PROBLEMS, Problems
 from cdpr.scenario.source import open_document, stem
 from cdpr.scenario.validation import report_nulls, validate
 from cdpr.simulation.build import plugins_of, versions_of

@@ -13,9 +13,10 @@ from statistics import NormalDist
 from typing import Any
 
 from cdpr import tolerances
+from cdpr.problems import Path
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import Change, marked_changes
-from cdpr.scenario.problems import Path, Problems
+from cdpr.scenario.problems import Problems
 from cdpr.study.schema import MAX_COUNT, Axis, Random, Range, Spaced
 
 DIGITS = 12  # of the values of ranges: 0.1 + 2 * 0.1 is meant to be 0.3

@@ -143,3 +143,13 @@ def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, 
     """Let `held` tensions be and `report` say what all tensions (m,) do then; its status stays the distribution's."""
     hold(held, tension)
     judge(W, wrench, weights, limits, tension, report, held)
+
+
+@kernel
+def true_margin(limits: Array, tension: Array, held: Array, room: Array) -> None:
+    """Write how far the tensions (m,) are from the nearer of the limits (2, m), N, negative beyond.
+
+    NaN for cables whose `held` (m,) is not: broken or jammed, nothing is asked of them.
+    """
+    for i in range(tension.shape[0]):
+        room[i] = min(tension[i] - limits[0, i], limits[1, i] - tension[i]) if math.isnan(held[i]) else math.nan

@@ -52,6 +52,7 @@ class CommandStage:
         self._impose = partial(impose, cables.held, *result)
 
     answered = True  # there is no solver to be asked
+    refusal = ""
 
     def forget(self) -> None:
         """Do nothing: there are no answers to forget."""

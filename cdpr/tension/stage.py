@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,7 +13,7 @@ from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
-from cdpr.tension.checks import accept, impose, select
+from cdpr.tension.checks import LIMIT_TOLERANCE, accept, impose, judge, newton, select
 from cdpr.tension.policy import Policy, action, fall_back
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status
@@ -40,6 +40,29 @@ class Asked:
     policy: Policy = "best_effort"
 
 
+def refusal(
+    names: Sequence[str], W: Array, wrench: Array, weights: Array, limits: Array, bounds: Array | None, answer: Array
+) -> str:
+    """Say which check of `accept` an answer (m,) of the cables `names` fails, and by how much.
+
+    Arguments as for `accept`; `bounds` are the limits once more, None of a solver that minds none.
+    """
+    told = [f"{name} {value}" for name, value in zip(names, answer.tolist(), strict=True) if not np.isfinite(value)]
+    if told:
+        return f"not finite: {', '.join(told)}"
+    report = np.zeros(4)
+    allowed = judge(W, wrench, weights, limits, answer, report)
+    if not report[1] <= allowed:
+        told.append(f"the tensions miss the wrench by {report[1]:.3g} N, where {allowed:.2g} N are allowed")
+    if bounds is not None:
+        beyond = np.maximum(bounds[0] - answer, answer - bounds[1])
+        i, tolerance = int(np.argmax(beyond)), LIMIT_TOLERANCE * newton(bounds)
+        if beyond[i] > tolerance:
+            text = f"{names[i]} is {beyond[i]:.3g} N beyond its limits, {bounds[0, i]:g} to {bounds[1, i]:g} N"
+            told.append(f"{text}, where {tolerance:.2g} N are allowed")
+    return "; ".join(told)
+
+
 class TensionStage:
     """Turns a wrench into tensions, once per control step.
 
@@ -54,6 +77,7 @@ class TensionStage:
     Attributes:
         live, cables: as given.
         answered: whether the solver has written anything into its answer where it had to be replaced.
+        refusal: which check the first refused answer failed, and by how much; "" until there is one.
     """
 
     def __init__(
@@ -66,6 +90,7 @@ class TensionStage:
         self._name = asked.name
         self._stop = asked.policy == "stop"
         self.answered = False
+        self.refusal = ""
         self.live = live
         self.cables = cables = cables or Cables.of(robot)
         W, wrench, limits = live.W, live.wrench, cables.limits
@@ -81,6 +106,8 @@ class TensionStage:
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
         self._solve = partial(asked.solve, *given, answer)
         result = live.tension, live.report
+        bounds = limits if asked.respects_bounds else None
+        self._refusal = partial(refusal, [cable.name for cable in robot.cables], W, wrench, weights, limits, bounds)
         self._accept = partial(accept, W, wrench, weights, limits, answer, *result)
         self._impose = partial(impose, cables.held, W, wrench, weights, limits, *result)
         spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
@@ -129,11 +156,11 @@ class TensionStage:
 
     def snapshot(self) -> object:
         """Return what future answers depend on beside limits and held cables: the answer before."""
-        return self._answer.copy(), self.answered
+        return self._answer.copy(), self.answered, self.refusal
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        self._answer[:], self.answered = snapshot
+        self._answer[:], self.answered, self.refusal = snapshot
 
     def _replace(self, code: int, answered: bool) -> None:
         """Apply the policy where the solver gave no answer, or none that passed the checks."""
@@ -143,10 +170,14 @@ class TensionStage:
             raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
         if not self.answered:
             self.answered = not np.isnan(self._answer).all()
+        if answered and status == Status.NOT_FOUND and not self.refusal:
+            self.refusal = self._refusal(self._answer)
         if not fall_back(self._actions[answered], status.value, *self._arguments):
             raise Diverged("the controller put out a wrench that is not finite")
         if self._stop:
             if status == Status.INFEASIBLE:
                 raise Infeasible(f"{MEANING[status]} (solver '{self._name}', policy stop)")
-            raise Unanswered(f"solver '{self._name}' gave no valid answer: {MEANING[status]} (policy stop)")
+            failed = f": {self.refusal}" if answered and self.refusal else ""
+            text = f"solver '{self._name}' gave no valid answer: {MEANING[status]}{failed} (policy stop)"
+            raise Unanswered(text)
         self._answer[:] = self.live.tension  # what the solver finds as the tensions of the step before

@@ -13,7 +13,7 @@ from cdpr.errors import Diverged
 from cdpr.simulation.build import build
 from cdpr.simulation.faults import FAULTS as FAULT_TEXTS
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, observing
+from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 MOVING = 20  # steps; at rest in its initial pose a reset body differs from a sound one by its clock only
@@ -122,7 +122,7 @@ def test_a_cable_without_length_is_found():
     W, lengths, rates = np.zeros((6, 8)), np.zeros(8), np.zeros(8)
     body = Body(anchors, robot.inertial, np.zeros(3), acceleration_bounds(robot, np.zeros(3)))
     seen = Seen(state.copy(), W, lengths, rates, np.zeros(4))
-    fault = observing(body, Plant(state, np.zeros(6), np.zeros(8)), seen, 0.0)()
+    fault = observing(body, Shown(state, np.zeros(6), np.zeros(8)), seen, 0.0)()
     assert FAULT_TEXTS[fault] == "a cable has no length"
 
 

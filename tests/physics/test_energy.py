@@ -12,7 +12,7 @@ from plants import installed
 import cdpr
 from cdpr.mechanics.energy import energy, external_work
 from cdpr.model import rotations
-from cdpr.simulation.observe import Body, Plant, Seen, acceleration_bounds, observing
+from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing
 
 FIRST_ORDER = installed("mujoco", "bullet", "dart")
 TILTED = np.array([1.0, -2.0, -9.0])
@@ -79,10 +79,10 @@ def test_works_are_sums_of_exact_parts(offset_robot):
     state, W, length, rate, energies = before.copy(), np.zeros((6, 8)), np.zeros(8), np.zeros(8), np.full(4, 7.0)
     body = Body(offset_robot.anchors, offset_robot.inertial, GRAVITY, acceleration_bounds(offset_robot, GRAVITY))
     seen = Seen(state, W, length, rate, energies)
-    observing(body, Plant(before, external, command), seen, 0.0)()
+    observing(body, Shown(before, external, command), seen, 0.0)()
     assert tuple(energies[2:]) == (0.0, 0.0)
     first = length.copy()
-    observing(body, Plant(after, external, command), seen, 1.0)()
+    observing(body, Shown(after, external, command), seen, 1.0)()
     assert energies[2] == pytest.approx(command @ (first - length), rel=1e-12)
     assert energies[3] == pytest.approx(external[:3] @ (after - before)[:3], rel=1e-12)
 

@@ -8,10 +8,14 @@ import re
 import shutil
 from dataclasses import replace
 
+import click
 import pytest
+from click.testing import CliRunner
 from command_line import cdpr_here
 from conftest import ROOT
 
+from cdpr.cli import cli
+from cdpr.cli.numbers import AnyReal, AnyWhole, Real, Whole
 from cdpr.errors import ScenarioError
 from cdpr.mechanics.restraint import few_cables
 from cdpr.scenario import load_robot, load_scenario
@@ -186,3 +190,32 @@ def test_file_names_after_set_start_at_the_scenario(tmp_path):
         assert "start, as those in the file, at the folder of the file" in " ".join(
             cdpr_here(command, "--help").stdout.split()
         )
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ("new", "robot", "-", "--frame", "4_0,3,2"),
+        ("new", "robot", "-", "--platform", "٤,3,2"),
+        ("new", "robot", "-", "--mass", "1_0"),
+        ("new", "robot", "-", "--cables", "0_8"),
+        ("info", str(CAROCA), "--pose", "0,0,1_0"),
+    ],
+)
+def test_a_number_that_only_python_would_read_is_refused(typed):
+    done = CliRunner().invoke(cli, typed)
+    assert done.exit_code == 2
+    assert repr(typed[-1]) in done.output
+
+
+def options(command):
+    for each in command.params:
+        yield each.type
+    for name in command.list_commands(None) if isinstance(command, click.Group) else ():
+        yield from options(command.get_command(None, name))
+
+
+def test_all_options_read_numbers_so():
+    ranges = [kind for kind in options(cli) if isinstance(kind, click.types.IntParamType | click.types.FloatParamType)]
+    assert len(ranges) > 8
+    assert {type(kind) for kind in ranges} <= {AnyReal, AnyWhole, Real, Whole}

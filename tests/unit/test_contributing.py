@@ -17,7 +17,7 @@ from cdpr.cli import cli
 
 PAGES = {name: (ROOT / name).read_text() for name in ("CONTRIBUTING.md", "SECURITY.md")}
 QUOTED = {name: re.findall(r"`([^`\n]+)`", text) for name, text in PAGES.items()}
-ADDITIONS = ROOT / "tests" / "plugins" / "test_additions.py"
+ADDITIONS = [ROOT / "tests" / "plugins" / name for name in ("test_additions.py", "test_added_parts.py")]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 # Where a reader's own file goes: its folder must be there.
@@ -54,7 +54,8 @@ def test_entries_are_in_their_tables():
 
 
 def test_every_addition_is_on_the_page_and_every_proof_is_a_test():
-    tests = {node.name for node in ast.parse(ADDITIONS.read_text()).body if isinstance(node, ast.FunctionDef)}
+    trees = [ast.parse(file.read_text()) for file in ADDITIONS]
+    tests = {node.name for tree in trees for node in tree.body if isinstance(node, ast.FunctionDef)}
     tests = {name for name in tests if name.startswith("test_")}
     proofs = {row[3].strip("`") for row in rows()}
     assert {proof for proof in proofs if "/" not in proof} == tests

@@ -15,7 +15,8 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
-from cdpr.cli import cli, health
+from cdpr import health
+from cdpr.cli import cli
 from cdpr.errors import ExitCode
 from cdpr.plugins.registry import OWN_DISTRIBUTION, registry
 from cdpr.scenario import load_any, load_robot, load_scenario

@@ -14,7 +14,6 @@ from cdpr.model import kernel_cache
 # What closes a circle after all, and why.
 TYPES = {
     ("cdpr.errors", "cdpr.log.run"): "an error holds the run that it ended, and knows no more of it than that",
-    ("cdpr.errors", "cdpr.scenario.problems"): "an error holds the rows of what is wrong, likewise",
 }
 LOG = {
     ("cdpr.log.run", "cdpr.log.rows"): "rows of a run may lie on disk",

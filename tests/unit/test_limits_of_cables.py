@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,12 +12,27 @@ from conftest import ROOT
 
 from cdpr import BeyondLimits, Infeasible, load_run, simulate
 from cdpr.cli import run as run_command
+from cdpr.columns import Column
 from cdpr.errors import ExitCode
-from cdpr.mechanics.reach import Reach
+from cdpr.log.beyond import beyond
+from cdpr.log.layout import Layout
+from cdpr.mechanics.reach import Reach, plain_columns
 from cdpr.report.pages.tables import banner
+from cdpr.tension.checks import true_margin
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
 SLOW = {"robot.cables[1].speed_max": 0.2, "robot.cables[0].speed_max": 0.5, "simulation.duration": 1.0}
+
+SMALL = 1000  # bytes: numbers, and what calls one another; the smallest array has 112
+
+
+def reach_of(bounds, m=None):
+    m = m or len(bounds[0])
+    return Reach(plain_columns(m), bounds, m)
+
+
+def rows(*columns):
+    return np.column_stack(columns)
 
 
 def test_what_is_counted_is_what_a_plain_look_finds():
@@ -27,20 +43,20 @@ def test_what_is_counted_is_what_a_plain_look_finds():
             tuple(None if rng.random() < 0.3 else float(rng.uniform(*ends)) for _ in range(3))
             for ends in ((1.0, 1.5), (2.5, 3.0), (0.5, 2.0))
         )
-        reach = Reach(bounds, 3)
+        reach = reach_of(bounds)
         for part in np.array_split(np.arange(40), rng.integers(1, 6)):
-            reach.add(0.1 * part, length[part], rate[part])
+            reach.add(rows(0.1 * part, length[part], rate[part]))
         found = {one.name: one for one in reach.told()}
         low, high, fast = (np.array([np.nan if b is None else b for b in row]) for row in bounds)
-        for name, beyond, value in (
+        for name, away, value in (
             ("shorter", (low - length) / low, length),
             ("longer", (length - high) / high, length),
             ("faster", (np.abs(rate) - fast) / fast, np.abs(rate)),
         ):
-            wrong = beyond > 0.0
+            wrong = away > 0.0
             assert (name in found) == wrong.any()
             if name in found:
-                one, at = found[name], np.unravel_index(np.nanargmax(beyond), beyond.shape)
+                one, at = found[name], np.unravel_index(np.nanargmax(away), away.shape)
                 assert one.samples == wrong.any(axis=1).sum()
                 assert one.first == np.argmax(wrong.any(axis=1))
                 assert set(one.cables) == set(np.flatnonzero(wrong.any(axis=0)))
@@ -48,8 +64,8 @@ def test_what_is_counted_is_what_a_plain_look_finds():
 
 
 def test_a_value_is_told_from_its_limit():
-    reach = Reach(((1.0,), (1.8,), (None,)), 1)
-    reach.add(np.zeros(2), np.array([[1.80001], [0.9]]), np.zeros((2, 1)))
+    reach = reach_of(((1.0,), (1.8,), (None,)))
+    reach.add(rows(np.zeros(2), np.array([[1.80001], [0.9]]), np.zeros((2, 1))))
     assert [one.text(["a"]) for one in reach.told()] == [
         "cables shorter than allowed: a down to 0.9 of 1 m (1 sample)",
         "cables longer than allowed: a up to 1.80001 of 1.8 m (1 sample)",
@@ -57,11 +73,64 @@ def test_a_value_is_told_from_its_limit():
 
 
 def test_a_limit_that_is_just_reached_is_kept():
-    reach = Reach(((0.3,), (1.0,), (0.1 + 0.2,)), 1)
-    assert not reach.add(np.zeros(2), np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]]))
-    assert reach.add(np.zeros(1), np.array([[0.5]]), np.array([[-0.31]]))
+    reach = reach_of(((0.3,), (1.0,), (0.1 + 0.2,)))
+    assert not reach.add(rows(np.zeros(2), np.array([[0.1 + 0.2], [1.0]]), np.array([[0.3], [-0.3]])))
+    assert reach.add(rows(np.zeros(1), np.array([[0.5]]), np.array([[-0.31]])))
     assert [one.name for one in reach.told()] == ["faster"]
-    assert not Reach((), 1).add(np.zeros(1), np.array([[math.inf]]), np.array([[0.0]]))
+    assert not reach_of((), 1).add(rows(np.zeros(1), np.array([[math.inf]]), np.array([[0.0]])))
+
+
+TRUE_MARGIN = Column("true_margin", 0, "N", "")
+
+
+def drawn(limits):
+    """What counts commands beyond the limits (2, m) alone, and rows of them as a loop has them."""
+    layout = Layout(limits.shape[1], more=(TRUE_MARGIN,))
+
+    def as_rows(tension):
+        found = np.full((len(tension), layout.width), np.nan)
+        found[:, layout.columns["time"]] = 0.0
+        found[:, layout.columns["tension"]] = tension
+        held = np.full(limits.shape[1], np.nan)
+        for row, asked in zip(found, tension, strict=True):
+            true_margin(limits, asked, held, row[layout.columns["true_margin"]])
+        return found
+
+    return beyond(layout, (), limits, ()), as_rows
+
+
+def test_commands_beyond_true_limits_are_those_that_a_plain_look_finds():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        limits = np.array([rng.uniform(0.0, 50.0, 3), rng.uniform(100.0, 200.0, 3)])
+        tension = rng.uniform(-20.0, 230.0, (40, 3))
+        reach, as_rows = drawn(limits)
+        for part in np.array_split(tension, rng.integers(1, 6)):
+            reach.add(as_rows(part))
+        below, above = limits[0] - tension, tension - limits[1]
+        for one, away in zip(reach.told(), (below, above), strict=True):
+            at = np.unravel_index(np.argmax(away), away.shape)
+            assert one.samples == (away > 0.0).any(axis=1).sum()
+            assert one.first == np.argmax((away > 0.0).any(axis=1))
+            assert (one.cables[0], one.worst, one.limit) == (at[1], tension[at], limits[int(away is above), at[1]])
+        assert list(reach.counts()) == ["below_min", "above_max"]
+
+
+def test_looking_at_a_row_allocates_nothing():
+    """So does the loop under `limits: stop`: some integers and a slice of them, however long it goes on."""
+    reach, as_rows = drawn(np.array([[1.0, 1.0], [9.0, 9.0]]))
+    row = as_rows(np.array([[0.5, 9.5]]))
+    reach.add(row)
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        tracemalloc.reset_peak()
+        for _ in range(1000):
+            reach.add(row)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak - before < SMALL
 
 
 @pytest.mark.parametrize("more", [{}, {"log.step": 0.01}])

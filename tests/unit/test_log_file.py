@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 import zlib
 from dataclasses import replace
@@ -14,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 from log_cases import make_header, make_rows, write_log
 from mcap.reader import NonSeekingReader, make_reader
@@ -355,3 +357,24 @@ def test_format_is_frozen() -> None:
     rows = np.arange(3.0 * header.layout.width).reshape(3, -1) / 8.0
     digest = hashlib.sha256(form.description + bytes(form.block(rows, 300))).hexdigest()
     assert digest[:16] == "995fcaed47b3c5d5"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"anchors": ((math.nan,) * 6,) * 2}, "anchors: 2 x 6 finite numbers expected"),
+        ({"anchors": ((0.0,) * 6,)}, "anchors: 2 x 6 finite numbers expected"),
+        ({"path": ((0.0, math.inf, 0.0),)}, "path: 1 x 3 finite numbers expected"),
+        ({"frame": ((math.nan,) * 6,)}, "frame: 1 x 6 finite numbers expected"),
+        ({"shape": {"box": [1.0, math.nan, 1.0]}}, "shape: 3 finite numbers expected"),
+        ({"tension_max": (math.nan, 1.0)}, "tension_max: 2 finite numbers expected"),
+        ({"mass": -1.0}, "characteristic_length, mass and steps, above 0: 4 finite numbers expected"),
+    ],
+)
+def test_a_header_that_others_made_up_is_one_error(wrong, told, tmp_path):
+    """Its checksum is right, so that it was not damaged; nothing can be drawn of it."""
+    good = make_header(2)
+    log = write_log(tmp_path / "log.mcap", replace(good, **wrong), make_rows(good, 3))
+    done = cdpr_here("view", log, "--no-open", "--out", tmp_path / "page.html", cwd=tmp_path, code=2)
+    assert f"{log}: its header is not one that cdpr writes: {told}" in done.stderr
+    assert "internal error" not in done.stderr

@@ -20,6 +20,7 @@ from cdpr.cables.exit import Exit
 from cdpr.cables.lines import NUMBERS
 from cdpr.cables.twin import name_in_c, source
 from cdpr.errors import CdprError
+from cdpr.fields import Positive
 from cdpr.fmu.export.library import library, part_sources, sources
 from cdpr.fmu.export.parts import exits, spans, winches
 
@@ -140,4 +141,13 @@ def test_rows_have_the_length_that_c_expects():
     text = (Path(cdpr.fmu.export.__file__).parent / "source" / "parts.h").read_text()
     assert f"PART_NUMBERS = {MOST} " in text
     with pytest.raises(CdprError, match="takes 8 numbers at most, not 9"):
-        Winch(numbers=tuple(Number(f"cable.n{i}", "1", "") for i in range(MOST + 1)))
+        Winch(numbers=tuple(Number(f"cable.n{i}", Positive, "", "") for i in range(MOST + 1)))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "told"),
+    [("drum.mass", "kg", "cable.KEY or winch.KEY, not drum.mass"), ("cable.sag", "furlong", "the unit furlong is not")],
+)
+def test_numbers_that_no_file_could_hold_are_refused(name, unit, told):
+    with pytest.raises(CdprError, match=told):
+        Number(name, Positive, unit, "")

@@ -16,7 +16,7 @@ from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.log.run import Run
 from cdpr.report.text.reservations import lost
 from cdpr.scenario import load_any, load_scenario
-from cdpr.scenario.plausible import CHECKS, Subject
+from cdpr.scenario.plausible import CHECKS, Setup
 
 SCENARIOS = ROOT / "scenarios"
 CAROCA = SCENARIOS / "caroca.yaml"
@@ -40,11 +40,18 @@ def times(cables, frame=1.0, platform=1.0):
     ]
 
 
+WEAK = "no tensions within the limits hold the platform's weight"
+
+# Published starts at which the cables cannot hold the platform up, as the files' first comments say.
+UNHELD = {SCENARIOS / "thesis.yaml", SCENARIOS / "thesis_ch6.yaml"}
+
+
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_nothing_is_said_of_what_ships(path):
     rows = []
     load_any(path, warnings=rows)
-    assert rows == []
+    known = [f"initial.position: {WEAK} here"]
+    assert [text.rpartition(": ")[0] for text in told(rows)] == known * (path in UNHELD)
 
 
 def box(width, *, mass=20.0, platform=0.1, inertia=None, **more):
@@ -57,7 +64,13 @@ def box(width, *, mass=20.0, platform=0.1, inertia=None, **more):
     moment = mass * (platform * width) ** 2 / 6.0
     body = {"mass": mass, "inertia": inertia or [moment] * 3 + [0, 0, 0], "shape": {"box": [2.0 * small] * 3}}
     home = {"position": [0, 0, half]}
-    return {"platform": body, "tension": {"min": 1, "max": 1000}, "home": home, "cables": cables, **more}
+    return {
+        "platform": body,
+        "tension": {"min": min(1, mass), "max": 10 * max(100, mass)},
+        "home": home,
+        "cables": cables,
+        **more,
+    }
 
 
 def robot_warnings(data, tmp_path):
@@ -206,7 +219,17 @@ CASES = [
     (
         {"trajectory.start": 4.0},
         r"trajectory.start: the motion begins at 4 s, after the run",
-        {"trajectory.start": 3.9},
+        {"trajectory.start": 3.9, "trajectory.duration": 0.1},
+    ),
+    (
+        {"trajectory.duration": 4.5},
+        r"simulation.duration: the run ends at 4 s and the motion at 4.5 s: the rest of it is cut off",
+        {"trajectory.duration": 4.0},
+    ),
+    (
+        {"robot.tension.max": 180},
+        rf"robot.home.position: {WEAK} here: the nearest leave 762 N of 1472 N",
+        {"robot.tension.max": 400},
     ),
 ]
 
@@ -215,7 +238,8 @@ CASES = [
 def test_what_is_seldom_meant_is_told_and_what_is_nearly_so_is_not(seldom, what, nearly):
     found = told(warned(seldom))
     assert any(re.match(what, text) for text in found), found
-    assert told(warned(nearly)) == []
+    # What is nearly out of the frame may be more than limits hold, which is another thing.
+    assert [text for text in told(warned(nearly)) if WEAK in what or WEAK not in text] == []
 
 
 def test_every_check_has_a_case():
@@ -231,7 +255,7 @@ def test_every_check_has_a_case():
 
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
-    return Subject(*given, scenario.sections, scenario._motion)
+    return Setup(*given, scenario.sections, scenario._motion)
 
 
 def test_a_position_in_a_file_is_told(tmp_path):
@@ -315,7 +339,7 @@ def test_commands_tell_and_refuse(command, tmp_path):
     assert "warning" not in done.stderr
     assert done.stdout == ""
     if command == "validate":
-        cdpr_here(command, *FILES, "--strict", cwd=tmp_path)
+        cdpr_here(command, *(path for path in FILES if path not in UNHELD), "--strict", cwd=tmp_path)
 
 
 def test_warnings_in_json(tmp_path):

@@ -13,8 +13,9 @@ from fmu_cases import description, make_fmu, variable
 
 from cdpr.cli import main
 from cdpr.cli.streams import printable_streams
-from cdpr.errors import CdprError, printable
+from cdpr.errors import CdprError
 from cdpr.plugins.registry import registry
+from cdpr.problems import printable
 
 # Clear the screen, colour by one control character, turn the direction of writing, write over the line.
 EVIL = "x\x1b[2J\x9b31m\u202e\ry\x07"

@@ -45,9 +45,9 @@ def test_good_files(folder):
 
 def test_all_files_are_checked_though_one_is_bad(folder):
     break_file(folder)
-    result = run(validate, "scenarios/caroca.yaml", "nothing.yaml", "scenarios/thesis.yaml")
+    result = run(validate, "scenarios/caroca.yaml", "nothing.yaml", "scenarios/winch.yaml")
     assert result.exit_code == 2
-    assert result.stdout == "scenarios/thesis.yaml: ok (scenario, 8 cables, 100 s)\n"
+    assert result.stdout == "scenarios/winch.yaml: ok (scenario, 8 cables, 4 s)\n"
     mass, missing = result.stderr.splitlines()
     assert mass.startswith("scenarios/robots/caroca.yaml:")
     assert mass.endswith(":9: robot.platform.mass: must be greater than 0 (kg), got -5")
@@ -56,16 +56,16 @@ def test_all_files_are_checked_though_one_is_bad(folder):
 
 def test_json(folder):
     break_file(folder)
-    result = run(validate, "--json", "scenarios/thesis.yaml", "scenarios/robots/thesis.yaml", "scenarios/caroca.yaml")
+    result = run(validate, "--json", "scenarios/winch.yaml", "scenarios/robots/thesis.yaml", "scenarios/caroca.yaml")
     assert result.exit_code == 2
     good, robot, bad = json.loads(result.stdout)
     assert good == {
-        "file": "scenarios/thesis.yaml",
+        "file": "scenarios/winch.yaml",
         "ok": True,
         "kind": "scenario",
-        "name": "thesis",
+        "name": "winch",
         "cables": 8,
-        "duration": 100.0,
+        "duration": 4.0,
         "unused": [],
         "notes": [],
         "warnings": [],

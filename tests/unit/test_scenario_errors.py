@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import pytest
-from conftest import ROOT
 from spread import spread
 from test_scenario_base import (
     BASE,
@@ -23,8 +22,9 @@ from test_scenario_base import (
 )
 
 from cdpr.errors import ScenarioError
+from cdpr.problems import dotted
 from cdpr.scenario import load_robot, load_scenario
-from cdpr.scenario.problems import Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
 
 BAD = [
@@ -123,6 +123,12 @@ def test_a_wrong_value_for_a_number(case, third):
             "unknown type 'quintc': did you mean 'quintic'? allowed: hold,",
         ),
         ("type: quintic", "type: 5", "trajectory.type", "unknown type 5: allowed: hold, quintic, waypoints"),
+        (
+            "inertia: [6.5, 20.0, 22.5, 0.1, 0.2, 0.3]",
+            "inertia: [1, 1, 1]",
+            "robot.platform.inertia",
+            "6 numbers expected (kg m^2): ixx, iyy, izz, ixy, ixz, iyz about the centre of mass",
+        ),
         ("kp: 100", "kp: [1, 2]", "controller.kp", "6 numbers expected (1/s^2), got 2"),
         ("kp: 100", "kp: {}", "controller.kp", "a number or 6 numbers expected (1/s^2), got a mapping"),
         (
@@ -161,84 +167,6 @@ def test_the_place_is_that_of_the_value():
     text = changed(BASE, "mass: 150", "mass: -5")
     line = line_of(text, "mass: -5")
     assert problem(text) == f"a.yaml:{line}:11: robot.platform.mass: must be greater than 0 (kg), got -5"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "key", "what"),
-    [
-        (
-            "mass:",
-            "mas:",
-            "robot.platform.mas",
-            "unknown key 'mas': did you mean 'mass'? allowed: mass, inertia, center_of",
-        ),
-        (
-            "seed:",
-            "sead:",
-            "simulation.sead",
-            "did you mean 'seed'? allowed: backend, duration, control_step",
-        ),
-        ("speed_max:", "speed:", "robot.cables[0].speed", "did you mean 'speed_max'? allowed: name, frame"),
-        (
-            "infeasible:",
-            "infeasable:",
-            "solver.infeasable",
-            "did you mean 'infeasible'? allowed: type, infeasible",
-        ),
-        ("kp:", "kpp:", "controller.kpp", "did you mean 'kp'? allowed: type, kp, kd, limit"),
-        ("integrator:", "integ:", "backend_options.tuned.integ", "allowed: integrator, tolerance, label"),
-        (
-            "    acceleration: [0, 0, 0.5]",
-            "    jerk: [0, 0, 0.5]",
-            "trajectory.from.jerk",
-            "allowed: position, orientation",
-        ),
-        ("  start: 0.5", "  points: []", "trajectory.points", "allowed: type, start, duration, from, to"),
-    ],
-)
-def test_unknown_keys(old, new, key, what):
-    text = changed(BASE, old, new)
-    lines = [line for line in problems(text) if "unknown key" in line]
-    assert len(lines) == 1
-    assert what in lines[0]
-    assert f": {key}: " in lines[0]
-    bare = new.strip()
-    assert lines[0].startswith(f"a.yaml:{line_of(text, bare)}:")
-
-
-@pytest.mark.parametrize(
-    ("path", "data", "told"),
-    [
-        ("gravity", [0, 0, -9.81], "did you mean world.gravity, written world: {gravity: ...}? allowed: name,"),
-        (
-            "home.rpy_deg",
-            [0, 0, 3],
-            "did you mean orientation.rpy_deg, written orientation: {rpy_deg: ...}? all",
-        ),
-        ("duration", 3, "did you mean simulation.duration or trajectory.duration? allowed: name,"),
-        ("trajectory.Start", 1, "did you mean 'start'? allowed: "),
-        ("trajectory.dur", 1, "did you mean 'duration'? allowed: "),
-    ],
-)
-def test_a_key_at_the_wrong_place_is_told_where_it_belongs(path, data, told):
-    path = path.replace("home", "robot.home")
-    with pytest.raises(ScenarioError) as caught:
-        load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={path: data})
-    assert told in str(caught.value)
-
-
-def test_a_type_that_stands_alone_is_told_how_it_is_written():
-    with pytest.raises(
-        ScenarioError, match=r"solver: a mapping \(type, infeasible\) expected, got 'qp'; write {type: qp}"
-    ):
-        load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"solver": "qp"})
-
-
-def test_an_unknown_key_stands_at_the_key_and_a_plugin_without_options_says_so():
-    text = changed(BASE, "{type: simple, ", "{type: simple, speed: 3, ")
-    line = line_of(text, "speed: 3")
-    column = text.splitlines()[line - 1].index("speed") + 1
-    assert problem(text) == (f"a.yaml:{line}:{column}: solver.speed: unknown key 'speed': allowed: type, infeasible")
 
 
 @pytest.mark.parametrize(

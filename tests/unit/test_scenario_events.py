@@ -167,6 +167,19 @@ def test_events_that_contradict_each_other(events, key, text):
     assert text in line
 
 
+RAISED = "{type: limits, time: 1, max: 3000}"
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_limits_that_change_at_one_time_change_together(order):
+    """Their order in the file says nothing: 2500 N is less than the highest, once that is 3000 N."""
+    rise = ["{type: limits, time: 1, min: 2500}", "{type: wrench, time: 1, force: [0, 0, 1]}", RAISED]
+    assert len(load(with_events(*rise[::order])).events) == 3
+    wrong = problems(with_events(*[each.replace("3000", "2400") for each in rise][::order]))
+    assert len(wrong) == 1
+    assert "would have the limits 2500 to 2400 (N)" in wrong[0]
+
+
 def test_limits_of_different_cables_may_change_at_one_time():
     events = ["{type: limits, time: 1, cable: 1, max: 800}", "{type: limits, time: 1, cable: 2, max: 700}"]
     assert len(load(with_events(*events, "{type: limits, time: 1, cable: 1, min: 60}")).events) == 3

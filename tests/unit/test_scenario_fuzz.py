@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from test_scenario_base import PLUGINS, TEXTS
 
 from cdpr.errors import CdprError
+from cdpr.problems import dotted
 from cdpr.scenario import Scenario, load_scenario
-from cdpr.scenario.problems import Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
 
 LINES = {name: text.splitlines(keepends=True) for name, text in TEXTS.items()}

@@ -9,7 +9,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdpr.scenario.problems import Mark, Problems
+from cdpr.problems import Mark
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import MAX_BYTES, MAX_DEPTH, MAX_NODES, parse, parse_value
 from cdpr.scenario.yaml_text import dump
 

@@ -367,3 +367,13 @@ def test_after_a_diverged_run_only_what_is_known_is_told():
             with pytest.raises(cdpr.CdprError, match="the simulation is over: its run is diverged"):
                 call()
         assert sim.run() is stop.value.run
+
+
+def test_the_desired_motion_is_made_once(monkeypatch):
+    """Not for the loop, and again for the path that is drawn: a long spline takes its time."""
+    scenario = cdpr.load_scenario(CAROCA, overrides={"simulation.duration": 0.01})
+    made, kind = [], type(scenario.trajectory)
+    make = kind.make
+    monkeypatch.setattr(kind, "make", lambda motion: made.append(motion) or make(motion))
+    cdpr.simulate(scenario)
+    assert len(made) == 1

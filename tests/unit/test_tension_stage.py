@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from conftest import crossed_box, make_robot
 
-from cdpr.errors import Diverged, Infeasible, PluginError
+from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.mechanics import kinematics
 from cdpr.tension import Status
 from cdpr.tension import box_least_squares as box
@@ -280,3 +282,38 @@ def test_verdicts_of_small_robots_are_as_strict(unit):
     report = np.zeros(4)
     accept(np.zeros((6, 8)), at_rest, np.ones(6), limits, touching, np.zeros(8), report)
     assert report[3] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("answer", "told"),
+    [
+        ([np.nan, *[100.0] * 7], "not finite: cable_1 nan"),
+        ([100.0] * 8, "the tensions miss the wrench by "),
+        ([*[100.0] * 7, HIGH + 2.0], "cable_8 is 2 N beyond its limits, 10 to 500 N, where 1e-06 N are allowed"),
+    ],
+)
+def test_a_refused_answer_is_told_once_with_the_check_that_it_failed(answer, told):
+    bench = Bench(answering(answer))
+    assert bench.distribute() == Status.NOT_FOUND
+    assert told in bench.stage.refusal
+    bench.wrench += 1.0
+    first = bench.stage.refusal
+    bench.distribute()
+    assert bench.stage.refusal is first
+    with pytest.raises(Unanswered, match=re.escape(told)):
+        Bench(answering(answer), policy="stop").distribute()
+    assert "beyond" not in refused(answer, respects_bounds=False)
+
+
+def refused(answer, **more):
+    bench = Bench(answering(answer), **more)
+    bench.distribute()
+    return bench.stage.refusal
+
+
+def test_an_answer_that_is_just_within_the_wrench_is_not_refused():
+    assert refused(np.linspace(50.0, 200.0, 8)) == ""
+    miss = np.linspace(50.0, 200.0, 8) + np.eye(8)[0]
+    bench = Bench()
+    residual = (bench.W @ miss - bench.wrench) / [1, 1, 1, *[bench.robot.characteristic_length] * 3]
+    assert f"miss the wrench by {np.linalg.norm(residual):.3g} N" in refused(miss)

@@ -14,13 +14,29 @@ would be subtracted.
 from __future__ import annotations
 
 from cdpr.cables.chain import Number, Winch
+from cdpr.fields import NonNegative, Positive
 
-NUMBERS = (
-    Number("winch.drum_radius", "m", "radius of the drum", positive=True),
-    Number("winch.inertia", "kg.m2", "inertia of motor and drum about the drum's axis", positive=True),
-    Number("winch.viscous_friction", "N.m.s/rad", "friction torque per drum speed"),
-    Number("winch.coulomb_friction", "N.m", "friction torque of a drum that turns"),
-    Number("winch.coulomb_speed", "rad/s", "drum speed at which that reaches 76 % of its value", positive=True),
+RADIUS = Number("winch.drum_radius", Positive, "m", "radius of the drum: unstretched cable that it winds, per radian")
+
+INERTIA = Number(
+    "winch.inertia",
+    Positive,
+    "kg m^2",
+    "moment of inertia of all that turns, motor and gear included, about the drum's axis",
 )
 
-DRUM = Winch(needs=("winch",), kernels="cdpr.cables.drum.kernels", numbers=NUMBERS)
+NUMBERS = (
+    RADIUS,
+    INERTIA,
+    Number("winch.viscous_friction", NonNegative, "N m s", "friction torque per drum speed", 0.0, exact="N.m.s/rad"),
+    Number("winch.coulomb_friction", NonNegative, "N m", "friction torque of a drum that turns", 0.0),
+    Number(
+        "winch.coulomb_speed",
+        Positive,
+        "rad/s",
+        "drum speed at which Coulomb friction reaches 76 % of its value: it grows as tanh(speed / this)",
+        0.1,
+    ),
+)
+
+DRUM = Winch(kernels="cdpr.cables.drum.kernels", numbers=NUMBERS)

@@ -13,10 +13,9 @@ Where impacts matter, take a shorter physics step.
 from __future__ import annotations
 
 from cdpr.cables.chain import Number, Span
+from cdpr.fields import NonNegative, Positive
 
-NUMBERS = (
-    Number("cable.axial_stiffness", "N", "axial stiffness, E A", positive=True),
-    Number("cable.damping", "N.s/m", "damping along the cable"),
-)
+AXIAL_STIFFNESS = Number("cable.axial_stiffness", Positive, "N", "axial stiffness, the product E A")
+DAMPING = Number("cable.damping", NonNegative, "N s/m", "damping along the cable", 0.0)
 
-ELASTIC = Span(needs=("axial_stiffness",), uses=("damping",), kernels="cdpr.cables.elastic.kernels", numbers=NUMBERS)
+ELASTIC = Span(kernels="cdpr.cables.elastic.kernels", numbers=(AXIAL_STIFFNESS, DAMPING))

@@ -9,7 +9,8 @@ from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from cdpr.fmu.export.variables import UNITS, Model, Variable
+from cdpr.fmu.export.variables import Model, Variable
+from cdpr.units import BASE_UNITS, si
 
 # Names the library, thus the same for all robots: the binary is generic.
 IDENTIFIER = "cdpr_plant"
@@ -88,11 +89,11 @@ def _referenced(variables: Sequence[Variable]) -> list[tuple[int, Variable]]:
 
 
 def _units(root: Element, public: list[tuple[int, Variable]]) -> None:
-    used = {variable.unit for _, variable in public}
     units = SubElement(root, "UnitDefinitions")
-    for name, exponents in UNITS.items():
-        if name in used:
-            SubElement(SubElement(units, "Unit", name=name), "BaseUnit", {k: str(v) for k, v in exponents.items()})
+    for name in dict.fromkeys(variable.unit for _, variable in public if variable.unit):
+        exponents = zip(BASE_UNITS, si(name).exponents or (), strict=True)
+        powers = {base: str(power) for base, power in exponents if power}
+        SubElement(SubElement(units, "Unit", name=name), "BaseUnit", powers)
 
 
 def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:

@@ -209,7 +209,7 @@ def _winches(robot: Robot) -> list[Variable]:
         parameter(
             number.name,
             (robot.m,),
-            number.unit,
+            number.unit_of_fmu,
             [
                 number.of(cable) if any(number in part.numbers for part in own) else 0.0
                 for cable, own in zip(robot.cables, parts, strict=True)

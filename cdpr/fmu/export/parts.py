@@ -94,7 +94,7 @@ def part_table() -> str:
         prototypes.append(f"Pull {name}_pull;\nRest {name}_rest;")
         rows["Span"].append(f"{{{name}_pull, {name}_rest, {taken(span)}}}")
     rows["Number"] = [
-        f'{{"{number.name}", "{number.unit}", {str(number.positive).lower()}}}' for number in numbers
+        f'{{"{number.name}", "{number.unit_of_fmu}", {str(number.positive).lower()}}}' for number in numbers
     ] or ["{NULL, NULL, false}"]
     tables = zip(rows.items(), ("ALL_EXITS", "ALL_WINCHES", "ALL_SPANS", "ALL_NUMBERS"), strict=True)
     listed = [f"const {kind} {table}[] = {{\n    " + ",\n    ".join(lines) + ",\n};" for (kind, lines), table in tables]

@@ -15,21 +15,6 @@ from cdpr.model.robot import Array
 
 Causality = Literal["independent", "parameter", "input", "output", "constant"]
 
-# Exponents of the base units of all units that occur, by the names of FMI's attributes.
-UNITS: dict[str, dict[str, int]] = {
-    "s": {"s": 1},
-    "kg": {"kg": 1},
-    "kg.m2": {"kg": 1, "m": 2},
-    "m": {"m": 1},
-    "m/s": {"m": 1, "s": -1},
-    "m/s2": {"m": 1, "s": -2},
-    "rad/s": {"rad": 1, "s": -1},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
-    "N.s/m": {"kg": 1, "s": -1},
-    "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
-}
-
 
 @dataclass(frozen=True)
 class Variable:

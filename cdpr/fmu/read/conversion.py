@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cdpr.errors import FmuError
-from cdpr.fmu.read.model import Element, Unit
+from cdpr.fmu.read.model import Element
 from cdpr.fmu.read.options import Source
-from cdpr.fmu.read.units import alike, known_unit, si
+from cdpr.units import Unit, alike, known_unit, si
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,10 @@ from collections.abc import Callable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element as Node
 
-from cdpr.errors import FmuError, printable
-from cdpr.fmu.read.model import BASE_UNITS, Capabilities, ModelDescription, Unit, Variable
+from cdpr.errors import FmuError
+from cdpr.fmu.read.model import Capabilities, ModelDescription, Variable
+from cdpr.problems import printable
+from cdpr.units import BASE_UNITS, Unit
 
 MAX_ELEMENTS = 1_000_000  # of one array: a thousand times what a robot needs, too few to fill the memory
 MAX_REFERENCE = 2**32 - 1  # value references are 32 bit

@@ -8,19 +8,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from cdpr.errors import FmuError
+from cdpr.units import Unit
 
-BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 REALS = ("Real", "Float64")  # what signals may be: double precision in FMI 2 and 3
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit as the FMU defines it: SI value = value * factor + offset."""
-
-    name: str
-    exponents: tuple[int, ...] | None = None  # of BASE_UNITS; None where the FMU names a unit without defining it
-    factor: float = 1.0
-    offset: float = 0.0
 
 
 @dataclass(frozen=True)

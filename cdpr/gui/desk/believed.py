@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from cdpr.problems import Path
 from cdpr.scenario.belief import cable_names
-from cdpr.scenario.problems import Path
 
 
 def entries(said: Any, cables: list[Any]) -> dict[int, int]:

@@ -14,9 +14,10 @@ from cdpr.gui.desk.form import Subject, placed, tabs
 from cdpr.gui.desk.made import around, new_file
 from cdpr.gui.desk.meaning import Meaning
 from cdpr.plugins.registry import Registry, registry
+from cdpr.problems import Mark, Path, Problem, dotted
 from cdpr.scenario import examples, load_scenario
 from cdpr.scenario.overrides import KEY, PART, Change, read_overrides
-from cdpr.scenario.problems import Mark, Path, Problem, Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.scenario import Scenario
 from cdpr.scenario.source import kind_of, open_document, stem
 from cdpr.scenario.yaml_nodes import parse

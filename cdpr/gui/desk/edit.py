@@ -14,9 +14,10 @@ from typing import Any, Literal
 
 from cdpr.errors import CdprError
 from cdpr.gui.desk.tree import Node, after_break, blank_end, line_break, line_end, line_start, tree
+from cdpr.problems import Path, dotted
 from cdpr.scenario.document import copied
 from cdpr.scenario.overrides import plain_value
-from cdpr.scenario.problems import Path, Problems, dotted
+from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
 from cdpr.scenario.yaml_text import dump, flow
 

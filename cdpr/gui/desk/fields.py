@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from cdpr.fields import COLOURS
-from cdpr.scenario.problems import Path, dotted
+from cdpr.problems import Path, dotted
 from cdpr.scenario.yaml_text import flow
 
 Field = dict[str, Any]

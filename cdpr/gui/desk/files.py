@@ -10,8 +10,8 @@ from pathlib import Path
 
 import cdpr
 from cdpr.errors import CdprError, OutputError
+from cdpr.problems import shown
 from cdpr.scenario.files import UnreadableError, read
-from cdpr.scenario.problems import shown
 
 
 @dataclass

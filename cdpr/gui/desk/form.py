@@ -11,10 +11,10 @@ from cdpr.gui.desk.fields import MISSING, Field, Maker, Schema, at, choice, ever
 from cdpr.gui.desk.starts import Starts
 from cdpr.gui.desk.table import cable_table
 from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Path, Problem, dotted
 from cdpr.scenario.belief import cable_names
 from cdpr.scenario.describe import json_schema
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.problems import Path, Problem, dotted
 from cdpr.scenario.schema import ScenarioSection
 
 ROBOT = ("name", "platform", "tension", "home", "frame", "cables", "cable", "winch", "dof", "unilateral")

@@ -13,8 +13,8 @@ from cdpr.gui.desk.files import File, Files
 from cdpr.gui.desk.form import SCHEMA
 from cdpr.gui.desk.starts import Starts
 from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Path, dotted
 from cdpr.scenario.document import copied
-from cdpr.scenario.problems import Path, dotted
 from cdpr.scenario.yaml_nodes import parse_value
 
 Texts = dict[str, str]  # by files

@@ -14,12 +14,12 @@ from cdpr.gui.desk.fields import at
 from cdpr.gui.desk.files import File, Files, named, on_disk, write
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Path
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.files import seen_from
 from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.overrides import DEFAULT_TYPE
-from cdpr.scenario.problems import Path
 
 ENDINGS = (".yaml", ".yml")
 MESH: Path = ("platform", "shape", "mesh")

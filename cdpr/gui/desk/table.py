@@ -17,8 +17,8 @@ from cdpr.gui.desk.fields import (
     resolve,
     shown,
 )
+from cdpr.problems import Path, dotted
 from cdpr.scenario.belief import cable_names
-from cdpr.scenario.problems import Path, dotted
 
 # Columns that are shown also where no cable says them.
 COMMON = ("name", "frame", "platform", "tension.min", "tension.max", "diameter", "linear_density")

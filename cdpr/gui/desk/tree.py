@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import yaml
 
-from cdpr.scenario.problems import Path
+from cdpr.problems import Path
 from cdpr.scenario.yaml_nodes import PARSER
 
 BREAK = re.compile(r"\r\n|\n|\r")

@@ -29,7 +29,6 @@ from cdpr.report.plots.panel import Curves, Panel
 from cdpr.report.text.aligned import number, unit_for, vector
 from cdpr.report.text.sentence import sentence
 from cdpr.scenario import Scenario
-from cdpr.simulation.schedule import redirected
 from cdpr.view import Pictures, Subject, pictures
 
 if TYPE_CHECKING:
@@ -91,8 +90,7 @@ def of_scenario(scenario: Scenario) -> str:
     ]
     steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
     time = steps * simulation.control_step
-    motion = redirected(scenario.trajectory.make(), scenario.events, simulation.control_step)
-    desired = np.array([motion.sample(t) for t in time])
+    desired = np.array([scenario.desired.sample(t) for t in time])
     shown = pictures(Subject.of_robot(robot), time, desired[:, :3], desired[:, 3:7])
     lines = Curves(points(time, desired[:, :3]), AXES, names="xyz", group="axis")
     arrays = Arrays()

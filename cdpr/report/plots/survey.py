@@ -64,3 +64,8 @@ def survey_pictures(survey: Survey, subject: Subject) -> Pictures:
     """Return the pictures of a motion."""
     pose = survey.desired
     return pictures(subject, survey.time, pose[:, :3], pose[:, 3:7], tension=survey.tension)
+
+
+def pose_pictures(at: Array, subject: Subject) -> Pictures:
+    """Return the picture of a robot in one pose (7,)."""
+    return pictures(subject, np.zeros(1), at[None, :3], at[None, 3:7])

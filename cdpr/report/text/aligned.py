@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from cdpr.errors import printable
+from cdpr.problems import printable
 
 WIDTH = 120  # letters in a line
 WIDEST = 100_000  # of a table: what stands in it is told whole

@@ -29,9 +29,9 @@ def reservations(run: Run) -> Iterator[str]:
             else f"at {bad} of {total} samples solver {run.header.solver} gave no valid answer"
         )
     beyond = figures.get("beyond_limits_steps", {})
-    for name, words, _ in KINDS:
-        if bad := beyond.get(name):
-            yield f"{bad} of {total} samples had {words} than allowed"
+    for kind in KINDS:
+        if bad := beyond.get(kind.name):
+            yield f"{bad} of {total} samples had {kind.words} than allowed"
 
 
 def fallback(run: Run) -> Iterator[str]:

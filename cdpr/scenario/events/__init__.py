@@ -7,7 +7,7 @@ from typing import Annotated, get_args
 
 from pydantic import Field
 
-from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample
+from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, redirected
 from cdpr.scenario.events.faults import CableBreak, CableJam
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Sine, Wrench
@@ -16,7 +16,7 @@ from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
 
-__all__ = ["EVENTS", "MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample", "limits_change"]
+__all__ = ["EVENTS", "MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample", "limits_change", "redirected"]
 
 MAX_EVENTS = 1000
 

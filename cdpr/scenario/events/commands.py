@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 
 from cdpr.model.robot import Array
+from cdpr.problems import shown
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
-from cdpr.scenario.problems import shown
 
 MAX_BYTES = 512 * 1024 * 1024  # over an hour of tensions that change a thousand times a second
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")

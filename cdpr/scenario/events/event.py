@@ -15,14 +15,16 @@ from typing import Any, ClassVar, Protocol, Self
 from pydantic import Field
 
 from cdpr import tolerances
+from cdpr.errors import CdprError
 from cdpr.fields import Kind, NonNegative, unit
 from cdpr.log.event import Event
 from cdpr.nearest import did_you_mean
+from cdpr.problems import Path
 from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Report
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 from cdpr.trajectory import Trajectory
 
 
@@ -72,6 +74,7 @@ class History:
         unilateral: whether cables cannot push.
         limits: present limits, N, of each cable by name; None where they are not known.
         set_at: when a cable's `min` or `max` was last changed, s, and to what, in words.
+        set_by: which event was the last to change a cable's limits.
         fate: of cables that no longer do what they are told: what has become of them, and when, s.
         stopped: when the robot was stopped, s.
         cables: names of all.
@@ -80,6 +83,7 @@ class History:
     unilateral: bool
     limits: dict[str, tuple[float, float]] | None = None
     set_at: dict[tuple[str, str], tuple[float, str]] = field(default_factory=dict)
+    set_by: dict[str, ScenarioEvent] = field(default_factory=dict)
     fate: dict[str, tuple[str, float]] = field(default_factory=dict)
     stopped: float | None = None
     cables: Sequence[str] = ()
@@ -131,6 +135,10 @@ class ScenarioEvent(Kind):
 
     def follow(self, history: History) -> Iterator[str]:
         """Yield what cannot be after what has happened, and take part in it; asked in the order of time."""
+        return iter(())
+
+    def settle(self, history: History) -> Iterator[str]:
+        """Yield what cannot be once all that happens at its time has happened."""
         return iter(())
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
@@ -196,3 +204,13 @@ class CableEvent(ScenarioEvent):
     def possible(self, fate: str) -> bool:
         """Whether it may happen to a cable of this fate."""
         return False
+
+
+def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
+    """Return the motion with what `events` do to it. Raises CdprError, naming the event, where one cannot be."""
+    for event in sorted(events, key=lambda event: event.time):
+        try:
+            motion = event.redirect(motion, step)
+        except CdprError as error:
+            raise CdprError(f"event '{event.type}' at {event.time:g} s: {error}") from error
+    return motion

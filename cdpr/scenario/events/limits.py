@@ -14,7 +14,10 @@ from cdpr.scenario.problems import exact
 
 
 class TensionLimits(CableEvent):
-    """The tension limits change. Cables that are broken or jammed keep what they have."""
+    """The tension limits change. Cables that are broken or jammed keep what they have.
+
+    What changes at one time changes together, in whatever order the events stand.
+    """
 
     changes_limits: ClassVar[bool] = True
 
@@ -34,15 +37,21 @@ class TensionLimits(CableEvent):
         return self
 
     def follow(self, history: History) -> Iterator[str]:
-        """Yield where the cable is no more, and where its limits would contradict each other."""
+        """Yield where the cable is no more, and where another event says otherwise at the same time."""
         yield from super().follow(history)
-        if history.limits is None:
-            return
-        for name in history.limits if self.cable is None else (str(self.cable),):
-            text = self._contradiction(name, history, history.limits)
+        for name in self._cables(history):
+            text = self._change(name, history)
             if text:
                 yield text
                 return  # limits of all cables that are wrong are one problem
+
+    def settle(self, history: History) -> Iterator[str]:
+        """Yield where the limits of a cable contradict each other, if this event was the last to change them."""
+        for name in self._cables(history):
+            text = self._contradiction(history, name) if history.set_by.get(name) is self else ""
+            if text:
+                yield text
+                return
 
     def actions(self, step: float) -> Iterator[tuple[float, Action]]:
         """The limits change at its time."""
@@ -65,8 +74,13 @@ class TensionLimits(CableEvent):
     def _given(self) -> dict[str, float]:
         return {key: value for key, value in (("min", self.min), ("max", self.max)) if value is not None}
 
-    def _contradiction(self, name: str, history: History, present: dict[str, tuple[float, float]]) -> str:
-        """Change the limits of one cable in `present`; return what is wrong with that, if anything."""
+    def _cables(self, history: History) -> tuple[str, ...]:
+        """The cables whose limits change, none where limits are not known."""
+        present = history.limits or {}
+        return tuple(present) if self.cable is None else (str(self.cable),) if present else ()
+
+    def _change(self, name: str, history: History) -> str:
+        """Change the limits of one cable; return what is wrong with that beside others, if anything."""
         twice = ""
         for key, value in self._given().items():
             before, other = history.set_at.get((name, key), (-1.0, ""))
@@ -74,11 +88,16 @@ class TensionLimits(CableEvent):
                 both = f"becomes {exact(value)} N, and {other} by another event at the same time, {exact(before)} s"
                 twice = f"{key} of cable '{name}' {both}: leave one of them out"
             history.set_at[name, key] = self.time, f"{exact(value)} N (of {self._whose()})"
-        low, high = present[name]
-        low, high = low if self.min is None else self.min, high if self.max is None else self.max
-        present[name] = low, high
-        if twice:
-            return twice
+        assert history.limits is not None
+        low, high = history.limits[name]
+        history.limits[name] = low if self.min is None else self.min, high if self.max is None else self.max
+        if not twice:
+            history.set_by[name] = self
+        return twice
+
+    def _contradiction(self, history: History, name: str) -> str:
+        assert history.limits is not None
+        low, high = history.limits[name]
         if history.unilateral and low < 0:
             return f"min must be at least 0 (N), got {exact(low)}: a cable cannot push"
         if low > high or high <= 0:

@@ -10,9 +10,9 @@ from pydantic import Field
 
 from cdpr.errors import CdprError
 from cdpr.log.event import Event
+from cdpr.problems import Path
 from cdpr.scenario.changes import Options, RefusedError
 from cdpr.scenario.events.event import Action, Drives, ScenarioEvent, first_sample
-from cdpr.scenario.problems import Path
 
 
 class SetOption(ScenarioEvent):

@@ -10,11 +10,12 @@ from pydantic import Field
 
 from cdpr import tolerances, trajectory
 from cdpr.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Place, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 
 MAX_TURNS = 1000
 ON_THE_WAY = 12  # places of a turn that are looked at

@@ -11,12 +11,12 @@ from pydantic import Field, PrivateAttr
 from cdpr import tolerances, trajectory
 from cdpr.fields import INITIAL, NonNegative
 from cdpr.model.robot import Array
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import RATES, Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Place, Report, begins, posed
 from cdpr.scenario.motions.table import MAX_BYTES, Table, TableError, parse_table
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path
 
 FILE: Path = ("file",)
 

@@ -11,8 +11,9 @@ from cdpr import tolerances
 from cdpr.fields import ZERO, Vector3
 from cdpr.model import DOF_NAMES
 from cdpr.model.robot import Array
+from cdpr.problems import Path
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 
 RATES = (
     ("velocity", slice(0, 3)),

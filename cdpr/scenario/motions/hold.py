@@ -8,11 +8,11 @@ from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.fields import INITIAL, Position, unit
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Report, pose, posed
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path
 
 
 class Hold(Motion):

@@ -11,11 +11,11 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.fields import INITIAL, NonNegative, Position, Positive, Section, unit
 from cdpr.model import rotations
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path
 
 NO_TURN = 1e-9  # rad; attitudes nearer than this are one
 
@@ -79,6 +79,10 @@ class JerkLimited(Motion):
                 text = f"required as the attitude changes on the way to point {path[-1]}: {keys}"
                 report.say(("angular_limits",), text)
                 return
+
+    def ends(self) -> float:
+        """Return when it ends, s, as its limits let it."""
+        return self.make().end
 
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory."""

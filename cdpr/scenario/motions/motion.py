@@ -12,10 +12,10 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.fields import INITIAL, ZERO, Kind, Position, Section, unit
 from cdpr.model.robot import Array
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed, Rated
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.problems import Path
 
 S = TypeVar("S", bound=Section)
 
@@ -84,6 +84,11 @@ class Motion(Kind):
     def span(self) -> tuple[float | None, float | None]:
         """Return the times at which it begins and ends, s; None where it is at rest there by itself."""
         return None, None
+
+    def ends(self) -> float | None:
+        """Return when the completed motion ends, s; None where it never does, or only its trajectory knows."""
+        start, duration = getattr(self, "start", None), getattr(self, "duration", None)
+        return self.span()[1] if start is None or duration is None else float(start + duration)
 
     def check_rest(self, k: int, text: str, report: Report) -> None:
         """Report where it is not at rest in its first pose, k = 0, or its last one, k = -1."""

@@ -8,10 +8,11 @@ from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.fields import NonNegative, Positive, unit
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, posed
-from cdpr.scenario.problems import Path, exact
+from cdpr.scenario.problems import exact
 
 
 class PickAndPlace(Motion):

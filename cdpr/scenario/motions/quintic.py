@@ -8,10 +8,10 @@ from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.fields import ZERO, NonNegative, Positive, Vector3, unit
+from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, knot, posed
-from cdpr.scenario.problems import Path
 
 
 class Knot(Pose):

@@ -14,7 +14,8 @@ from cdpr.fields import MAX_DISTANCE, MAX_MAGNITUDE
 from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array
 from cdpr.nearest import did_you_mean
-from cdpr.scenario.problems import exact, shown
+from cdpr.problems import shown
+from cdpr.scenario.problems import exact
 
 MAX_ROWS = 100_000
 MAX_BYTES = 32 * 1024 * 1024

@@ -10,17 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from cdpr.problems import Path, Problem
 from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
-from cdpr.scenario.plausible.course import after_the_end, gravity, taken_by_the_guide
-from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside
+from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, taken_by_the_guide
+from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
+from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, proportions
-from cdpr.scenario.plausible.subject import Finding, Subject
-from cdpr.scenario.problems import Path, Problem
 
-__all__ = ["CHECKS", "Finding", "Subject", "warnings"]
+__all__ = ["CHECKS", "Finding", "Setup", "warnings"]
 
-CHECKS: tuple[Callable[[Subject], Iterator[Finding]], ...] = (
+CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     whole_turns,
     proportions,
     bodies,
@@ -29,17 +29,19 @@ CHECKS: tuple[Callable[[Subject], Iterator[Finding]], ...] = (
     one_sided,
     outside,
     beyond_reach,
+    too_weak,
     gravity,
     after_the_end,
+    cut_short,
     taken_by_the_guide,
 )
 
 
-def warnings(subject: Subject, document: Document) -> tuple[Problem, ...]:
+def warnings(setup: Setup, document: Document) -> tuple[Problem, ...]:
     """Return what the checks find, each with the place where it stands in the document; of one value the first."""
     found: dict[Path, str] = {}
     for check in CHECKS:
-        for path, text in check(subject):
+        for path, text in check(setup):
             if not any(path[: len(part)] == part for part in document.filled):  # is told where it comes from
                 found.setdefault(path, text)
     return tuple(Problem(document.mark(path), path, text) for path, text in found.items())

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from cdpr.scenario.plausible.subject import Finding, Subject
-from cdpr.scenario.problems import Path, exact
+from cdpr.problems import Path
+from cdpr.scenario.plausible.setup import Finding, Setup
+from cdpr.scenario.problems import exact
 
 WHOLE_TURN = 2.0 * math.pi * (1.0 + 1e-6)  # rad; a whole turn may be typed with six digits
 WHOLE_TURN_IN_DEGREES = 360.0
@@ -21,12 +22,12 @@ DEGREES = (("orientation", "rpy_deg"), ("euler", "angles_deg"), ("phase_deg",))
 LAST = {ending[-1] for ending in (*RADIANS, *DEGREES)}
 
 
-def whole_turns(subject: Subject) -> Iterator[Finding]:
+def whole_turns(setup: Setup) -> Iterator[Finding]:
     """Attitudes and phases beyond a whole turn."""
-    node: Any = subject.data
-    for part in subject.root if subject.run is None else ():
+    node: Any = setup.data
+    for part in setup.root if setup.run is None else ():
         node = node[part]
-    for path, angles in _angles(node, subject.root if subject.run is None else ()):
+    for path, angles in _angles(node, setup.root if setup.run is None else ()):
         if text := in_degrees(angles) if _ends(path, RADIANS) else _more_than_whole(angles):
             yield path, text
 

@@ -6,34 +6,36 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cdpr import tolerances
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.event_checks import beyond
-from cdpr.scenario.plausible.subject import Finding, Subject
+from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.problems import exact
 
 STRONGEST = 100.0  # m/s^2; the sun's surface has 274, Jupiter's 25, the earth's in millimetres 9810
 
 
-def gravity(subject: Subject) -> Iterator[Finding]:
+def gravity(setup: Setup) -> Iterator[Finding]:
     """Gravity that points upwards, or is not in m/s^2."""
-    if subject.run is None:
+    if setup.run is None:
         return
-    path, size = ("world", "gravity"), float(np.linalg.norm(subject.gravity))
-    if subject.gravity[2] > 0.0:
-        down = f"[0, 0, {-subject.gravity[2]:g}]"
-        yield path, f"points upwards, {exact(subject.gravity[2])} m/s^2 along z: z is up, so the earth's is {down}"
+    path, size = ("world", "gravity"), float(np.linalg.norm(setup.gravity))
+    if setup.gravity[2] > 0.0:
+        down = f"[0, 0, {-setup.gravity[2]:g}]"
+        yield path, f"points upwards, {exact(setup.gravity[2])} m/s^2 along z: z is up, so the earth's is {down}"
     if size > STRONGEST:
         yield path, f"{size:.4g} m/s^2 is {size / 9.81:.0f} times that of the earth, 9.81 m/s^2"
 
 
-def after_the_end(subject: Subject) -> Iterator[Finding]:
+def after_the_end(setup: Setup) -> Iterator[Finding]:
     """Events and motions that would begin after the run."""
-    if subject.run is None:
+    if setup.run is None:
         return
-    end, events = subject.run.simulation.duration, subject.run.events
-    for i in beyond(events, subject.run.simulation):
+    end, events = setup.run.simulation.duration, setup.run.events
+    for i in beyond(events, setup.run.simulation):
         yield ("events", i), f"happens at {exact(events[i].time)} s, after the end of the run at {exact(end)} s: never"
-    start = getattr(subject.motion, "start", 0.0)
+    start = getattr(setup.motion, "start", 0.0)
     if start >= end:
         yield (
             ("trajectory", "start"),
@@ -41,10 +43,22 @@ def after_the_end(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def taken_by_the_guide(subject: Subject) -> Iterator[Finding]:
+def cut_short(setup: Setup) -> Iterator[Finding]:
+    """Motions that go on after the run; where an event leaves the motion, it is not meant to end."""
+    if setup.run is None or setup.shortened:
+        return
+    if any(type(event).redirect is not ScenarioEvent.redirect for event in setup.run.events):
+        return
+    end, motion = setup.run.simulation.duration, setup.run.trajectory.ends()
+    if motion is not None and motion > end * (1.0 + tolerances.TIME) and getattr(setup.motion, "start", 0.0) < end:
+        text = f"the run ends at {exact(end)} s and the motion at {motion:.6g} s: the rest of it is cut off"
+        yield ("simulation", "duration"), text
+
+
+def taken_by_the_guide(setup: Setup) -> Iterator[Finding]:
     """Wrenches that move nothing, for the guide takes all of them."""
-    dof = subject.robot.dof
-    for i, event in enumerate(subject.run.events if subject.run else ()):
+    dof = setup.robot.dof
+    for i, event in enumerate(setup.run.events if setup.run else ()):
         swing = event.swing(1.0)
         acts = [name for name, part in zip(DOF_NAMES, swing.amplitude if swing else (), strict=False) if part != 0.0]
         if acts and not set(acts) & set(dof):

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from cdpr import tolerances
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
-from cdpr.scenario.plausible.subject import Finding, Subject
+from cdpr.scenario.hold import unheld
+from cdpr.scenario.plausible.setup import Finding, Setup
 
 # Anchors whose heights differ by less than this share of their extent hang the platform from above: it may go down any
 # way, and below the lowest of others there is nothing that holds it down.
@@ -17,33 +19,34 @@ LEVEL = 0.1
 # Frames from their middle: a lift in a shaft hangs 40 deep, a position in millimetres is 100 away.
 FAR = 50.0
 ROUND_OFF = 1e-9  # of a direction, and of the frame's extent
+UNHELD = 0.01  # of the weight: poses and limits in a file are rounded
 OFF_ANCHOR = (
     0.05  # the same where cables leave the frame beside their anchors, by pulleys, which are not looked at here
 )
 
 
-def no_length(subject: Subject) -> Iterator[Finding]:
+def no_length(setup: Setup) -> Iterator[Finding]:
     """Cables without length at home; where a run begins that is an error."""
-    home = subject.robot.home
+    home = setup.robot.home
     if home is None:
         return
-    for cable, chord in zip(subject.robot.cables, _chords(subject, home[:3], rotations.matrix(home[3:])), strict=True):
+    for cable, chord in zip(setup.robot.cables, _chords(setup, home[:3], rotations.matrix(home[3:])), strict=True):
         if np.linalg.norm(chord) < tolerances.LENGTH:
             text = f"cable '{cable.name}' has no length here: its two anchors coincide, so it has no direction"
-            yield (*subject.root, "home", "position"), text
+            yield (*setup.root, "home", "position"), text
 
 
-def one_sided(subject: Subject) -> Iterator[Finding]:
+def one_sided(setup: Setup) -> Iterator[Finding]:
     """Starts at which all cables pull to one side, and gravity not to the other: nothing holds the platform there.
 
     Looked at are the axes of the world and the mean direction of the cables. A load of the scenario may do it.
     """
-    robot = subject.robot
+    robot = setup.robot
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
-    if not free.any() or _may_hold(subject):
+    if not free.any() or _may_hold(setup):
         return
-    for path, position, attitude in subject.starts():
-        chords = _chords(subject, position, rotations.matrix(attitude)) * free
+    for path, position, attitude in setup.starts():
+        chords = _chords(setup, position, rotations.matrix(attitude)) * free
         lengths = np.linalg.norm(chords, axis=1)
         if lengths.min() < tolerances.LENGTH:
             continue
@@ -52,27 +55,48 @@ def one_sided(subject: Subject) -> Iterator[Finding]:
         size = float(np.linalg.norm(mean))
         sides = [*np.eye(3), *-np.eye(3), *([mean / size] if size > ROUND_OFF else [])]
         for side in sides:
-            if np.all(pulls @ side > _slack(robot)) and subject.gravity * free @ side > -ROUND_OFF:
+            if np.all(pulls @ side > _slack(robot)) and setup.gravity * free @ side > -ROUND_OFF:
                 axis = "[" + ", ".join(f"{part + 0.0:.3g}" for part in side) + "]"
                 count = "its cable pulls" if robot.m == 1 else f"all {robot.m} cables pull"
                 yield path, f"{count} the platform along {axis} (x, y, z) here, and nothing pulls it back"
                 break
 
 
-def outside(subject: Subject) -> Iterator[Finding]:
+def too_weak(setup: Setup) -> Iterator[Finding]:
+    """Starts at which no tensions within the limits hold the weight: the platform falls, or is torn away, at once.
+
+    Robots with fewer cables than degrees of freedom swing, and where cables leave beside their anchors is not looked at
+    here: of these `cdpr info` tells. A load of the scenario may do it.
+    """
+    robot = setup.robot
+    if setup.run is not None and setup.run.controlled:
+        robot = replace(robot, dof=setup.run.controlled)
+    if robot.m < robot.n or _may_hold(setup) or _slack(robot) > ROUND_OFF:
+        return
+    size = robot.platform.mass * float(np.linalg.norm(setup.gravity))
+    for path, position, attitude in setup.starts():
+        if np.linalg.norm(_chords(setup, position, rotations.matrix(attitude)), axis=1).min() < tolerances.LENGTH:
+            continue
+        left = unheld(robot, position, attitude, setup.gravity)
+        if left > UNHELD * size:
+            text = f"the nearest leave {left:.4g} N of {size:.4g} N, moments taken at the characteristic length"
+            yield path, f"no tensions within the limits hold the platform's weight here: {text}"
+
+
+def outside(setup: Setup) -> Iterator[Finding]:
     """Places beyond the frame's anchors, from where all cables pull back; only gravity pulls away from them."""
-    robot, anchors = subject.robot, subject.robot.anchors[:, :3]
-    if _may_hold(subject):
+    robot, anchors = setup.robot, setup.robot.anchors[:, :3]
+    if _may_hold(setup):
         return
     low, high = anchors.min(axis=0), anchors.max(axis=0)
-    slack = _slack(robot) * subject.extent + tolerances.HELD
-    paths, positions, turned = subject.places
+    slack = _slack(robot) * setup.extent + tolerances.HELD
+    paths, positions, turned = setup.places
     # A platform may be longer than its frame is wide: both its origin and its centre of mass must be outside.
     masses = positions + turned @ robot.platform.center_of_mass
     below = np.maximum(positions, masses) < low - slack
     above = np.minimum(positions, masses) > high + slack
-    flat = high - low < LEVEL * subject.extent
-    hangs = flat & (((subject.gravity < 0.0) & below) | ((subject.gravity > 0.0) & above))
+    flat = high - low < LEVEL * setup.extent
+    hangs = flat & (((setup.gravity < 0.0) & below) | ((setup.gravity > 0.0) & above))
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
     for k, i in np.argwhere((below | above) & ~hangs & free):
         axis = DOF_NAMES[i]
@@ -80,14 +104,14 @@ def outside(subject: Subject) -> Iterator[Finding]:
         yield paths[k], f"lies outside the frame: {span}, and here {axis} = {positions[k, i]:.6g} m"
 
 
-def beyond_reach(subject: Subject) -> Iterator[Finding]:
+def beyond_reach(setup: Setup) -> Iterator[Finding]:
     """Places far from the frame, or where a cable is longer or shorter than it can be.
 
     What lies on a pulley counts as cable, too: of those with an exit of their own, runs alone tell.
     """
-    robot, extent = subject.robot, subject.extent
-    paths, positions, turned = subject.places
-    away = np.linalg.norm(positions - subject.middle, axis=1)
+    robot, extent = setup.robot, setup.extent
+    paths, positions, turned = setup.places
+    away = np.linalg.norm(positions - setup.middle, axis=1)
     if not {"x", "y", "z"}.isdisjoint(robot.dof) and extent > 0.0:
         for k in np.flatnonzero(away > FAR * extent):
             text = f"{away[k]:.4g} m from the middle of the frame's anchors, which are {extent:.4g} m apart"
@@ -97,7 +121,7 @@ def beyond_reach(subject: Subject) -> Iterator[Finding]:
     longest = np.array([np.inf if high is None else high for _, high in limits])
     if not shortest.any() and not np.isfinite(longest).any():
         return
-    lengths = np.linalg.norm(_chords(subject, positions, turned), axis=2)
+    lengths = np.linalg.norm(_chords(setup, positions, turned), axis=2)
     short, long = lengths < shortest * (1.0 - ROUND_OFF), lengths > longest * (1.0 + ROUND_OFF)
     for k, i in np.argwhere(short | long):
         limit = f"longer than its length.max, {longest[i]:.6g} m"
@@ -108,9 +132,9 @@ def beyond_reach(subject: Subject) -> Iterator[Finding]:
         )
 
 
-def _chords(subject: Subject, positions: Array, turned: Array) -> Array:
+def _chords(setup: Setup, positions: Array, turned: Array) -> Array:
     """From the platform's anchors to the frame's, (..., m, 3), m, world, at positions and rotation matrices."""
-    anchors = subject.robot.anchors
+    anchors = setup.robot.anchors
     arms = anchors[:, 3:] @ np.swapaxes(turned, -1, -2)
     return np.asarray(anchors[:, :3] - positions[..., None, :] - arms)
 
@@ -119,10 +143,10 @@ def _slack(robot: Robot) -> float:
     return ROUND_OFF if all(cable.exit is None for cable in robot.cables) else OFF_ANCHOR
 
 
-def _may_hold(subject: Subject) -> bool:
+def _may_hold(setup: Setup) -> bool:
     """Whether something besides cables and gravity may hold the platform: a wrench of the scenario; or legs do, which
     push. Gravity that points upwards is told by itself.
     """
-    events = subject.run.events if subject.run else ()
+    events = setup.run.events if setup.run else ()
     loaded = any(event.swing(1.0) is not None for event in events)
-    return loaded or not subject.robot.unilateral or subject.gravity[2] > 0.0
+    return loaded or not setup.robot.unilateral or setup.gravity[2] > 0.0

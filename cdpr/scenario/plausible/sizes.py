@@ -11,7 +11,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdpr.scenario.plausible.subject import Finding, Subject
+from cdpr.cables.chain import DIAMETER
+from cdpr.cables.drum import RADIUS
+from cdpr.fields import Section
+from cdpr.problems import Path
+from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.robot_schema import moments_about, tensor
 
 LARGEST = 3e3  # m between frame anchors; those of the largest cable robot, the FAST telescope, are 600 m apart
@@ -29,11 +33,11 @@ LARGEST_DRUM = 5.0  # m
 METRES = "lengths are in metres"
 
 
-def proportions(subject: Subject) -> Iterator[Finding]:
+def proportions(setup: Setup) -> Iterator[Finding]:
     """Anchors of frame and platform, against one another."""
-    cables = (*subject.root, "cables")
-    frame = subject.extent
-    platform = float(np.linalg.norm(np.ptp(subject.robot.anchors[:, 3:], axis=0)))
+    cables = (*setup.root, "cables")
+    frame = setup.extent
+    platform = float(np.linalg.norm(np.ptp(setup.robot.anchors[:, 3:], axis=0)))
     if frame > LARGEST:
         yield cables, f"the frame's anchors are {frame:.4g} m apart; {METRES}: in millimetres that is {_metres(frame)}"
     elif platform > LARGEST_PLATFORM * frame > 0.0:
@@ -44,10 +48,10 @@ def proportions(subject: Subject) -> Iterator[Finding]:
         yield cables, f"{text}: in millimetres the frame's are {_metres(frame)}"
 
 
-def bodies(subject: Subject) -> Iterator[Finding]:
+def bodies(setup: Setup) -> Iterator[Finding]:
     """Inertia and shape of the platform, against its mass and its anchors."""
-    path, section, body = (*subject.root, "platform"), subject.section.platform, subject.robot.platform
-    arm = float(np.linalg.norm(subject.robot.anchors[:, 3:], axis=1).max())
+    path, section, body = (*setup.root, "platform"), setup.section.platform, setup.robot.platform
+    arm = float(np.linalg.norm(setup.robot.anchors[:, 3:], axis=1).max())
     if section.inertia is not None and len(moments_about(section.inertia)) == 3 and arm > 0.0:
         gyration = math.sqrt(float(np.abs(tensor(section.inertia)).max()) / body.mass)
         if not 1.0 / LARGEST_ARM < arm / gyration < LARGEST_ARM:
@@ -59,20 +63,22 @@ def bodies(subject: Subject) -> Iterator[Finding]:
         yield (*path, "shape"), text
 
 
-def cable_sizes(subject: Subject) -> Iterator[Finding]:
+def cable_sizes(setup: Setup) -> Iterator[Finding]:
     """Diameters of cables and drums."""
-    section, root = subject.section, subject.root
-    given = [((*root, "cable"), section.cable.diameter)]
-    given += [((*root, "cables", i), cable.diameter) for i, cable in enumerate(section.cables)]
-    for path, diameter in given:
+    section, root = setup.section, setup.root
+    given: list[tuple[Path, Section | None]] = [((*root, "cable"), section.cable)]
+    given += [((*root, "cables", i), cable) for i, cable in enumerate(section.cables)]
+    for path, cable in given:
+        diameter = getattr(cable, DIAMETER.key)
         if diameter is not None and diameter > THICKEST:
             yield (*path, "diameter"), f"a cable {diameter:.4g} m thick; {METRES}: in millimetres {_metres(diameter)}"
     winches = [(root, section.winch)]
     winches += [((*root, "cables", i), cable.winch) for i, cable in enumerate(section.cables)]
     for path, winch in winches:
-        if winch is not None and winch.drum_radius > LARGEST_DRUM:
-            text = f"a drum of {winch.drum_radius:.4g} m; {METRES}: in millimetres {_metres(winch.drum_radius)}"
-            yield (*path, "winch", "drum_radius"), text
+        radius = getattr(winch, RADIUS.key, None)
+        if radius is not None and radius > LARGEST_DRUM:
+            text = f"a drum of {radius:.4g} m; {METRES}: in millimetres {_metres(radius)}"
+            yield (*path, "winch", RADIUS.key), text
 
 
 def _metres(millimetres: float) -> str:

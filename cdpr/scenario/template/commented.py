@@ -9,9 +9,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Path
 from cdpr.scenario.describe import Place, look
 from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.problems import Path
 from cdpr.scenario.yaml_text import flow
 
 WIDTH = 110  # of a line

@@ -10,9 +10,9 @@ import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.model.rotations import from_rpy
+from cdpr.scenario.hold import holds, pulls_against_itself
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import World
-from cdpr.scenario.template.hold import holds, pulls_against_itself
 
 Rows = list[tuple[list[float], list[float]]]  # A_i and B_i of each cable, m
 

@@ -11,9 +11,9 @@ from cdpr import defaults
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import Registry
+from cdpr.scenario.hold import holds
 from cdpr.scenario.motions import Quintic
 from cdpr.scenario.schema import World
-from cdpr.scenario.template.hold import holds
 
 SHARE = 0.1  # of the frame's extent along each axis, upwards half of it
 TURN = 10.0  # degrees, of a robot that only turns

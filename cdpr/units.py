@@ -1,11 +1,23 @@
-"""Units by their names, for FMUs that do not define theirs and for scenarios that say `unit: mm/s`."""
+"""Units by their names, of FMUs that do not define theirs and of scenarios that say `unit: mm/s` or `mass: 25 kg`."""
 
 from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 
-from cdpr.fmu.read.model import BASE_UNITS, Unit
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit, as an FMU defines it or a name means it: SI value = value * factor + offset."""
+
+    name: str
+    exponents: tuple[int, ...] | None = None  # of BASE_UNITS; None where the FMU names a unit without defining it
+    factor: float = 1.0
+    offset: float = 0.0
+
 
 # Name -> exponents of BASE_UNITS that are not zero, factor to SI.
 KNOWN: dict[str, tuple[dict[str, int], float]] = {

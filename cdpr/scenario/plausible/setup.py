@@ -12,9 +12,9 @@ import numpy as np
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
+from cdpr.problems import Path
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place
-from cdpr.scenario.problems import Path
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection, World
 
@@ -22,7 +22,7 @@ Finding = tuple[Path, str]
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class Setup:
     """A robot, and the scenario around it where there is one.
 
     Attributes:
@@ -32,6 +32,7 @@ class Subject:
         data: the file as plain data.
         run: the scenario, with all filled in.
         motion: its motion as it was given, so that its paths are those of the file.
+        shortened: whether its duration was set for this call alone, by who knows what a shorter run leaves out.
     """
 
     section: RobotSection
@@ -40,6 +41,7 @@ class Subject:
     data: dict[str, Any]
     run: ScenarioSection | None = None
     motion: Motion | None = None
+    shortened: bool = False
 
     @property
     def gravity(self) -> Array:

@@ -1,6 +1,8 @@
-"""Whether cables can hold a platform at a pose, by a test that is quick and never says so where they cannot."""
+"""Whether cables can hold a platform at a pose: quick tests, right where they say that they can, or cannot."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -12,6 +14,9 @@ REGULAR = 1e-3
 MARGIN = 1e-3  # of the range of tensions, by which they are pushed within their limits
 STARTS = 8  # equal tensions between lowest and highest that are begun with
 PROJECTIONS = 100  # of each, by turns onto the limits and onto the tensions that hold the weight
+STEPS, LOOK = 2000, 20  # of a search, and how often it is looked at
+NEAR = 0.999  # share of what is left that is proved, at which a search ends
+ROUND_OFF = 1e-9  # of the weight
 
 
 def wrench_matrix(robot: Robot, position: Array, attitude: Array) -> Array:
@@ -54,6 +59,34 @@ def holds(robot: Robot, position: Array, attitude: Array, gravity: Array) -> boo
                 return True
             tension = np.clip(tension, low + MARGIN * (high - low), high - MARGIN * (high - low))
     return False
+
+
+def unheld(robot: Robot, position: Array, attitude: Array, gravity: Array) -> float:
+    """Return how much of the weight tensions within the limits leave at least, N (moments as in `wrench_matrix`).
+
+    The nearest wrench is looked for by accelerated projected gradients (Beck and Teboulle 2009). What is left of the
+    weight then is a direction y in which no tensions t within the limits pull enough: max y.W t over them, the sum of
+    what each cable can do, is less than y.w. That is proved however near the search has come; else 0 is returned.
+    """
+    W, wanted = wrench_matrix(robot, position, attitude), weight(robot, attitude, gravity)
+    low, high = robot.tension_min, robot.tension_max
+    slope = float(np.linalg.norm(W, 2)) ** 2
+    tension = ahead = low.copy()
+    best, momentum = 0.0, 1.0
+    for k in range(1, STEPS + 1):
+        before, tension = tension, np.clip(ahead + W.T @ (wanted - W @ ahead) / slope, low, high)
+        following = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum**2))
+        ahead, momentum = tension + (momentum - 1.0) / following * (tension - before), following
+        if k % LOOK == 0:
+            left = wanted - W @ tension
+            size, pulls = float(np.linalg.norm(left)), W.T @ left
+            if size <= ROUND_OFF * float(np.linalg.norm(wanted)):
+                return 0.0
+            proved = (float(left @ wanted) - float(np.maximum(pulls * low, pulls * high).sum())) / size
+            best = max(best, proved)
+            if best >= NEAR * size:
+                break
+    return best
 
 
 def pulls_against_itself(robot: Robot, position: Array, attitude: Array) -> bool:

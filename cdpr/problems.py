@@ -1,0 +1,78 @@
+"""Where something stands in a file, what is wrong with it, and how it is written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+Path = tuple[str | int, ...]
+
+SHORTEST = 60  # characters of a foreign text that are shown
+
+
+def printable(text: str) -> str:
+    """Escape what would break a line or speak to a terminal: names, files and values are a stranger's words.
+
+    Letters of any script stay; control characters, those that turn the direction of writing and bytes that are no
+    text become escapes such as \\x1b.
+    """
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
+
+
+@dataclass(frozen=True, order=True)
+class Mark:
+    """A place in a file, counted from 1; line 0 stands for the whole source, such as one `--set`."""
+
+    source: str
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.source}:{self.line}:{self.column}" if self.line else self.source
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong. `plugin` is set where only a plugin is missing."""
+
+    mark: Mark
+    path: Path
+    text: str
+    plugin: bool = False
+
+    def as_dict(self) -> dict[str, str | int]:
+        """Return it for JSON; line and column are 0 where the whole source is meant."""
+        source, line, column = self.mark.source, self.mark.line, self.mark.column
+        text = printable(self.text)
+        return {"source": source, "line": line, "column": column, "key": dotted(self.path), "text": text}
+
+    def __str__(self) -> str:
+        key = f"{dotted(self.path)}: " if self.path else ""
+        return printable(f"{self.mark}: {key}{self.text}")
+
+
+def dotted(path: Path) -> str:
+    """Write a path as in `robot.cables[0].frame[2]`."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            text += ("." if text else "") + (part if re.fullmatch(r"[\w:-]{1,60}", part) else shown(part))
+    return text
+
+
+def shown(value: object) -> str:
+    """Write a value that was found, on one short line."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list):
+        return "an empty list" if not value else f"a list of {len(value)}"
+    text = repr(value)
+    return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")

@@ -1,0 +1,63 @@
+"""What a robot is at a pose, and what a scenario's motion asks of it, followed without simulating it: in figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr import defaults
+from cdpr.distribution.portrait import describe_motion, describe_pose, describe_robot
+from cdpr.distribution.survey import Survey, survey
+from cdpr.log.run_json import plain
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins.registry import registry
+from cdpr.scenario import Scenario
+from cdpr.simulation.loads import Loads
+from cdpr.simulation.schedule import Schedule
+from cdpr.tension.stage import Solve, TensionStage
+
+MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
+
+
+def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -> tuple[dict[str, Any], Survey | None]:
+    """Return figures as plain data, and of a scenario its motion.
+
+    `gravity` is (3,), m/s^2, world; the robot is looked at in the pose `at` (7,), which comes from `source`.
+    """
+    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
+    entry = registry().get("solver", defaults.SOLVER)
+    solver, options = entry.load(), entry.info.options()
+    figures: dict[str, Any] = {
+        "robot": describe_robot(robot),
+        "pose": {"source": source, **describe_pose(robot, at, gravity, solver(robot, options).solve)},
+    }
+    if not isinstance(loaded, Scenario):
+        return plain(figures), None
+    asked = loaded.controlled
+    motion = follow(loaded, solver(asked, options).solve)
+    told = [f"{event.type} at {event.time:g} s" for event in sorted(loaded.events, key=lambda event: event.time)]
+    if loaded.belief:
+        figures["robot"]["believed"] = loaded.belief
+    figures["motion"] = {
+        "type": loaded.trajectory.type,
+        "end_s": loaded.desired.end,
+        **describe_motion(asked, motion),
+        "events": told,
+    }
+    return plain(figures), motion
+
+
+def follow(scenario: Scenario, solve: Solve) -> Survey:
+    """Return what the desired motion of a scenario asks of its cables; `solve` is as for `survey`."""
+    simulation, events, period = scenario.simulation, scenario.events, scenario.simulation.control_step
+    steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
+
+    def happens(stage: TensionStage, external: Array) -> Schedule:
+        return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))
+
+    time = steps * period
+    desired = np.array([scenario.desired.sample(t) for t in time])
+    gravity = np.array(scenario.world.gravity)
+    return survey(scenario.controlled, time, desired, gravity, solve, happens=happens, samples=steps)
