@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from contextlib import closing
 from functools import reduce
 from types import SimpleNamespace
 
@@ -490,3 +491,24 @@ def test_limits_that_change_move_in_the_plot(page):
     page.get_by_label("Limits most").fill("many")
     page.get_by_role("button", name="Set limits").click()
     page.locator(".messages li", has_text="A number is expected").wait_for(state="attached")
+
+
+def test_a_window_on_a_file_that_is_wrong_shows_why_until_it_is_mended(chromium, files):
+    from cdpr.gui.desk import Desk
+    from cdpr.gui.window import Window
+
+    files.robot.write_text(ROBOT.replace("mass: 20", "mass: -20"))
+    told = []
+    with Window(Desk(str(files.scenario)), told.append, port=0) as window, closing(chromium.new_page()) as page:
+        window.begin()
+        page.set_default_timeout(PATIENCE)
+        page.on("pageerror", lambda error: told.append(str(error)))
+        page.goto(window.address)
+        page.wait_for_function("() => window.cdpr?.form.message")
+        assert "greater than 0" in page.locator('[data-path="robot.platform.mass"] .problem').inner_text()
+        page.keyboard.press("Space")  # there is nothing to run, which is told
+        page.locator(".messages li").first.wait_for(state="attached")
+        write(page, "robot.platform.mass", 20)
+        page.get_by_role("button", name="Apply").click()
+        page.wait_for_function(READY)
+    assert told == []
