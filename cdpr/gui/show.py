@@ -36,7 +36,7 @@ PATIENCE = 2.0  # s that `close` waits for a step that is under way
 # What a status says where nothing is simulated, in the words of `Stage.about`.
 NOTHING: dict[str, Any] = {
     **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
-    **{"events": [], "pushes": [], "cables": [], "changeable": []},
+    **{"events": [], "pushes": [], "cables": [], "limits": None, "changeable": []},
 }
 
 Level = Literal["error", "warning", "info"]
