@@ -112,7 +112,7 @@ class Simulation(Interventions):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = late("Simulation.html")(self)
+        html: str = late("Simulation._repr_html_")(self)
         return html
 
     @property
