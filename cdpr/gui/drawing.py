@@ -75,7 +75,7 @@ class Drawing:
         }
 
     def _base(self) -> list[float] | None:
-        """Row by row, the matrix that turns what the robot's file says of the frame into the world; None for the unit."""
+        """Row by row, the matrix that turns the base's axes into the world's; None where they are the same."""
         frame = self._scenario.sections.robot.frame
         return None if frame is None else rotations.matrix(frame.attitude).ravel().tolist()
 
