@@ -40,7 +40,7 @@ def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option("--mass", type=AnyReal(), metavar="KG", help="Mass of the platform (kg): 20."),
         click.option(
-            "--cables", type=AnyWhole(), metavar="N", help="8 in space; 3 or 4 of a point that hangs; planar 4."
+            "--cables", type=AnyWhole(), metavar="N", help="8 or 7 in space; 3 or 4 of a point that hangs; planar 4."
         ),
         click.option("--crossed/--straight", default=None, help="Whether cables cross at the platform: they do."),
         click.option("--planar", is_flag=True, default=None, help="A robot in the plane of x and z."),

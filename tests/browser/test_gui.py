@@ -385,17 +385,71 @@ def test_the_target_is_dragged_and_the_platform_goes_there(page):
     page.wait_for_function("(p) => Math.hypot(...p.map((x, i) => x - cdpr.frame.dp[i])) < 0.01", arg=target)
 
 
-def test_an_anchor_that_is_dragged_is_an_edit(page):
+@pytest.mark.parametrize(
+    ("handle", "key", "before"),
+    [
+        ("Anchor of cable 4 on the frame", "frame", [2, 2, 3]),
+        ("Point of cable 4 on the platform", "platform", [0.3, 0.3, -0.2]),
+    ],
+)
+def test_a_point_that_is_dragged_is_an_edit(page, handle, key, before):
     page.get_by_role("button", name="points to drag").click()
-    handle = page.get_by_label("Anchor of cable 4 on the frame")
-    handle.focus()
+    page.get_by_label(handle).focus()
     page.keyboard.down("ArrowUp")
     page.keyboard.up("ArrowUp")
     page.wait_for_function("() => !cdpr.form.message.applied")
-    moved = np.array(page.evaluate(VALUE, "robot.cables[3].frame"))
-    assert 0.005 < np.linalg.norm(moved - [2, 2, 3]) < 0.1
+    moved = np.array(page.evaluate(VALUE, f"robot.cables[3].{key}"))
+    assert 0.005 < np.linalg.norm(moved - before) < 0.1
     apply(page)
-    assert page.evaluate("cdpr.stage.films[0].anchors[3].slice(0, 3)") == pytest.approx(moved.tolist())
+    ends = page.evaluate("cdpr.stage.films[0].anchors[3]")
+    assert ends[:3] + ends[3:] == pytest.approx([*moved, 0.3, 0.3, -0.2] if key == "frame" else [2, 2, 3, *moved])
+
+
+def test_a_jam_and_an_emergency_stop_act_and_what_is_over_is_disturbed_no_more(page):
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_function("() => cdpr.frame.t > 0.1")
+    page.get_by_label("Cable to cut or jam").select_option("cable_2")
+    page.get_by_role("button", name="Jam").click()
+    page.wait_for_function("() => cdpr.disturb.cable.options[1].text.includes('jammed')")
+    page.get_by_role("button", name="Emergency stop").click()
+    page.wait_for_function("() => cdpr.data.events.some(({text}) => text.includes('emergency stop'))")
+    page.get_by_role("button", name="As fast as it goes").click()
+    page.wait_for_function(PHASE, arg="done")
+    assert any("'cable_2' jams" in event["text"] for event in page.evaluate("cdpr.data.events"))
+    tension, error = (
+        np.array(page.evaluate(f"Array.from(cdpr.curves.panels[{k}].series[{i}].value)")) for k, i in ((0, 1), (1, 0))
+    )
+    assert np.ptp(tension[-5:]) < 1e-3  # it stands still, and what has jammed with it
+    assert np.isfinite(error).all()
+    for button in ("Push", "Cut", "Set limits", "Go to the target", "Emergency stop"):
+        assert page.get_by_role("button", name=button, exact=True).is_disabled()
+    assert page.get_by_role("button", name="Save session…").is_enabled()
+    page.get_by_role("button", name="Reset").click()
+    page.wait_for_function(PHASE, arg="ready")
+    assert page.get_by_role("button", name="Push", exact=True).is_enabled()
+
+
+def test_a_colour_that_is_not_given_is_shown_as_it_is_drawn(page):
+    picked = page.get_by_label("robot, platform, colour, picked")
+    assert picked.input_value() == page.evaluate("cdpr.data.colours.body[0]").lower()
+
+
+def test_numbers_of_an_inertia_are_seen_whole(visit):
+    page = visit(viewport={"width": 1200, "height": 800})
+    write(page, "robot.platform.inertia", 0.866667, 0.866667, 1.234567, 0, 0, 0)
+    cut = "(nodes) => nodes.filter((node) => node.scrollWidth > node.clientWidth + 1).length"  # px: both are rounded
+    assert page.locator('[data-path="robot.platform.inertia"] input').evaluate_all(cut) == 0
+
+
+def test_what_does_not_belong_to_a_new_file_cannot_be_filled_in(page):
+    page.get_by_role("button", name="New…").click()
+    dialog = page.locator("dialog[open]")
+    assert dialog.get_by_label("Mass (kg)").is_enabled()
+    dialog.get_by_label("Robot of a scenario").fill("seven")
+    assert dialog.get_by_label("Mass (kg)").is_disabled()  # it is in the robot's file
+    dialog.get_by_label("Kind").select_option("robot")
+    assert dialog.get_by_label("Mass (kg)").is_enabled()
+    assert dialog.get_by_label("Robot of a scenario").is_disabled()
 
 
 def test_names_and_texts_of_files_are_texts(files, page):

@@ -34,6 +34,7 @@ SIZES = [
     "--planar --straight --frame 4,1,3 --platform 0.4,0.1,0.2",
     "--cables 3",
     "--cables 4",
+    "--cables 7 --frame 3,2.5,2 --platform 0.3,0.25,0.2 --mass 8",
 ]
 
 
@@ -173,7 +174,8 @@ def test_what_is_there_stays(here):
         ("--cables 0", "got 0"),
         ("--planar --cables 0", "got 0"),
         ("--platform 5,0.3,0.2", "must be smaller than the frame"),
-        ("--cables 7", "8 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot"),
+        ("--cables 6", "8 or 7 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot"),
+        ("--cables 7 --straight", "try crossed cables (--crossed)"),
         ("--planar --cables 8", "a planar robot has 4 cables"),
         ("--planar --straight --frame 4,1,4 --platform 0.4,0.1,0.4", "try crossed cables (--crossed)"),
     ],

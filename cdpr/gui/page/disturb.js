@@ -6,7 +6,8 @@ class Disturb {
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
     this.changes = live.told.tabs.panel("change", "Change");
-    home.append(this.push(), this.cables(), this.limits(), this.target(), this.saving());
+    this.parts = [this.push(), this.cables(), this.limits(), this.target()];
+    home.append(...this.parts, this.saving());
   }
 
   part(title, ...inputs) { return make("fieldset", {}, make("legend", { text: title }), ...inputs); }
@@ -86,7 +87,7 @@ class Disturb {
 
   saving() {
     const { files } = this.live;
-    const run = files.keep("save_run", "Save the run as a folder", "runs/gui");
+    const run = files.keep("save_run", "Save the run as a folder", "", "a new one in runs/");
     const session = files.keep("save_session", "Save the session as a scenario", "session.yaml");
     return this.part("Keep", button("Save run…", () => run.showModal(), { title: "As a run folder, as cdpr run writes it" }),
       button("Save session…", () => session.showModal(), { title: "As a scenario: what was done are its events" }));
@@ -99,7 +100,12 @@ class Disturb {
     this.most.inputs[0].value = one(limits.tension_max);
   }
 
-  show({ cables = [], pushes = [], changeable = [] }) {
+  // What is over can be disturbed no more, nor what has failed; it can be saved.
+  show({ phase, cables = [], pushes = [], changeable = [] }) {
+    for (const part of this.parts) {
+      part.disabled = OVER.includes(phase);
+      part.title = part.disabled ? "The run is over: reset it, or run it again" : "";
+    }
     const told = JSON.stringify([cables, pushes]);
     if (told !== this.known) {
       this.known = told;

@@ -49,29 +49,41 @@ class Files {
   }
 
   // Asks for a place, and sends it with what shall be written there.
-  keep(what, title, name) {
-    const place = this.text({ required: true, value: name });
+  keep(what, title, name, otherwise = "") {
+    const place = this.text({ required: !otherwise, value: name, placeholder: otherwise });
     return this.dialog(title, "Save", () => this.live.send({ do: what, out: place.value.trim() }), this.row("Where", place));
   }
 
   // As `cdpr new` takes them: what is left empty is as it would be there.
   making() {
     const kind = make("select", {}, option("scenario", "scenario"), option("robot", "robot"));
-    const file = this.text({ placeholder: "robot.yaml or scenario.yaml" });
+    const file = this.text({ placeholder: "scenario.yaml" });
     const robot = this.text({ list: "examples", placeholder: "a new one" });
-    const sizes = (label) => ["width", "depth", "height"].map((placeholder) => numberBox(`${label} ${placeholder}, m`, { placeholder }));
-    const frame = sizes("Frame"), platform = sizes("Platform"), mass = numberBox(null), cables = numberBox(null);
-    const crossed = make("select", {}, option("", "as usual"), option("true", "crossed"), option("false", "straight"));
+    const sizes = (label, usual) => ["width", "depth", "height"].map((size, i) => numberBox(`${label} ${size}, m`,
+      { placeholder: `${size} ${usual[i]}` }));
+    const frame = sizes("Frame", [4, 3, 2.5]), platform = sizes("Platform", [0.4, 0.3, 0.2]), mass = numberBox(null, { placeholder: "20" });
+    const cables = numberBox(null, { placeholder: "8, or 7; of a point 3 or 4; planar 4" });
+    const crossed = make("select", {}, option("", "crossed"), option("false", "straight"));
     const planar = make("input", { type: "checkbox" });
     const three = (text, inputs) => make("p", { className: "row", role: "group", "aria-label": text }, span("", text),
       make("span", { className: "vector of3" }, ...inputs));
     const all = (inputs) => (inputs.some((input) => input.value.trim()) ? inputs.map((input) => reading(input.value)) : "");
     const act = () => {
       const given = { kind: kind.value, file: file.value.trim(), frame: all(frame), platform: all(platform), mass: reading(mass.value),
-        cables: reading(cables.value), crossed: crossed.value && crossed.value === "true", planar: planar.checked || "",
+        cables: reading(cables.value), crossed: crossed.value && false, planar: planar.checked || "",
         robot: kind.value === "scenario" ? robot.value.trim() : "" };
       this.live.send({ do: "new", ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== "")) });
     };
+    // What does not belong to what is chosen cannot be filled in: a robot that is there has its sizes.
+    const fit = () => {
+      const made = kind.value === "robot", there = !made && robot.value.trim() !== "";
+      file.placeholder = `${kind.value}.yaml`;
+      robot.disabled = made;
+      for (const input of [...frame, ...platform, mass, cables, crossed, planar]) input.disabled = there;
+    };
+    kind.addEventListener("change", fit);
+    robot.addEventListener("input", fit);
+    fit();
     return this.dialog("New from a template", "Make", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
       three("Platform (m)", platform), this.row("Mass (kg)", mass), this.row("Cables", cables),
       this.row("Cables at the platform", crossed), this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));

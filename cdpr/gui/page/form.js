@@ -43,6 +43,13 @@ class Form {
   clear(field) { this.live.send({ do: "remove", path: field.path }); }
   remove(path) { this.live.send({ do: "remove", path }); }
   insert(path, value) { this.live.send({ do: "insert", path, value }); }
+
+  // The colour in which something is drawn that names none.
+  usual({ path }) {
+    const { data, dark } = this.live;
+    return data?.colours[path.includes("platform") ? "body" : "soft"]?.[dark ? 1 : 0];
+  }
+
   mark(cable) { this.live.select(cable); }
   faults(path) { return this.wrong?.get(path) || []; }
 

@@ -55,6 +55,7 @@ class Transport {
     }
     this.run.disabled = status.phase === "building";
     this.step.disabled = running || over || status.phase === "building";
+    this.stop.disabled = over;
     this.speeds.forEach((node, i) => node.setAttribute("aria-pressed", String((status.speed ?? null) === SPEEDS[i][0])));
     if (Number.isFinite(status.t)) this.tick(status.t);
   }

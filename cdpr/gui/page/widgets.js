@@ -119,7 +119,8 @@ function colourWidget(field, desk, label = words(field.path || field.label)) {
     root: make("span", { className: "colour" }, picker, input),
     show(now) {
       const value = typeof now.value === "string" ? now.value : "";
-      if (value) picker.value = sixDigits(value);
+      picker.value = sixDigits(value || desk.usual?.(field) || "#808080"); // none is given: as it is drawn all the same
+      input.placeholder = value ? "" : "as drawn";
       put(value);
     },
   };

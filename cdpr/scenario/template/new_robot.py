@@ -98,8 +98,15 @@ def _layout(sizes: Sizes, count: int) -> tuple[list[str], Rows]:
         return ["x", "y", "z"], [([a * X, b * Y, 2.0 * Z], [0.0, 0.0, 0.0]) for a, b in ((-1, -1), (1, -1), (0, 1))]
     if count == 4:
         return ["x", "y", "z"], [([a * X, b * Y, 2.0 * Z], [0.0, 0.0, 0.0]) for a, b in CORNERS]
+    if count == 7:  # four from above, two corners and the middle of an edge below; crossed, they hold it fast
+        turned = -1.0 if sizes.crossed else 1.0
+        above = [([a * X, b * Y, 2.0 * Z], [turned * a * x, b * y, z]) for a, b in CORNERS]
+        below = [([a * X, b * Y, 0.0], [turned * a * x, b * y, z]) for a, b in ((-1, -1), (1, -1), (0, 1))]
+        return ["x", "y", "z", "rx", "ry", "rz"], [*above, *below]
     if count != 8:
-        text = "8 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot (--planar)"
+        text = (
+            "8 or 7 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot (--planar)"
+        )
         raise CdprError(f"{text}, got {count}; to have others, write one of these and change its cables")
     rows: Rows = []
     for level in (1.0, -1.0):

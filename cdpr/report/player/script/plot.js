@@ -200,7 +200,8 @@ class Plot {
       const x = this.x(event.time);
       if (x < free) return;
       free = x + 16;
-      c.fillText(String(i + 1), x + 3, EDGE.top);
+      const text = String(i + 1), room = EDGE.left + this.width - x > 4 + c.measureText(text).width;
+      c.fillText(text, room ? x + 3 : x - 3 - c.measureText(text).width, EDGE.top); // at the end it stands before its line
     });
   }
 
