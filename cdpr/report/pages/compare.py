@@ -113,7 +113,18 @@ def _why(figures: Figures) -> str:
             if row["outcome"] in ("disagrees", "failed")
         ]
         reasons += wrong_orders(group)
+        if figures["agrees"] is None:
+            reasons += [_apart(row, figures["judge"]["backend"]) for row in group["engines"] if row["differences"]]
     return "".join(f"<br>{escape(reason)}" for reason in reasons)
+
+
+def _apart(row: Figures, judge: str) -> str:
+    """How far a run is from the judge, of which no more can be said."""
+    most = [
+        f"{number(found['max'])} {QUANTITIES[name].unit} in {QUANTITIES[name].title}"
+        for name, found in row["differences"].items()
+    ]
+    return f"{row['label']} is never farther from {judge} than {', '.join(most)}"
 
 
 def _engines(group: Figures) -> str:
