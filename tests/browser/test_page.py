@@ -86,7 +86,7 @@ def test_the_space_bar_plays_and_stops_and_arrows_step(page):
 
 
 def test_a_way_costs_what_is_seen_of_it(page):
-    """Where the platform has been is drawn without the many points that no screen tells apart, and as far as it came."""
+    """Where the platform has been is drawn as far as it came, without points that no screen tells apart."""
     away, lines, points, drawn = page.evaluate("""() => {
         const { done } = cdpr.stage.ways[0], film = cdpr.stage.films[0], last = film.time.length - 1;
         const end = done.data.subarray(12 * done.count - 9, 12 * done.count - 6);
