@@ -277,6 +277,23 @@ def test_a_load_may_hold_what_gravity_does_not():
     assert warned({"robot.unilateral": False, **low}) == ()
 
 
+def test_limits_that_change_at_the_start_are_those_that_hold():
+    weak, wider = {"robot.tension.max": 180}, {"type": "limits", "time": 0, "max": 1000}
+    assert WEAK in warned(weak)[0].text
+    assert warned(weak | {"events": [wider]}) == ()
+    assert WEAK in warned(weak | {"events": [wider | {"time": 1.0}]})[0].text
+
+
+def test_without_weight_only_tensions_out_of_balance_are_told():
+    """Round-off among large tensions is none, whatever the weight."""
+    planar = SCENARIOS / "planar.yaml"
+    for gravity in ([0, 0, 0], [0, 0, -1e-14]):
+        assert warned({"world.gravity": gravity, "robot.tension": {"min": 1e5, "max": 1e8}}, planar) == ()
+    uneven = {"world.gravity": [0, 0, 0], "robot.tension": {"min": [10, 10, 900, 900], "max": 1000}}
+    (row, *_) = warned(uneven, planar)
+    assert re.search(r"no tensions within the limits are in balance here: the nearest leave [\d.]+ N, moments", row.text)
+
+
 def test_only_directions_that_are_free_tell():
     """A table on a ball stands above all its anchors, a carriage between its two runs where its rail is."""
     spherical = SCENARIOS / "spherical.yaml"
