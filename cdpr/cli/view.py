@@ -89,17 +89,19 @@ def _figure(
     from cdpr.log.files import replace
     from cdpr.log.reader import load_run
 
-    if out is None or Path(out).suffix not in FIGURES:
+    figure, width, cables = asked
+    if not names(figure):
+        raise click.UsageError("--figure is empty: name a quantity, such as tension")
+    if out is None or Path(out).suffix.lower() not in FIGURES:
         raise click.UsageError(f"--figure needs a file to write: --out NAME with {', '.join(FIGURES)} at its end")
     if len(what) > 1 or not _are_runs(what) or pose is not None or changes:
         raise click.UsageError(
             "--figure is of one finished run, as it is: give its folder or log, and no --set or --pose"
         )
-    path, kind = Path(out), Path(out).suffix
+    path, kind = Path(out), Path(out).suffix.lower()
     _only_over(path, FIGURES[kind], f"figure in {kind[1:].upper()}")
-    figure, width, cables = asked
-    shown = None if cables is None else [int(name) if name.isdecimal() else name for name in names(cables)]
-    drawn = load_run(what[0]).plot(*names(figure), cables=shown, width=width or "ieee")
+    shown = None if cables is None else names(cables)
+    drawn = load_run(what[0]).plot(*names(figure), cables=shown, width="ieee" if width is None else width)
     file = BytesIO()
     drawn.savefig(file, format=kind[1:])
     replace(path, file.getvalue())

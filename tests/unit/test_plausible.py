@@ -291,7 +291,9 @@ def test_without_weight_only_tensions_out_of_balance_are_told():
         assert warned({"world.gravity": gravity, "robot.tension": {"min": 1e5, "max": 1e8}}, planar) == ()
     uneven = {"world.gravity": [0, 0, 0], "robot.tension": {"min": [10, 10, 900, 900], "max": 1000}}
     (row, *_) = warned(uneven, planar)
-    assert re.search(r"no tensions within the limits are in balance here: the nearest leave [\d.]+ N, moments", row.text)
+    assert re.search(
+        r"no tensions within the limits are in balance here: the nearest leave [\d.]+ N, moments", row.text
+    )
 
 
 def test_only_directions_that_are_free_tell():

@@ -104,7 +104,7 @@ def outside(setup: Setup) -> Iterator[Finding]:
     masses = positions + turned @ robot.platform.center_of_mass
     below = np.maximum(positions, masses) < low - slack
     above = np.minimum(positions, masses) > high + slack
-    flat = high - low < LEVEL * setup.extent
+    flat = high - low <= LEVEL * setup.extent  # also where there is one anchor
     hangs = flat & (((setup.gravity < 0.0) & below) | ((setup.gravity > 0.0) & above))
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
     for k, i in np.argwhere((below | above) & ~hangs & free):
