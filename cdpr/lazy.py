@@ -9,13 +9,13 @@ from typing import Any
 # What users expect of a class though a module above it makes it. No module imports one above, not even in a function:
 # it is looked for when it is called, here and nowhere else.
 LATE = {
-    "Robot.html": "cdpr.report.pages.notebook:of_robot",
-    "Run.html": "cdpr.report.pages.notebook:of_run",
+    "Robot._repr_html_": "cdpr.report.pages.notebook:of_robot",
+    "Run._repr_html_": "cdpr.report.pages.notebook:of_run",
     "Run.plot": "cdpr.report.figures.run:plot",
     "Run.summary": "cdpr.log.summary:summarise",
     "Run.to_pandas": "cdpr.log.export:to_pandas",
-    "Scenario.html": "cdpr.report.pages.notebook:of_scenario",
-    "Simulation.html": "cdpr.report.pages.notebook:of_simulation",
+    "Scenario._repr_html_": "cdpr.report.pages.notebook:of_scenario",
+    "Simulation._repr_html_": "cdpr.report.pages.notebook:of_simulation",
 }
 
 

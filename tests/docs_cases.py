@@ -20,6 +20,7 @@ YOURS = {"runs/...": "runs/one"}
 SHORT = ["--set", "simulation.duration=0.02"]
 # Arguments behind those of the page, by the beginning of a command: the same command in less time.
 SHORTER = {
+    "gui": ["--no-open", "--port", "0"],
     "run": [*SHORT, "--no-report"],
     "study": ["--dry-run"],  # which asks no scheduler
     "compare scenarios/": SHORT,

@@ -23,6 +23,7 @@ COMMANDS = {
     "run": "Simulate a scenario and write log, summary and report.",
     "examples": "List the examples that come with cdpr, or copy one.",
     "view": "Show a run, several, a robot or a motion in a page that plays.",
+    "gui": "Open a window that edits a scenario, runs it and steers the run.",
     "new": "Write a robot or a scenario that runs as it is, to be changed.",
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",

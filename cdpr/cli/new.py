@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -64,15 +63,9 @@ def robot(file: str, **given: Any) -> None:
 
     Tension limits follow from the mass. What these sizes cannot hold is refused.
     """
-    from cdpr.plugins.registry import registry
-    from cdpr.scenario import load_robot
-    from cdpr.scenario.robot_schema import RobotSection
-    from cdpr.scenario.template import commented, robot_data
+    from cdpr.scenario.template import robot_text
 
-    asked = _sizes(given)
-    head = f"{_about(asked)} Written by cdpr new robot; lengths in m, masses in kg, forces in N, angles in rad."
-    text = commented(RobotSection, robot_data(asked, _stem(file, "robot")), registry(), head)
-    load_robot(file, text=text)  # what is wrong with it would be our fault: it is told before it is written
+    text = robot_text(file, _sizes(given), _stem(file, "robot"))
     _write(file, text, f"cdpr info {shlex.quote(file)}")
 
 
@@ -84,27 +77,12 @@ def robot(file: str, **given: Any) -> None:
 @sizes
 def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
-    from cdpr.plugins.registry import registry
-    from cdpr.scenario import examples, load_robot, load_scenario
-    from cdpr.scenario.files import seen_from
-    from cdpr.scenario.schema import ScenarioSection
-    from cdpr.scenario.template import commented, robot_data, scenario_data
+    from cdpr.scenario.template import scenario_text
 
-    section: str | dict[str, Any]
-    if source is None:
-        import json
-
-        section = robot_data(_sizes(given), "robot")
-        made = load_robot("robot", text=json.dumps(section))
-    else:
-        if extra := [f"--{key}" for key, value in given.items() if value is not None]:
-            raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
-        made = load_robot(source)
-        section = seen_from(os.path.dirname(file), examples.resolve(source, "robot"))
-    data = scenario_data(made, section, registry())
-    head = "A gentle move from home, then rest. Written by cdpr new scenario; lengths in m, times in s, angles in rad."
-    text = commented(ScenarioSection, data, registry(), head)
-    load_scenario(file, text=text)  # likewise
+    extra = [f"--{key}" for key, value in given.items() if value is not None]
+    if source is not None and extra:
+        raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
+    text = scenario_text(file, source, _sizes(given))
     _write(file, text, f"cdpr run {shlex.quote(file)}")
 
 
@@ -112,11 +90,6 @@ def _sizes(given: dict[str, Any]) -> Sizes:
     from cdpr.scenario.template import Sizes
 
     return Sizes(**{key: value for key, value in given.items() if value is not None})
-
-
-def _about(asked: Sizes) -> str:
-    frame, platform = ("x".join(f"{part:g}" for part in size) for size in (asked.frame, asked.platform))
-    return f"A platform of {platform} m and {asked.mass:g} kg in a frame of {frame} m."
 
 
 def _stem(file: str, otherwise: str) -> str:

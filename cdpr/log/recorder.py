@@ -43,7 +43,7 @@ class Recorder:
         width, self._every = header.layout.width, header.log_every
         self._status = header.layout.columns["status"].start
         kept = steps // self._every + (2 if steps % self._every else 1)
-        on_disk = folder is not None and 8 * width * kept > IN_MEMORY
+        self._on_disk = on_disk = folder is not None and 8 * width * kept > IN_MEMORY
         self._kept: Array = np.empty((min(kept, PICTURE_ROWS) if on_disk else kept, width))
         thinned = np.empty((min(steps + 1, PICTURE_ROWS), width)) if self._every > 1 else None
         self.rows: Array = self._kept if thinned is None else thinned
@@ -87,6 +87,17 @@ class Recorder:
         if self._writer is not None:
             self._writer.close(self._kept, self._count)
         return self.kept
+
+    def so_far(self, stop: int) -> Array | LogRows:
+        """Return what the run would keep if it ended with the samples up to `stop`, excluded; it goes on."""
+        self._take(stop)
+        if self.tally is not None:
+            self._tally_up(stop)
+        off = stop > 0 and (stop - 1) % self._every > 0
+        last = self.rows[[(stop - 1) % len(self.rows)]] if off else self.rows[:0]
+        if self._on_disk and self._writer is not None:
+            return self._writer.so_far(self._kept, self._count, last)
+        return np.concatenate([self._kept[: self._count], last])
 
     @property
     def kept(self) -> Array | LogRows:

@@ -332,7 +332,7 @@ class Run(Frozen):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = late("Run.html")(self)
+        html: str = late("Run._repr_html_")(self)
         return html
 
     def _at_first(self, name: str) -> Array:

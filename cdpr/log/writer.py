@@ -61,6 +61,12 @@ class LogWriter:
         if stop > self._rows:
             self._put_block(self._format.block(_cut(rows, self._rows, stop), self._rows * self._every))
 
+    def so_far(self, rows: Array | LogRows, stop: int, last: Array) -> LogRows:
+        """Return all rows up to row `stop` (excluded), and `last` (n, width) after them; the file is gone on with."""
+        blocks = [chunk for chunk in self._chunks if chunk.group == 0]
+        rest = rows[np.arange(self._rows, stop) % len(rows)]
+        return LogRows(os.dup(self._file.fileno()), self._format, blocks, np.concatenate([rest, last]))
+
     def close(self, rows: Array | LogRows, stop: int) -> None:
         """Bring the file up to row `stop` (excluded) and make it complete; the second time, do nothing.
 
@@ -142,9 +148,7 @@ class LogWriter:
 
     def _shut(self, rows: Array | LogRows, stop: int) -> None:
         if self._readable and self.rows is None:
-            blocks = [chunk for chunk in self._chunks if chunk.group == 0]
-            rest = rows[np.arange(self._rows, stop) % len(rows)]
-            self.rows = LogRows(os.dup(self._file.fileno()), self._format, blocks, rest)
+            self.rows = self.so_far(rows, stop, rows[:0])
         self._file.close()
 
 

@@ -133,7 +133,7 @@ class Robot(Frozen):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = late("Robot.html")(self)
+        html: str = late("Robot._repr_html_")(self)
         return html
 
     @property

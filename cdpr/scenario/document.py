@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,13 +26,14 @@ class Document:
     notes: list[str] = field(default_factory=list)  # what became of the options of plugins that were replaced
     filled: list[Path] = field(default_factory=list)  # what follows from other keys: found anew after each change
     waiting: list[tuple[Path, Any, Mark]] = field(default_factory=list)  # changes of what is not in the data itself
+    files: Mapping[str, str] = field(default_factory=dict)  # texts that stand for files which it names, by their paths
 
     def copy(self) -> Document:
         """Return a copy that can be changed freely."""
         marks = dict(self.keys), dict(self.values)
         told = list(self.dropped), list(self.notes)
         twin = Document(copied(self.data), self.source, self.folder, *marks, *told)
-        twin.filled, twin.waiting = list(self.filled), list(self.waiting)
+        twin.filled, twin.waiting, twin.files = list(self.filled), list(self.waiting), self.files
         return twin
 
     def get(self, path: Path) -> Any:

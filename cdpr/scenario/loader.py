@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 
 from cdpr.errors import ScenarioError
 from cdpr.model import Robot
@@ -23,6 +24,7 @@ def load_scenario(
     path: str | os.PathLike[str],
     *,
     text: str | None = None,
+    files: Mapping[str, str] | None = None,
     overrides: Overrides = (),
     backend: str | None = None,
     solver: str | None = None,
@@ -36,12 +38,14 @@ def load_scenario(
     the type of the solver or controller, those options of the old one that the new one does not take are left
     out and listed in `Scenario.unused`; `Scenario.notes` says what was kept. With `text`, that is read
     in place of the file; `path` then only names it in messages, and its folder is where relative file names start.
+    `files` are texts that are read in place of robot files that it names, by their absolute paths.
     `plugins` are the installed ones unless given.
 
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
     problems = Problems()
     document = open_document(file_name(path), "scenario", problems, text=text)
+    document.files = files or {}
     chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
     return build_scenario(document, overrides, chosen, plugins or registry(), problems)
 

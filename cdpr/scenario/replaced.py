@@ -66,7 +66,7 @@ class Replacement:
         old = [key for key, mark in before.marks.items() if key in given and document.keys.get((role, key)) is mark]
         fields = {field.alias or key: field for key, field in model.model_fields.items()}
         kept = [key for key in old if key in fields]
-        kept = [key for key in kept if key not in _refused(model, {key: given[key] for key in kept}, document.folder)]
+        kept = [key for key in kept if key not in refused(model, {key: given[key] for key in kept}, document.folder)]
         for key in old:
             if key not in kept:
                 document.drop((role, key))
@@ -83,7 +83,7 @@ class Replacement:
             document.notes.append(f"{role} {name} in place of {shown(before.type).strip(chr(39))}: {'; '.join(parts)}")
 
 
-def _refused(model: type[PluginOptions], values: dict[str, Any], folder: str) -> set[str]:
+def refused(model: type[PluginOptions], values: dict[str, Any], folder: str) -> set[str]:
     """Return the keys whose values the model does not take."""
     try:
         model.model_validate_json(json.dumps(values), strict=True, context={"folder": folder})

@@ -77,7 +77,7 @@ class Scenario:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = late("Scenario.html")(self)
+        html: str = late("Scenario._repr_html_")(self)
         return html
 
     @property

@@ -119,7 +119,8 @@ def _read_robot(name: Any, document: Document, problems: Problems) -> Document |
         return None
     file = os.path.join(document.folder, name)
     try:
-        robot = _parsed(read(file), file, problems)
+        given = document.files.get(os.path.abspath(file))
+        robot = _parsed(read(file) if given is None else given.encode(), file, problems)
     except UnreadableError as error:
         problems.add(mark, (), str(error))
         return None

@@ -116,6 +116,12 @@ class Attempt:
         self.loop.write_to(new.recorder.rows)
         return new
 
+    def so_far(self) -> Run:
+        """Return the run as if it were taken no further; it goes on."""
+        done = self.samples > self.scenario.simulation.steps
+        stop = None if done else PlantEnded(f"t = {self._time:.6g} s: looked at here, and taken further")
+        return self.run or self._finished(stop, closing=False, going_on=True)[0]
+
     @property
     def samples(self) -> int:
         """How many samples are complete."""
@@ -167,8 +173,13 @@ class Attempt:
             raise error
         return self.run
 
-    def _finished(self, error: BaseException | None, *, closing: bool = True) -> tuple[Run, BaseException | None]:
-        """Close log and, unless it goes on, backend; return the run and what it ended with: maybe what the log met."""
+    def _finished(
+        self, error: BaseException | None, *, closing: bool = True, going_on: bool = False
+    ) -> tuple[Run, BaseException | None]:
+        """Close log and, if `closing`, backend; return the run and what it ended with: maybe what the log met.
+
+        What is `going_on` goes on in its log, too: nothing is closed.
+        """
         looped = perf_counter()
         samples = self.samples
         rows: Array | LogRows = np.empty((0, self.header.layout.width))
@@ -176,10 +187,9 @@ class Attempt:
         events: list[Event] = []
         if self.parts is not None and self.recorder is not None:
             try:
-                self.recorder.close(samples)
+                rows = self.recorder.so_far(samples) if going_on else self.recorder.close(samples)
             except OutputError as unwritable:
-                error = unwritable
-            rows = self.recorder.kept
+                error, rows = unwritable, self.recorder.kept
             if self.recorder.tally is not None:
                 counted = self.recorder.tally.figures()
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
@@ -187,7 +197,7 @@ class Attempt:
             events += tension_events(self.recorder.status, self.header.control_step, self.parts, refusal)
             events += limit_events(self._exceeded(rows), self.header)
             events += self.session.told(samples)
-            if self.folder is not None and self.session:
+            if self.folder is not None and self.session and not going_on:
                 try:
                     self.session.save(self.folder.path / SESSION_NAME, samples)
                 except CdprError as unsaved:
@@ -228,7 +238,7 @@ class Attempt:
             timings={"setup_s": self._started - self._begun, "loop_s": looped - self._started},
             unused=self.scenario.unused,
             plugins=plugins,
-            folder=None if self.folder is None else str(self.folder.path),
+            folder=None if self.folder is None or going_on else str(self.folder.path),
             counted=counted,
         ), error
 

@@ -24,7 +24,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import first_sample
+from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attempt import Attempt
 from cdpr.simulation.build import make_header
 from cdpr.simulation.live import Alone, Interventions
@@ -112,7 +112,7 @@ class Simulation(Interventions):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = late("Simulation.html")(self)
+        html: str = late("Simulation._repr_html_")(self)
         return html
 
     @property
@@ -124,6 +124,11 @@ class Simulation(Interventions):
     def steps(self) -> int:
         """How many control steps there are."""
         return self.scenario.simulation.steps
+
+    @property
+    def samples(self) -> int:
+        """How many samples are complete."""
+        return self._loop.count
 
     @property
     def time(self) -> float:
@@ -142,6 +147,19 @@ class Simulation(Interventions):
             raise CdprError("row: no sample is complete before the first step")
         rows = self._recorder.rows
         return np.array(rows[(self._loop.count - 1) % len(rows)])
+
+    def rows(self, first: int = 0) -> Array:
+        """Return the complete samples from number `first` on, (n, width), columns as in `Run.rows`; a copy.
+
+        Of a simulation that is thinned, or so long that its log is on disk, the last 4096 are at hand.
+        """
+        rows, stop = self._recorder.rows, self._loop.count
+        return np.array(rows[np.arange(max(first, stop - len(rows), 0), max(first, stop)) % len(rows)])
+
+    @property
+    def events(self) -> tuple[ScenarioEvent, ...]:
+        """The scenario's events, and those that were done since, in the order in which they came."""
+        return self._attempt.session.events
 
     @property
     def state(self) -> Array:
@@ -327,6 +345,11 @@ class Simulation(Interventions):
             if ended is not stop or self._attempt.run is None:
                 raise
             return self._attempt.run
+
+    def so_far(self) -> Run:
+        """Return the run up to the last complete sample and go on; one that is not done has the status "ended"."""
+        with self._alone("so_far"):
+            return self._attempt.so_far()
 
     def close(self) -> None:
         """End the simulation and free what the backend holds; may be called again."""

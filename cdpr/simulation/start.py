@@ -35,7 +35,10 @@ def attempt(
     if isinstance(scenario, Scenario):
         scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
     else:
-        scenario = load_scenario(scenario, overrides=changes, **chosen, plugins=plugins)
+        backend, solver, controller = chosen.values()
+        scenario = load_scenario(
+            scenario, overrides=changes, backend=backend, solver=solver, controller=controller, plugins=plugins
+        )
     header = make_header(scenario)
     if isinstance(out, RunFolder):
         return Attempt(scenario, header, out)

@@ -383,3 +383,32 @@ def test_a_log_step_is_a_whole_multiple_of_the_control_step(step: object, words:
 def test_a_log_step_beyond_the_run_keeps_its_ends() -> None:
     run = cdpr.simulate(CAROCA, overrides={"simulation.duration": 0.05, "log.step": 1e9})
     assert run.time.tolist() == [0.0, 0.05]
+
+
+@pytest.mark.parametrize("log", [False, True])
+@pytest.mark.parametrize("thinned", [False, True])
+def test_a_run_is_looked_at_while_it_goes_on(log, thinned, monkeypatch, tmp_path):
+    """What `so_far` returns is what a run that ends there has; the run that goes on has what it would have had."""
+    all_on_disk(monkeypatch)
+    changes = {**SHORT, "simulation.duration": 0.6, **({"log.step": 0.01} if thinned else {})}
+    with cdpr.Simulation(CAROCA, overrides=changes, out=tmp_path / "on" if log else None) as sim:
+        looked = []
+        for n in (0, 7, 300, 4, 289):
+            if n:
+                sim.step(n)
+            looked.append((sim.samples, sim.so_far()))
+            assert same_bits(sim.rows(sim.samples - 3), sim.rows()[-3:] if n else sim.rows())
+        last = sim.run()
+    whole = cdpr.simulate(CAROCA, overrides=changes)
+    assert same_bits(last.rows[:], whole.rows)
+    assert last.summary() == {**whole.summary(), "real_time_factor": last.summary()["real_time_factor"]}
+    for samples, run in looked:
+        assert run.status == ("ended" if samples < 601 else "finished")
+        if samples in (0, 601):
+            continue
+        with cdpr.Simulation(CAROCA, overrides=changes) as sim:
+            sim.step(samples)
+            short = sim.run()
+        assert same_bits(run.rows[:], short.rows[:])
+        figures = [{k: v for k, v in each.summary().items() if k != "real_time_factor"} for each in (run, short)]
+        assert {**figures[0], "message": ""} == {**figures[1], "message": ""}

@@ -40,6 +40,19 @@ def test_a_robot_file_is_found_from_the_scenario_not_from_here(folder, monkeypat
     assert load_scenario("../a.yaml", plugins=PLUGINS).robot.name == "tripod"
 
 
+def test_a_text_stands_for_a_robot_file(folder, monkeypatch):
+    heavier = {str(folder / "robots" / "tripod.yaml"): ROBOT.replace("mass: ", "mass: 1", 1)}
+    expected = load_robot("tripod.yaml", text=ROBOT.replace("mass: ", "mass: 1", 1)).platform.mass
+    monkeypatch.chdir(folder / "robots")
+    scenario = load_scenario("../a.yaml", files=heavier, plugins=PLUGINS)
+    assert scenario.robot.platform.mass == expected
+    assert scenario.with_changes({"simulation.duration": 1.0}).robot.platform.mass == expected
+    assert load_scenario("../a.yaml", plugins=PLUGINS).robot.platform.mass != expected
+    missing = {str(folder / "robots" / "other.yaml"): ROBOT}
+    text = HEAD + "robot: robots/other.yaml\n" + QUINTIC + TAIL
+    assert load_scenario("../a.yaml", text=text, files=missing, plugins=PLUGINS).robot.m == 3
+
+
 def test_a_robot_file_may_lie_beside_the_folder(folder):
     (folder / "runs").mkdir()
     text = HEAD + "robot: ../robots/tripod.yaml\n" + QUINTIC + TAIL

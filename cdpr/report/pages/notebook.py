@@ -18,7 +18,7 @@ from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.report.marks import AXES
 from cdpr.report.pages import tables
-from cdpr.report.pages.page import STYLE, figure, hall, panels, table
+from cdpr.report.pages.page import figure, hall, panels, style, table
 from cdpr.report.player import assets
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.data import page_data
@@ -157,10 +157,10 @@ def _frame(title: str, data: Mapping[str, Any]) -> str:
     parts = [hall([figure("robot", "", "", "", live=assets.stage(data))], "hall")]
     if plotted:
         parts.append(hall([figure(PLOTS, "", "", "", live=panels(PLOTS))], "gallery"))
-    style = STYLE.read_text(encoding="utf-8") + assets.style() + OWN.read_text(encoding="utf-8")
+    css = style() + assets.style() + OWN.read_text(encoding="utf-8")
     page = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-        f'<meta name="color-scheme" content="light dark"><style>{style}</style></head><body class="embedded">'
+        f'<meta name="color-scheme" content="light dark"><style>{css}</style></head><body class="embedded">'
         f'<main class="theatre{" plotted" * plotted}">{"".join(parts)}</main>{assets.script(data)}</body></html>'
     )
     # Scripts alone are allowed within: the page has an origin of its own and cannot reach the notebook.

@@ -38,10 +38,15 @@ def page(
         banner=banner,
         navigation="\n".join(navigation),
         sections="\n".join(parts),
-        style=STYLE.read_text(encoding="utf-8") + ("" if data is None else assets.style()),
+        style=style() + ("" if data is None else assets.style()),
         layout="" if data is None else "theatre",
         script="" if data is None else assets.script(data),
     )
+
+
+def style() -> str:
+    """Return the style that all pages have."""
+    return assets.ground() + STYLE.read_text(encoding="utf-8")
 
 
 def section(key: str, body: str) -> str:

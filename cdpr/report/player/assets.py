@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from html import escape
 from itertools import cycle
@@ -17,13 +17,26 @@ from cdpr.view import colours
 from cdpr.view.colours import Pair
 
 FOLDER = Path(__file__).with_name("script")
-# In this order: each uses what stands before it.
-FILES = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "stage.js", "plot.js", "player.js")
+# In this order: each uses what stands before it. All but the last draw, whoever says what.
+DRAWING = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "stage.js", "plot.js")
+FILES = (*DRAWING, "player.js")
 
 
 def script(data: Mapping[str, Any]) -> str:
     """Return data and script as HTML."""
     return f"{block(data)}\n<script>\n{_code()}</script>"
+
+
+@cache
+def drawing() -> str:
+    """Return the part of the script that draws scenes and plots, for windows that say themselves what and when."""
+    return _joined(DRAWING)
+
+
+@cache
+def ground() -> str:
+    """Return the style of the ground of all pages: its colours by day and by night."""
+    return (FOLDER / "ground.css").read_text(encoding="utf-8")
 
 
 @cache
@@ -77,5 +90,8 @@ def _text(name: str) -> Template:
 
 @cache
 def _code() -> str:
-    parts = "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in FILES)
-    return f'(() => {{\n"use strict";\n{parts}}})();\n'
+    return f'(() => {{\n"use strict";\n{_joined(FILES)}}})();\n'
+
+
+def _joined(names: Iterable[str]) -> str:
+    return "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in names)

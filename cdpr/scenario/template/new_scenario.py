@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from cdpr import defaults
-from cdpr.mechanics.properties import home_pose
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import Registry
@@ -28,6 +27,8 @@ DIGITS = 3  # behind the point: millimetres of a robot of metres
 
 def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry) -> dict[str, Any]:
     """Return a scenario as the plain data of its file; `section` is what its key `robot` holds."""
+    from cdpr.mechanics.properties import home_pose  # takes long, for it compiles
+
     home, _ = home_pose(robot)
     data: dict[str, Any] = {"robot": section}
     move, length = _move(robot, home)

@@ -1,12 +1,16 @@
 // The page's arrays, and where a time stands in them.
 
 function readData(text) {
-  const data = JSON.parse(text);
-  const raw = atob(data.bytes);
-  const bytes = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+  const data = JSON.parse(text), buffer = bufferOf(data.bytes);
   data.bytes = "";
-  return replaceArrays(data, bytes.buffer);
+  return replaceArrays(data, buffer);
+}
+
+// What base64 stands for.
+function bufferOf(text) {
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+  return bytes.buffer;
 }
 
 // Puts a typed array in the place of every entry {at, n, kind}.

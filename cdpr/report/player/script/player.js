@@ -15,13 +15,15 @@ class Player {
     const night = matchMedia("(prefers-color-scheme: dark)");
     this.dark = night.matches;
     night.addEventListener("change", () => { this.dark = night.matches; this.restyle(); });
+    this.hint = "Click to go to a time, drag to zoom, double click for all.";
     this.plots = [];
     for (const [key, panels] of Object.entries(data.figures)) {
       const home = document.querySelector(`[data-panels="${key}"]`);
       panels.forEach((panel, i) => this.plots.push(new Plot(home, panel, data, this, i === panels.length - 1)));
     }
     const root = document.getElementById("stage");
-    this.stage = root && data.scenes.length ? new Stage(root, data, this) : null;
+    const films = data.scenes.map((scene) => new Film(scene));
+    this.stage = root && films.length ? new Stage(root, data, this, films) : null;
     this.transport();
     this.keys();
     this.links();
@@ -48,6 +50,8 @@ class Player {
     this.window = [Math.max(a, middle - half), Math.min(b, middle + half)];
     this.redraw();
   }
+
+  whole() { this.zoom(...this.data.span); }
 
   redraw() {
     for (const plot of this.plots) plot.stale = true;
@@ -143,15 +147,11 @@ class Player {
   }
 
   act(name) {
-    const views = { home: null, top: [-90, 89.9], front: [-90, 0], side: [0, 0] };
     if (name === "play") this.play(!this.playing);
     else if (name === "loop") this.loop = !this.loop;
     else if (name === "start") this.seek(this.data.span[0]);
-    else if (name === "whole") this.zoom(...this.data.span);
-    else if (name in views) {
-      this.stage.camera.home();
-      if (views[name]) { this.stage.camera.look(...views[name]); this.stage.camera.fit(); }
-    } else this.stage.options[name] = !this.stage.options[name];
+    else if (name === "whole") this.whole();
+    else this.stage.act(name);
     this.pressed();
     this.wake();
   }

@@ -16,7 +16,7 @@ class Plot {
     this.root.querySelector(".label").textContent = panel.label + (panel.note ? ` – ${panel.note}` : "");
     this.area = this.root.querySelector(".area");
     this.area.style.height = `${Math.round(78 * Math.max(panel.tall, 1.5)) + (last ? TIME_ROOM : 0)}px`;
-    this.area.setAttribute("aria-label", `${panel.label} over time. Click to go to a time, drag to zoom, double click for all.`);
+    this.area.setAttribute("aria-label", `${panel.label} over time. ${state.hint}`);
     [this.base, this.top] = this.area.querySelectorAll("canvas");
     home.append(this.root);
     this.legend();
@@ -80,9 +80,11 @@ class Plot {
   layout() {
     const box = this.area.getBoundingClientRect(), ratio = Math.min(window.devicePixelRatio || 1, 2);
     if (box.width === 0) return false;
+    const width = Math.round(box.width * ratio), height = Math.round(box.height * ratio);
     for (const canvas of [this.base, this.top]) {
-      canvas.width = Math.round(box.width * ratio);
-      canvas.height = Math.round(box.height * ratio);
+      if (canvas.width === width && canvas.height === height) continue; // setting it costs, even to the same
+      canvas.width = width;
+      canvas.height = height;
       canvas.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
     }
     this.size = [box.width, box.height];
@@ -105,6 +107,11 @@ class Plot {
       }
     }
     if (!(high >= low)) return this.panel.range;
+    const reach = Math.max(high - low, this.panel.least); // limits are shown that are no farther away than this
+    for (const value of this.panel.dashed.flatMap((limit) => limit.values)) {
+      if (value < low && low - value <= reach) low = value;
+      if (value > high && value - high <= reach) high = value;
+    }
     const room = Math.max(high - low, this.panel.least * 0.1, 1e-4 * Math.max(Math.abs(low), Math.abs(high)), 1e-15);
     const middle = 0.5 * (low + high);
     return [middle - 0.56 * room, middle + 0.56 * room];
@@ -323,12 +330,12 @@ class Plot {
     });
     area.addEventListener("pointercancel", () => { down = this.dragged = null; });
     area.addEventListener("pointerleave", () => this.state.point(null));
-    area.addEventListener("dblclick", () => this.state.zoom(...this.data.span));
+    area.addEventListener("dblclick", () => this.state.whole());
   }
 }
 
 function tick(value, step) {
-  const digits = clamp(-Math.floor(Math.log10(step) + 1e-9) + (String(step).includes("25") ? 1 : 0), 0, 12);
+  const digits = clamp(-Math.floor(Math.log10(step) + 1e-9) + (/25$/.test(String(step).replace(".", "")) ? 1 : 0), 0, 12);
   if (Math.abs(value) >= 1e6 || (step < 1e-4 && value !== 0)) return value.toExponential(1).replace(/-/g, "−");
   return (Math.abs(value) < 1e-12 * step ? 0 : value).toFixed(digits).replace("-", "−");
 }

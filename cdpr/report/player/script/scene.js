@@ -26,15 +26,29 @@ class Film {
       const n = Math.hypot(...near) || 1;
       return near.map((x) => x / n);
     };
-    const m = this.cables.length, pose = modelMatrix(mixed(this.position, 3), attitude(this.orientation));
-    return {
-      index: i,
-      pose,
-      desired: this.desired ? modelMatrix(mixed(this.desired[0], 3), attitude(this.desired[1])) : null,
+    const m = this.cables.length;
+    return this.picture(i, {
+      position: mixed(this.position, 3),
+      orientation: attitude(this.orientation),
+      desired: this.desired ? [mixed(this.desired[0], 3), attitude(this.desired[1])] : null,
       tension: this.tension ? mixed(this.tension, m) : null,
-      state: this.state ? this.state.subarray(i * m, (i + 1) * m) : new Uint8Array(m),
+      state: this.state ? this.state.subarray(i * m, (i + 1) * m) : null,
       force: this.force ? mixed(this.force, 3) : null,
-      exits: this.exits ? mixed(this.exits, 3 * m) : this.anchors.flatMap((a) => a.slice(0, 3)),
+      exits: this.exits ? mixed(this.exits, 3 * m) : null,
+    });
+  }
+
+  // What is drawn of one row: all of it follows from the same numbers.
+  picture(index, { position, orientation, desired, tension, state, force, exits }) {
+    const pose = modelMatrix(position, orientation);
+    return {
+      index,
+      pose,
+      desired: desired ? modelMatrix(...desired) : null,
+      tension,
+      state: state || new Uint8Array(this.cables.length),
+      force,
+      exits: exits || this.anchors.flatMap((a) => a.slice(0, 3)),
       tips: this.anchors.map((a) => moved(pose, a.slice(3))),
     };
   }

@@ -1,16 +1,15 @@
 // The scene on the page: canvas, labels, legend and what hands do to the camera.
 
+const VIEWS = { home: null, top: [-90, 89.9], front: [-90, 0], side: [0, 0] }; // azimuth and elevation, degrees
 const MOST_SORTED = 5000; // triangles that a plain canvas draws at 20 frames a second
 
 class Stage {
-  constructor(root, data, state) {
+  constructor(root, data, state, films) {
     this.root = root;
     this.data = data;
     this.state = state;
-    this.films = data.scenes.map((scene) => new Film(scene));
-    const low = [0, 1, 2].map((i) => Math.min(...this.films.map((film) => film.bounds[0][i])));
-    const high = [0, 1, 2].map((i) => Math.max(...this.films.map((film) => film.bounds[1][i])));
-    this.camera = new Camera([low, high], this.films[0].flat);
+    this.films = films;
+    this.camera = this.makeCamera();
     this.canvas = root.querySelector("canvas.space");
     this.paper = root.querySelector("canvas.labels");
     this.options = { ghost: true, path: true, numbers: true, force: true, radius: this.camera.radius, selected: null };
@@ -19,6 +18,13 @@ class Stage {
     this.hands();
     new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
     this.resize();
+  }
+
+  // Sees all films at once.
+  makeCamera() {
+    const low = [0, 1, 2].map((i) => Math.min(...this.films.map((film) => film.bounds[0][i])));
+    const high = [0, 1, 2].map((i) => Math.max(...this.films.map((film) => film.bounds[1][i])));
+    return new Camera([low, high], this.films[0].flat);
   }
 
   // Without a graphics card a plain canvas is the faster one, until there are too many triangles to sort.
@@ -46,6 +52,13 @@ class Stage {
     this.painter = new FlatPainter(this.canvas);
     this.hands();
     this.resize();
+  }
+
+  // What a button asks for: a view, or that something is shown or not.
+  act(name) {
+    if (!(name in VIEWS)) this.options[name] = !this.options[name];
+    else this.camera.home();
+    if (VIEWS[name]) { this.camera.look(...VIEWS[name]); this.camera.fit(); }
   }
 
   // Colours on the ground that the page has now.
@@ -96,25 +109,30 @@ class Stage {
     this.pictures = this.films.map((film) => film.at(t));
     this.films.forEach((film, i) => {
       const picture = this.pictures[i];
-      if (this.options.path) {
-        const { desired, done } = this.ways[i];
-        if (desired) lines.push(desired);
-        lines.push({ ...done, count: Math.min(picture.index, done.count) });
-      }
-      if (film.outlines) lines.push(this.outlines(film, picture.index, this.looks[i]));
+      if (this.options.path) lines.push(...this.paths(i, picture));
+      if (film.outlines) lines.push(this.outlines(film, picture, this.looks[i]));
       const found = moving(film, picture, this.looks[i], { ...this.options, ghost: this.options.ghost && i === 0 });
       lines.push(found.lines);
       solids.push(...found.solids);
       if (i === 0) labels.push(...found.labels);
     });
+    this.more(lines, solids, labels);
     this.painter.draw(this.camera, this.ratio, lines, solids);
     this.write(labels);
   }
 
-  outlines(film, index, look) {
+  // Where the platform shall go and where it has been, of film i.
+  paths(i, picture) {
+    const { desired, done } = this.ways[i], past = { ...done, count: Math.min(picture.index, done.count) };
+    return desired ? [desired, past] : [past];
+  }
+
+  more() {} // for windows that draw more into the scene
+
+  outlines(film, picture, look) {
     const { rows, sizes, points } = film.outlines, lines = new Lines();
     const each = sizes.reduce((a, b) => a + b, 0);
-    let at = 3 * each * nearest(rows, index);
+    let at = 3 * each * nearest(rows, picture.index);
     for (const size of sizes) {
       for (let k = 1; k < size; k++) {
         lines.add(points.subarray(at + 3 * k - 3, at + 3 * k), points.subarray(at + 3 * k, at + 3 * k + 3), look.ink, 1.4);

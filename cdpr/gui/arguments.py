@@ -1,0 +1,26 @@
+"""Calls what a window asks for; what it got wrong is told in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import Parameter, signature
+from typing import Any
+
+from cdpr.errors import CdprError
+from cdpr.nearest import did_you_mean
+
+
+def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
+    """Return what a function returns. Raises CdprError where it takes no such arguments, or lacks some."""
+    wanted = signature(function)
+    takes = list(wanted.parameters)
+    anything = any(each.kind is Parameter.VAR_KEYWORD for each in wanted.parameters.values())  # it judges them itself
+    for name in () if anything else arguments:
+        if name not in takes:
+            known = ", ".join(takes) or "nothing"
+            raise CdprError(f"{do}: '{name}' is not known: {did_you_mean(name, takes)}{known} is expected")
+    try:
+        wanted.bind(**arguments)
+    except TypeError as error:
+        raise CdprError(f"{do}: {error}") from None
+    return function(**arguments)

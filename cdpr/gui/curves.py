@@ -1,0 +1,111 @@
+"""Curves that grow while a simulation runs, with no more points than a screen shows and with their extremes kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cdpr.model.robot import Array
+
+MOST = 4000  # points of a curve: more than a screen is wide
+PIECE = 400  # points of a message: encoding them stops the simulation for some milliseconds
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How far a window has come."""
+
+    run: int
+    points: int
+
+
+class Curves:
+    """Values over time; whoever calls anything but `add` holds the board's lock.
+
+    Of each span of samples, as long as all of a run need, a curve has the least and the largest value, in their order;
+    of short runs it has every sample.
+    """
+
+    def __init__(self) -> None:
+        self._run, self._shown = 0, 0
+        self.begin({}, 1)
+
+    def begin(self, names: Mapping[str, tuple[int, int]], samples: int) -> None:
+        """Empty them; `names` says how many columns each quantity has, and to how many decimals they are told."""
+        self._names, self._span = dict(names), 1 if samples <= MOST else -(-2 * samples // MOST)
+        self._run += 1
+        self._count, self._shown = 0, 0
+        width = 1 + sum(columns for columns, _ in names.values())
+        self._points = np.empty((min(samples, MOST + 2), width))
+        self._rest = np.empty((0, width))
+
+    def add(self, rows: Array) -> None:
+        """Add samples (n, 1 + columns): time, s, and all values side by side."""
+        if self._span == 1:
+            self._append(rows)
+            return
+        rows = np.concatenate([self._rest, rows])
+        whole = len(rows) // self._span
+        self._rest = rows[whole * self._span :]
+        if whole:
+            self._append(_extremes(rows[: whole * self._span].reshape(whole, self._span, -1)))
+
+    def end(self) -> None:
+        """Add what is left over, after the last sample."""
+        if len(self._rest):
+            self._append(_extremes(self._rest[None]))
+            self._rest = self._rest[:0]
+
+    def show(self) -> None:
+        """Let windows have all points so far."""
+        self._shown = self._count
+
+    def start(self) -> Mark:
+        """Where a window begins that has nothing."""
+        return Mark(-1, 0)
+
+    def since(self, mark: Mark) -> tuple[list[dict[str, Any]], Mark]:
+        """Return the messages for a window that has come so far, and how far it then is; some more may be left."""
+        first = mark.points if mark.run == self._run else 0
+        stop = min(self._shown, first + PIECE)
+        if mark.run == self._run and first == stop:
+            return [], mark
+        message: dict[str, Any] = {"kind": "samples", "from": first, "reset": mark.run != self._run}
+        message["t"] = np.round(self._points[first:stop, 0], 6).tolist()
+        at = 1
+        for name, (columns, decimals) in self._names.items():
+            values = np.round(self._points[first:stop, at : at + columns], decimals)
+            message[name] = plain(values if name in PER_CABLE else values[:, 0])
+            at += columns
+        return [message], Mark(self._run, stop)
+
+    def _append(self, points: Array) -> None:
+        room = len(self._points) - self._count
+        points = points[:room]
+        self._points[self._count : self._count + len(points)] = points
+        self._count += len(points)
+
+
+PER_CABLE = ("tension", "length")
+
+
+def plain(values: Array) -> Any:
+    """Return numbers as lists; None in place of what is none, which JSON has not."""
+    if np.isfinite(values).all():
+        return values.tolist()
+    out = values.astype(object)
+    out[~np.isfinite(values)] = None
+    return out.tolist()
+
+
+def _extremes(spans: Array) -> Array:
+    """Two points (2 b, k) of each of b spans of samples (b, n, k): what is least and largest, in their order."""
+    values = np.nan_to_num(spans, nan=0.0)
+    low, high = values.argmin(axis=1)[:, None], values.argmax(axis=1)[:, None]
+    first, second = np.minimum(low, high), np.maximum(low, high)
+    pair = np.concatenate([np.take_along_axis(spans, first, 1), np.take_along_axis(spans, second, 1)], axis=1)
+    pair[:, :, 0] = spans[:, [0, spans.shape[1] // 2], 0]
+    return pair.reshape(-1, spans.shape[2])

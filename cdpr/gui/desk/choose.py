@@ -1,0 +1,85 @@
+"""Another form of a section: another motion, shape, attitude, plugin. What both forms take stays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import CdprError, PluginError
+from cdpr.gui.desk.fields import ONE_OF, Schema, branches
+from cdpr.gui.desk.starts import Starts
+from cdpr.model import rotations
+from cdpr.nearest import did_you_mean
+from cdpr.plugins.registry import Registry, Role
+from cdpr.scenario.orientation import Orientation
+from cdpr.scenario.overrides import CORE_KEYS
+from cdpr.scenario.replaced import refused
+
+DIGITS = 9  # of what is converted
+SIZE = (0.4, 0.3, 0.2)  # m, of a platform of which nothing is known
+
+
+def plugin_section(plugins: Registry, role: Role, name: str, given: Any, folder: str) -> dict[str, Any]:
+    """Return a section of controller or solver for another plugin; options that it does not take are left out."""
+    section = given if isinstance(given, dict) else {}
+    try:
+        model = plugins.get(role, name).info.options
+    except PluginError:
+        return {**section, "type": name}  # will be told
+    fields = {info.alias or key for key, info in model.model_fields.items()}
+    core = {key: value for key, value in section.items() if key in CORE_KEYS[role]}
+    kept = {key: value for key, value in section.items() if key in fields and key not in CORE_KEYS[role]}
+    wrong = refused(model, kept, folder)
+    return {**core, "type": name, **{key: value for key, value in kept.items() if key not in wrong}}
+
+
+def form_section(node: Schema, root: Schema, name: str, given: Any, starts: Starts) -> dict[str, Any]:
+    """Return a section in the form of this name, with plain values for what it needs; CdprError if there is none.
+
+    Args:
+        node: resolved schema of the section.
+        root: the whole schema.
+        name: type of the form, or the key that stands for it.
+        given: the section as it is.
+        starts: where plain values come from.
+    """
+    section = given if isinstance(given, dict) else {}
+    forms = branches(node, root)
+    known = list(forms) or list(ONE_OF.get(str(node.get("name")), ()))
+    if name not in known:
+        raise CdprError(f"there is no {name[:60]!r}: {did_you_mean(name, known)}there are {', '.join(known)}")
+    if forms:
+        kept = {key: value for key, value in section.items() if key in forms[name]["properties"]}
+        return {"type": name, **{**starts.form(forms[name]), **kept, "type": name}}
+    return {name: _attitude(name, section) if node["name"] == "Orientation" else _shape(name, section, starts)}
+
+
+def _attitude(name: str, given: dict[str, Any]) -> Any:
+    """The same attitude in another form; upright where there is none."""
+    try:
+        q = Orientation.model_validate(given, strict=False).quaternion()
+    except ValueError:
+        q = np.array([1.0, 0.0, 0.0, 0.0])
+    if name == "quaternion":
+        return _plain(q)
+    rpy = rotations.to_euler(q, "xyz")  # R = Rz Ry Rx, about fixed axes
+    if name == "euler":
+        return {"angles": _plain(rpy), "order": "xyz"}
+    return _plain(np.degrees(rpy) if name == "rpy_deg" else rpy)
+
+
+def _plain(values: Any) -> list[float]:
+    return [round(float(value), DIGITS) + 0.0 for value in values]
+
+
+def _shape(name: str, given: dict[str, Any], starts: Starts) -> Any:
+    """A shape of about the size of the box before, or of the box around the anchors."""
+    box, anchors = given.get("box"), starts.anchors("platform")
+    try:
+        sizes = [float(each) for each in (box or np.ptp(anchors, axis=0))]
+    except (ValueError, TypeError):
+        sizes = []
+    x, y, z = (float(f"{abs(each):.3g}") or other for each, other in zip(sizes or SIZE, SIZE, strict=False))
+    radius = float(f"{0.25 * (x + y):.3g}")
+    return {"box": [x, y, z], "sphere": radius, "cylinder": {"radius": radius, "height": z}, "mesh": ""}[name]

@@ -1,0 +1,277 @@
+"""The desk: opens, edits, undoes, saves, and says what there is as a form and as a scenario."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+from cdpr.errors import CdprError, OutputError
+from cdpr.gui.desk import edit, saving
+from cdpr.gui.desk.fields import MISSING
+from cdpr.gui.desk.files import File, Files, named, outdated, unsaved
+from cdpr.gui.desk.form import Subject, placed, tabs
+from cdpr.gui.desk.made import around, new_file
+from cdpr.gui.desk.meaning import Meaning
+from cdpr.plugins.registry import Registry, registry
+from cdpr.problems import Mark, Path, Problem, dotted
+from cdpr.scenario import examples, load_scenario
+from cdpr.scenario.overrides import KEY, PART, Change, read_overrides
+from cdpr.scenario.problems import Problems
+from cdpr.scenario.scenario import Scenario
+from cdpr.scenario.source import kind_of, open_document, stem
+from cdpr.scenario.yaml_nodes import parse
+from cdpr.scenario.yaml_text import flow
+
+FIRST = "caroca"  # the example for who names nothing
+UNDOS = 200
+
+Step = tuple[str, Files, dict[str, str]]  # what was done, and what was on the desk before
+
+
+class Desk:
+    """The files of one scenario while they are edited.
+
+    An edit that makes no sense is kept, and the form shows its problem; CdprError is raised for what cannot be written.
+
+    Args:
+        name: a scenario or robot file, or the name of an example; a robot alone stands in a scenario made for it.
+        changes: edits to begin with, as `cdpr.scenario.overrides.typed` returns them; they are not saved.
+    """
+
+    def __init__(self, name: str | None = None, changes: Sequence[Change | str] = ()) -> None:
+        self._plugins: Registry = registry()
+        self._undo: list[Step] = []
+        self._redo: list[Step] = []
+        self._applied: dict[str, str] | None = None
+        self._files = self._opened(FIRST if name is None else name)
+        self._look()
+        problems = Problems()
+        given = read_overrides(changes, problems)
+        problems.raise_any()
+        for change in given:
+            self._set(change.path, change.value)
+
+    def open(self, name: str) -> None:
+        """Open another scenario or robot, which can be undone. ScenarioError where it cannot be read."""
+        self._turn(f"open {_brief(name)}", self._opened(name))
+        self._applied = None
+
+    def new(self, kind: str, **arguments: Any) -> None:
+        """Begin a new robot or scenario, which can be undone; `arguments` are those of `cdpr new`."""
+        file = new_file(kind, arguments, self._plugins)
+        self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
+        self._applied = None
+
+    def _opened(self, name: object) -> Files:
+        given = named(name)
+        path = examples.resolve(given, None)
+        document = open_document(path, None, Problems())
+        fixed = f"'{given}' is an example of cdpr: save as a file of your own" if path != given else ""
+        return self._with(File.open(path, fixed), robot=kind_of(document) == "robot")
+
+    def _with(self, file: File, *, robot: bool) -> Files:
+        """Return a file as it lies on the desk, a robot in a scenario made for it."""
+        files = [around(file, self._plugins), file] if robot else [file]
+        keyed = {os.path.abspath(each.name): each for each in files}
+        return Files(next(iter(keyed)), keyed)
+
+    def _turn(self, told: str, files: Files) -> None:
+        """Go on with other files; those before can be had again."""
+        self._remember(told)
+        self._files = files
+        self._look()
+
+    # What is on the desk.
+
+    def _look(self) -> None:
+        """Read the texts anew."""
+        main = self._files.scenario
+        self._data = edit.read(main.text)
+        self._robot: File | None = None
+        name = self._data.get("robot")
+        self._robot_file = name if isinstance(name, str) else ""
+        if isinstance(name, str) and name and not os.path.isabs(name):
+            self._robot = self._files.beside(name)
+            document = self._robot and parse(self._robot.text, name, Problems())
+            if document:
+                self._data["robot"] = document.data
+        self._form: list[dict[str, Any]] | None = None
+        self._loaded: Scenario | CdprError | None = None
+
+    def _load(self) -> Scenario | CdprError:
+        """Load what the texts say, once."""
+        if self._loaded is None:
+            main = self._files.scenario
+            try:
+                self._loaded = load_scenario(
+                    main.name, text=main.text, files=self._files.texts(), plugins=self._plugins
+                )
+            except CdprError as error:
+                self._loaded = error
+        return self._loaded
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that the form describes; ScenarioError or PluginError with all problems otherwise."""
+        loaded = self._load()
+        if isinstance(loaded, CdprError):
+            raise loaded.with_traceback(None)
+        return loaded
+
+    def _told(self) -> tuple[Sequence[Problem], Sequence[Problem]]:
+        """Problems and warnings."""
+        loaded, whole = self._load(), Mark(self._files.scenario.name)
+        if isinstance(loaded, CdprError):
+            return loaded.rows or [Problem(whole, (), str(loaded))], []
+        idle = "is given, but this run does not use it"
+        return [], [*loaded.warnings, *(Problem(whole, tuple(_parts(key)), idle) for key in loaded.unused)]
+
+    def apply(self) -> Scenario:
+        """Return the scenario, which runs from now on: the form says so until it is changed."""
+        self._look()  # files that it names may have changed
+        scenario = self.scenario()
+        self._applied = self._files.texts()
+        return scenario
+
+    def form(self) -> dict[str, Any]:
+        """Return the message with all fields, their problems, and what may be undone."""
+        made, files = self._tabs(), self._shown_files()
+        problems, warnings = self._told()
+        reasons = [reason for file in files if file.modified and (reason := unsaved(file))]
+        first = next((file for file in files if not file.fixed or file.saved is not None), files[0])
+        stale = [(file, reason) for file in files if (reason := outdated(file))]
+        elsewhere = [Problem(Mark(file.name), (), f"{reason}: Revert reads it anew") for file, reason in stale]
+        return {
+            "kind": "form",
+            "file": first.name,
+            "title": str(self._data.get("name") or stem(first.name)),
+            "files": [file.name for file in files],
+            "modified": bool(stale) or any(file.modified for file in files),
+            "unsaved": reasons[0] if reasons else None,
+            "applied": self._applied == self._files.texts(),
+            "undo": self._undo[-1][0] if self._undo else None,
+            "redo": self._redo[-1][0] if self._redo else None,
+            "tabs": made,
+            "problems": placed(made, problems),
+            "warnings": placed(made, [*elsewhere, *warnings]),
+        }
+
+    def texts(self) -> list[dict[str, str]]:
+        """Return name and text of each file."""
+        return [{"name": file.name, "text": file.text} for file in self._shown_files()]
+
+    def _shown_files(self) -> list[File]:
+        return [self._files.scenario, *([self._robot] if self._robot else [])]
+
+    def _tabs(self) -> list[dict[str, Any]]:
+        if self._form is None:
+            self._form = tabs(Subject(self._data, self._robot_file, self._known(), self._plugins))
+        return self._form
+
+    def _known(self) -> Any:
+        """All sections with what is in force; MISSING where the files are wrong."""
+        loaded = self._load()
+        return loaded.sections.model_dump(mode="json", by_alias=True) if isinstance(loaded, Scenario) else MISSING
+
+    # Edits.
+
+    def edit(self, path: str, value: Any = None) -> None:
+        """Give a key another value; None takes it away, so that its default holds.
+
+        The name of a form for a section that has several, such as "circle" for `trajectory`, chooses that form.
+        """
+        if value is None:
+            self.remove(path)
+        else:
+            self._set(_path(path), value)
+
+    def _set(self, key: Path, value: Any) -> None:
+        texts = self._meaning().set(key, value)
+        self._take(f"{dotted(key)} = {_brief(value)}", texts)
+
+    def remove(self, path: str) -> None:
+        """Take a key or an item of a list away; nothing where it is not given."""
+        self._take(f"remove {path}", self._meaning().remove(_path(path)))
+
+    def insert(self, path: str, value: Any = None) -> None:
+        """Add an item to a list; one made from the schema, or like the last, unless it is given.
+
+        The name of a form, such as "wrench" for `events`, stands for one of that form with plain values.
+        """
+        self._take(f"insert {path}", self._meaning().insert(_path(path), value))
+
+    def _meaning(self) -> Meaning:
+        return Meaning(self._files, self._data, self._robot_file, self._robot, self._tabs, self._known, self._plugins)
+
+    def _take(self, told: str, texts: dict[str, str]) -> None:
+        """Make these texts the present ones; what was before can be undone."""
+        if texts != self._files.texts():
+            self._remember(told)
+            self._files.put(texts)
+            self._look()
+
+    def _remember(self, told: str) -> None:
+        self._undo = [*self._undo, (told, self._files, self._files.texts())][-UNDOS:]
+        self._redo = []
+
+    def undo(self) -> None:
+        """Take the last edit back."""
+        self._back(self._undo, self._redo)
+
+    def redo(self) -> None:
+        """Do again what was undone last."""
+        self._back(self._redo, self._undo)
+
+    def _back(self, source: list[Step], other: list[Step]) -> None:
+        if not source:
+            raise CdprError("there is nothing more to undo" if source is self._undo else "nothing was undone")
+        told, files, texts = source.pop()
+        other.append((told, self._files, self._files.texts()))
+        self._files = files
+        self._files.put(texts)
+        self._look()
+
+    # Files.
+
+    def revert(self) -> None:
+        """Go back to what is on the disk; it can be undone. Raises CdprError where a file cannot be read."""
+        self._take("revert", saving.reread(self._files))
+
+    def save(self) -> list[str]:
+        """Write what was changed to the files that it came from and return their names.
+
+        Raises OutputError, before anything is written, where one of them may not be written: it was changed by others,
+        is an example, or is there by now.
+        """
+        changed = [file for file in self._shown_files() if file.modified]
+        for file in changed:
+            if reason := unsaved(file):
+                raise OutputError(reason)
+        return saving.save(changed)
+
+    def save_as(self, target: str) -> list[str]:
+        """Write all into another file or folder, where it goes on from then on, and return the names of what is new.
+
+        To undo it goes on with the files before; what was written stays.
+        Names of files in it are changed so that they mean the same ones; nothing that is there is written over.
+        """
+        runs = self._applied == self._files.texts()
+        files, names = saving.save_as(self._files, self._robot, target, self._plugins)
+        self._turn(f"save as {_brief(target)}", files)
+        self._applied = self._files.texts() if runs else None
+        return names
+
+
+def _path(text: str) -> Path:
+    if not isinstance(text, str) or not KEY.fullmatch(text):
+        raise CdprError(f"a key such as robot.platform.mass or robot.cables[0].frame is expected, got {text!r:.80}")
+    return tuple(_parts(text))
+
+
+def _parts(text: str) -> list[str | int]:
+    return [int(index) if index else word for index, word in PART.findall(text)]
+
+
+def _brief(value: Any) -> str:
+    text = flow(value) if not isinstance(value, str) else value
+    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -1,0 +1,137 @@
+"""What of a simulation goes to the page: the scene once, then frames and curves, each frame of one row alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cdpr.gui.curves import plain
+from cdpr.log.event import Event
+from cdpr.log.run import Run
+from cdpr.model.robot import Array
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.scenes import scene
+from cdpr.report.plots.pictures import pictures_of
+from cdpr.scenario import Scenario
+from cdpr.scenario.events import ScenarioEvent, broken
+from cdpr.simulation.build import make_header
+from cdpr.view import Pictures, pictures
+from cdpr.view.pictures import weight_range
+
+DECIMALS = 6  # of lengths and attitudes in frames, m: far below what a screen shows
+SEEN = 1e-3  # times the robot's characteristic length: where cables leave by less elsewhere, lines are kept
+DECIMALS_N = 3  # of tensions and forces, N
+
+
+class Drawing:
+    """Draws rows of a scenario's simulation.
+
+    Attributes:
+        header: what is run.
+        columns: how many columns each curve has, and to how many decimals they are told.
+        range: least and largest tension (N) of cables that pull, for their colours; a guess until there are some.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario, self.header = scenario, make_header(scenario)
+        self._events: tuple[Event, ...] = ()
+        header, m = self.header, scenario.robot.m
+        self.columns = {
+            "tension": (m, DECIMALS_N),
+            "position_error": (1, 9),
+            "attitude_error": (1, 9),
+            "length": (m, 6),
+        }
+        self.range = weight_range(header.subject, header.mass * float(np.linalg.norm(header.gravity)))
+        self._known = False
+        self._outlined: tuple[Array, list[Any]] | None = None  # where cables left the frame, and its lines
+
+    def change(self, events: Sequence[ScenarioEvent]) -> None:
+        """Go by these events: which cables break, and from when on limits are not those of the robot."""
+        header = self.header
+        self.header = replace(header, broken=broken(events, header.cables, header.control_step))
+        self._events = tuple(Event(event.time, event.type, "") for event in events)
+
+    def scene(self, state: Array, desired: Array) -> dict[str, Any]:
+        """Return the scene with the platform at a state (13,), and desired (19,), before anything has run."""
+        header, arrays, simulation = self.header, Arrays(), self._scenario.simulation
+        drawn = scene(self._at(state, desired), arrays, self._scenario.name)
+        path = np.array(header.path)
+        low, high = drawn["bounds"]
+        drawn["bounds"] = [np.minimum(low, path.min(axis=0)).tolist(), np.maximum(high, path.max(axis=0)).tolist()]
+        return {
+            "kind": "scene",
+            "scene": {**drawn, "range": list(self.range)},
+            "path": path.tolist(),
+            "bytes": arrays.text(),
+            "duration": simulation.steps * simulation.control_step,
+            "step": simulation.control_step,
+            "limits": {"tension_min": list(header.tension_min), "tension_max": list(header.tension_max)},
+        }
+
+    def still(self, state: Array, desired: Array) -> dict[str, Any]:
+        """Return a frame of a state (13,), desired (19,), of which no tensions are known yet."""
+        return self._frame(-1, self._at(state, desired))
+
+    def frame(self, n: int, row: Array) -> dict[str, Any]:
+        """Return the frame of the complete sample n: all of it from this one row (width,)."""
+        return self._frame(n, pictures_of(Run(self.header, row[None], "running", events=self._events)))
+
+    def curves(self, rows: Array) -> Array:
+        """Return time and curves of rows (n, width), side by side, and learn the range of tensions from them."""
+        run = Run(self.header, rows, "running")
+        with np.errstate(all="ignore"):  # a run that diverged is drawn as far as it goes
+            errors = [np.linalg.norm(error, axis=1) for error in (run.position_error, run.orientation_error)]
+        self._learn(run.cable_tension)
+        return np.column_stack([run.time, run.cable_tension, *errors, run.length])
+
+    def _at(self, state: Array, desired: Array) -> Pictures:
+        where = (desired[None, :3], desired[None, 3:7])
+        return pictures(self.header.subject, np.zeros(1), state[None, :3], state[None, 3:7], desired=where)
+
+    def _frame(self, n: int, shown: Pictures) -> dict[str, Any]:
+        assert shown.desired_position is not None
+        assert shown.desired_orientation is not None
+        frame: dict[str, Any] = {
+            "kind": "frame",
+            "n": n,
+            "t": round(float(shown.time[0]), DECIMALS),
+            "p": _short(shown.position[0]),
+            "q": _short(shown.orientation[0]),
+            "dp": _short(shown.desired_position[0]),
+            "dq": _short(shown.desired_orientation[0]),
+            "tension": None if shown.tension is None else plain(np.round(shown.tension[0], DECIMALS_N)),
+            "state": None if shown.state is None else shown.state[0].tolist(),
+            "force": [0.0, 0.0, 0.0] if shown.force is None else plain(np.round(shown.force[0], DECIMALS_N)),
+            "range": list(self.range),
+        }
+        if shown.subject.exits:
+            ends = shown.ends[0]
+            frame["exits"] = _short(ends[:, 0].ravel())
+            frame["outlines"] = self._outlines(shown, ends)
+        return frame
+
+    def _outlines(self, shown: Pictures, ends: Array) -> list[Any]:
+        """Lines that show the exits; those before where no eye could tell that they have moved."""
+        if (
+            self._outlined is None
+            or np.abs(ends[:, 0] - self._outlined[0]).max() > SEEN * self.header.characteristic_length
+        ):
+            lines = [np.round(line, DECIMALS).tolist() for line in shown.subject.exit_lines(ends)]
+            self._outlined = ends[:, 0].copy(), lines
+        return self._outlined[1]
+
+    def _learn(self, tension: Array) -> None:
+        """Colour over the tensions of this run, of cables that pull, once there are some."""
+        pulling = tension[np.isfinite(tension) & (tension > 0.0)]
+        if pulling.size:
+            low, high = float(pulling.min()), float(pulling.max())
+            self.range = (min(low, self.range[0]), max(high, self.range[1])) if self._known else (low, high)
+            self._known = True
+
+
+def _short(values: Array) -> Any:
+    return plain(np.round(values, DECIMALS))

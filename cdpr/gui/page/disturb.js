@@ -1,0 +1,140 @@
+// What is done to a robot that runs: pushes, cut and jammed cables, limits, another target; and saving what was done.
+
+class Disturb {
+  constructor(home, live) {
+    this.live = live;
+    this.pushes = make("span", { className: "pushes" });
+    this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
+    this.changes = live.told.tabs.panel("change", "Change");
+    home.append(this.push(), this.cables(), this.limits(), this.target(), this.saving());
+  }
+
+  part(title, ...inputs) { return make("fieldset", {}, make("legend", { text: title }), ...inputs); }
+
+  // Numbers of a group; the second word of its label stands before them.
+  numbers(label, names, unit, values = names.map(() => "0")) {
+    const inputs = names.map((name, i) => numberBox(name ? `${label}, ${name}` : label, { value: values[i], title: name || label }));
+    const root = make("span", { className: "vector" }, span("what", label.replace(/^\w+ /, "")), ...inputs, span("unit", unit));
+    return { inputs, root };
+  }
+
+  // Numbers of fields, `empty` where nothing stands; undefined, with the fields marked, where something else does.
+  read({ inputs }, empty = null) {
+    const values = inputs.map((input) => (input.value.trim() === "" ? empty : reading(input.value)));
+    const sound = values.map((value) => typeof value === "number" || value === empty);
+    inputs.forEach((input, i) => input.setAttribute("aria-invalid", String(!sound[i])));
+    if (!sound.includes(false)) return values;
+    this.live.note("error", "A number is expected in the field that is marked: nothing was sent.");
+    return undefined;
+  }
+
+  push() {
+    const force = this.numbers("Push force", ["x", "y", "z"], "N"), moment = this.numbers("Push moment", ["x", "y", "z"], "N m");
+    const last = this.numbers("Push duration", [""], "s", ["0.5"]);
+    last.inputs[0].title = "Empty: until it is released";
+    const act = () => {
+      const [f, m, d] = [this.read(force, 0), this.read(moment, 0), this.read(last)];
+      if (f && m && d) this.live.send({ do: "push", force: f, moment: m, duration: d[0] });
+    };
+    return this.part("Push", force.root, moment.root, last.root, button("Push", act), this.pushes);
+  }
+
+  cables() {
+    const act = (what) => () => { if (this.cable.value) this.live.send({ do: what, cable: this.cable.value }); };
+    this.cable.addEventListener("change", () => this.live.select(this.cable.selectedIndex));
+    this.cable.addEventListener("blur", () => this.live.select(null));
+    const cut = button("Cut", act("cut"), { title: "It breaks" });
+    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Its winch stands still" }));
+  }
+
+  limits() {
+    this.least = this.numbers("Limits least", [""], "", [""]);
+    this.most = this.numbers("Limits most", [""], "N", [""]);
+    const act = () => {
+      const [low, high] = [this.read(this.least), this.read(this.most)];
+      if (!low || !high) return;
+      const given = { do: "limits" };
+      if (low[0] !== null) given.tension_min = low[0];
+      if (high[0] !== null) given.tension_max = high[0];
+      this.live.send(given);
+    };
+    const title = "Tension limits of all cables from now on; empty: as they are";
+    return this.part("Limits", this.least.root, this.most.root, button("Set", act, { "aria-label": "Set limits", title }));
+  }
+
+  target() {
+    const position = this.numbers("Target position", ["x", "y", "z"], "m", ["", "", ""]);
+    const attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "rad");
+    const within = this.numbers("Target in", [""], "s", [""]);
+    within.inputs[0].title = "Empty: as the program finds fit";
+    const go = () => {
+      const [p, rpy, seconds] = [this.read(position), this.read(attitude, 0), this.read(within)];
+      if (!p || !rpy || !seconds) return;
+      const here = this.live.frame?.dp || this.live.frame?.p || [0, 0, 0]; // where nothing is said it stays
+      const duration = seconds[0] === null ? {} : { duration: seconds[0] };
+      this.live.send({ do: "target", position: p.map((x, i) => x ?? here[i]), rpy, ...duration });
+    };
+    const here = () => {
+      const { frame } = this.live;
+      if (!frame) return;
+      rounded(frame.p).forEach((x, i) => { position.inputs[i].value = x; });
+      rounded(anglesOf(frame.q), 1e-4).forEach((x, i) => { attitude.inputs[i].value = x; });
+    };
+    return this.part("Target", position.root, attitude.root, within.root, button("Go", go, { "aria-label": "Go to the target" }),
+      button("Here", here, { title: "Fills in the pose of now" }));
+  }
+
+  saving() {
+    const { files } = this.live;
+    const run = files.keep("save_run", "Save the run as a folder", "runs/gui");
+    const session = files.keep("save_session", "Save the session as a scenario", "session.yaml");
+    return this.part("Keep", button("Save run…", () => run.showModal(), { title: "As a run folder, as cdpr run writes it" }),
+      button("Save session…", () => session.showModal(), { title: "As a scenario: what was done are its events" }));
+  }
+
+  load({ limits }) {
+    if (!limits) return;
+    const one = (values) => { const all = [...new Set([values].flat())]; return all.length === 1 ? String(all[0]) : ""; };
+    this.least.inputs[0].value = one(limits.tension_min);
+    this.most.inputs[0].value = one(limits.tension_max);
+  }
+
+  show({ cables = [], pushes = [], changeable = [] }) {
+    const told = JSON.stringify([cables, pushes]);
+    if (told !== this.known) {
+      this.known = told;
+      const before = this.cable.value, fate = ({ broken, jammed }) => (broken ? " (broken)" : jammed ? " (jammed)" : "");
+      this.cable.replaceChildren(...cables.map((cable, i) => option(cable.name, `${i + 1} ${cable.name}${fate(cable)}`)));
+      if (cables.some(({ name }) => name === before)) this.cable.value = before;
+      const release = (id) => () => this.live.send({ do: "release", id });
+      const chip = ({ id, text }) => button(`${text} ×`, release(id), { className: "chip", "aria-label": `Release ${text}` });
+      this.pushes.replaceChildren(...pushes.map(chip));
+    }
+    this.change(changeable);
+  }
+
+  // What else may be changed while it runs, as the program lists it.
+  change(list) {
+    const shape = JSON.stringify(list.map(({ key, choices, value }) => [key, choices, kindOf(value, choices)]));
+    if (shape !== this.shape) {
+      this.shape = shape;
+      this.widgets = list.map((item) => this.widget(item));
+      const lines = list.map((item, i) => make("div", { className: "line" }, span("name", item.label || item.key),
+        make("span", { className: "hold" }, this.widgets[i].root)));
+      this.changes.replaceChildren(...lines);
+      if (!list.length) this.changes.append(make("p", { className: "none", text: "Nothing can be changed while it runs." }));
+    }
+    this.widgets.forEach((widget, i) => widget.show(list[i]));
+  }
+
+  widget(item) {
+    const desk = { edit: (_, value) => this.live.send({ do: "set", key: item.key, value }), clear() {} };
+    const kind = kindOf(item.value, item.choices);
+    return WIDGETS[kind]({ ...item, kind, path: item.key, single: true }, desk, `Change ${item.label || words(item.key)}`);
+  }
+}
+
+function kindOf(value, choices) {
+  if (choices) return "choice";
+  return typeof value === "boolean" ? "flag" : Array.isArray(value) ? "vector" : "number";
+}

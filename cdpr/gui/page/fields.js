@@ -1,0 +1,139 @@
+// The fields of the form: lines, groups of them, lists of groups, and how they stay the same elements while values change.
+
+function nameOf({ path, label }) { return words(path || label); }
+
+// One line of the form: label, unit, what is edited, a way back to the default, and what is wrong.
+class Line {
+  constructor(field, desk) {
+    this.kind = field.kind;
+    this.desk = desk;
+    this.widget = (WIDGETS[field.kind] || yamlWidget)(field, desk);
+    const wrong = fresh("wrong"), help = fresh("help");
+    this.problem = make("p", { className: "problem", id: wrong });
+    this.help = make("span", { id: help, hidden: true });
+    this.label = make("span", { className: "name", "aria-hidden": "true" });
+    this.unit = make("span", { className: "unit" });
+    this.clear = button("↺", () => desk.clear(this.field), { className: "clear", title: "Back to the default" });
+    this.clear.setAttribute("aria-label", `Default for ${nameOf(field)}`);
+    this.root = make("div", { className: `line has-${field.kind}`, "data-path": field.path }, this.label,
+      make("span", { className: "hold" }, this.widget.root, this.unit, this.clear), this.problem, this.help);
+    for (const input of this.inputs()) input.setAttribute("aria-describedby", `${help} ${wrong}`);
+    for (const kind of ["focusin", "pointerenter"]) this.root.addEventListener(kind, () => desk.explain(this.field));
+    this.show(field);
+  }
+
+  inputs() { return this.root.querySelectorAll("input, select, textarea"); }
+
+  show(field) {
+    this.field = field;
+    say(this.label, field.label);
+    say(this.unit, field.unit && field.unit !== "1" ? field.unit : "");
+    say(this.help, [field.unit, field.help].filter(Boolean).join(": "));
+    this.root.classList.toggle("default", !field.given);
+    this.clear.hidden = !(field.given && (field.optional || field.clearable));
+    this.widget.show(field);
+    this.fault();
+  }
+
+  fault() {
+    const texts = this.desk.faults(this.field.path);
+    say(this.problem, texts.join("\n"));
+    this.problem.hidden = !texts.length;
+    for (const input of this.inputs()) input.setAttribute("aria-invalid", String(texts.length > 0));
+  }
+}
+
+// Fields that belong together; may be left out as a whole, or be of one of several forms.
+class Group {
+  constructor(field, desk) {
+    this.kind = field.kind;
+    this.desk = desk;
+    this.title = make("span", { className: "title" });
+    this.problem = make("p", { className: "problem" });
+    this.lines = new Lineup(desk);
+    this.chosen = field.choices ? choiceWidget(field, desk, `Form of ${nameOf(field)}`) : null;
+    this.fold = button("", () => this.open(this.lines.root.hidden), { className: "fold" });
+    this.fold.setAttribute("aria-label", `Fold ${nameOf(field)}`);
+    this.fold.append(this.title);
+    this.gone = button("×", () => desk.clear(this.field), { className: "clear", title: "Leaves all of it out" });
+    this.gone.setAttribute("aria-label", `Leave out ${nameOf(field)}`);
+    this.root = make("fieldset", { className: "group", "data-path": field.path },
+      make("legend", {}, this.fold, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);
+    for (const kind of ["focusin", "pointerenter"]) this.root.firstChild.addEventListener(kind, () => desk.explain(this.field));
+    this.show(field);
+    this.open(field.given || !field.optional); // what the file does not say is folded away
+  }
+
+  open(on) {
+    this.lines.root.hidden = !on;
+    this.fold.setAttribute("aria-expanded", String(on));
+  }
+
+  show(field) {
+    const chosen = field.given && this.field && !this.field.given;
+    this.field = field;
+    if (chosen) this.open(true); // what one has just put in is seen
+    say(this.title, field.label);
+    this.gone.hidden = !(field.given && field.optional);
+    this.root.classList.toggle("default", !field.given);
+    if (this.chosen) this.chosen.show(field);
+    this.lines.show(field.fields || []);
+    this.fold.disabled = !(field.fields || []).length;
+    this.fault();
+  }
+
+  fault() {
+    const texts = this.desk.faults(this.field.path);
+    say(this.problem, texts.join("\n"));
+    this.problem.hidden = !texts.length;
+    this.lines.fault();
+    if (this.root.querySelector(".problem:not([hidden])")) this.open(true);
+  }
+}
+
+// Sections of which there may be any number, each with a way out; new ones are of a type that one chooses.
+class List {
+  constructor(field, desk) {
+    this.kind = field.kind;
+    this.lines = new Lineup(desk);
+    this.title = make("span", { className: "title" });
+    const types = choicesOf(field), options = types.map(({ value, label, help }) => option(value, label, help));
+    const type = types.length ? make("select", { "aria-label": `Type to add to ${nameOf(field)}` }, ...options) : null;
+    const add = button("Add", () => desk.insert(field.path, type?.value), { "aria-label": `Add to ${nameOf(field)}` });
+    this.root = make("div", { className: "list", "data-path": field.path }, bar(this.title, grow(), type, add), this.lines.root);
+    this.show(field);
+  }
+
+  show(field) {
+    say(this.title, `${field.label} (${(field.fields || []).length})`);
+    this.lines.show((field.fields || []).map((item) => ({ ...item, given: true, optional: true })));
+  }
+
+  fault() { this.lines.fault(); }
+}
+
+// Fields one under the other: those that stay keep their elements, and with them focus and selection.
+class Lineup {
+  constructor(desk) {
+    this.desk = desk;
+    this.root = make("div", { className: "lines" });
+    this.all = new Map();
+  }
+
+  show(fields) {
+    const kept = new Map();
+    for (const field of fields) {
+      const key = [field.kind, field.path, field.label, field.size, Boolean(field.choices)].join(), old = this.all.get(key);
+      const Kind = { section: Group, table: Table, list: List }[field.kind] || Line;
+      if (old) old.show(field);
+      kept.set(key, old || new Kind(field, this.desk));
+    }
+    for (const [key, old] of this.all) if (!kept.has(key)) old.root.remove();
+    [...kept.values()].forEach((line, i) => {
+      if (this.root.children[i] !== line.root) this.root.insertBefore(line.root, this.root.children[i] || null);
+    });
+    this.all = kept;
+  }
+
+  fault() { for (const line of this.all.values()) line.fault(); }
+}

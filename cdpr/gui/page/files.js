@@ -1,0 +1,106 @@
+// New, Open, Save and the texts of the files: dialogs, opened by the buttons above the form.
+
+class Files {
+  constructor(home, dialogs, live) {
+    Object.assign(this, { dialogs, live });
+    this.opening();
+    this.savingAs();
+    this.texts = make("div", { className: "texts" });
+    this.yaml = this.dialog("YAML", "", null, this.texts);
+    const making = this.making();
+    const ask = () => { this.asked = true; live.send({ do: "yaml" }); };
+    home.append(
+      button("New…", () => making.showModal()), button("Open…", () => this.open.showModal()),
+      button("Save", () => live.form.act("save"), { title: "Ctrl+S: into the files they come from, comments kept" }),
+      button("Save as…", () => this.saveAs.showModal()), button("YAML", ask, { title: "The files as they would be saved" }),
+    );
+  }
+
+  dialog(title, act, done, ...parts) {
+    const id = fresh("dialog"), submit = act ? make("button", { type: "submit", className: "main", text: act }) : null;
+    const form = make("form", { method: "dialog" }, make("h2", { text: title, id }), ...parts,
+      bar(submit, button(act ? "Cancel" : "Close", () => dialog.close())));
+    form.addEventListener("submit", (event) => { event.preventDefault(); done?.(); dialog.close(); });
+    const dialog = make("dialog", { "aria-labelledby": id }, form);
+    this.dialogs.append(dialog);
+    return dialog;
+  }
+
+  row(text, input) {
+    input.id ||= fresh("given");
+    return make("p", { className: "row" }, make("label", { for: input.id, text }), input);
+  }
+
+  text(given = {}) { return make("input", { type: "text", autocomplete: "off", ...given }); }
+
+  opening() {
+    const name = this.text({ list: "examples", required: true });
+    this.examples = make("datalist", { id: "examples" });
+    this.listed = make("div", { className: "listed" });
+    const open = () => this.live.send({ do: "open", name: name.value.trim() });
+    this.open = this.dialog("Open a file or an example", "Open", open, this.row("Name or path", name), this.examples, this.listed);
+  }
+
+  savingAs() {
+    const target = this.text({ required: true });
+    this.why = make("p", { className: "none" });
+    const save = () => this.live.send({ do: "save_as", file: target.value.trim() });
+    this.saveAs = this.dialog("Save as", "Save", save, this.why, this.row("File or folder", target));
+  }
+
+  // Asks for a place, and sends it with what shall be written there.
+  keep(what, title, name) {
+    const place = this.text({ required: true, value: name });
+    return this.dialog(title, "Save", () => this.live.send({ do: what, out: place.value.trim() }), this.row("Where", place));
+  }
+
+  // As `cdpr new` takes them: what is left empty is as it would be there.
+  making() {
+    const kind = make("select", {}, option("scenario", "scenario"), option("robot", "robot"));
+    const file = this.text({ placeholder: "robot.yaml or scenario.yaml" });
+    const robot = this.text({ list: "examples", placeholder: "a new one" });
+    const sizes = (label) => ["width", "depth", "height"].map((placeholder) => numberBox(`${label} ${placeholder}, m`, { placeholder }));
+    const frame = sizes("Frame"), platform = sizes("Platform"), mass = numberBox(null), cables = numberBox(null);
+    const crossed = make("select", {}, option("", "as usual"), option("true", "crossed"), option("false", "straight"));
+    const planar = make("input", { type: "checkbox" });
+    const three = (text, inputs) => make("p", { className: "row", role: "group", "aria-label": text }, span("", text),
+      make("span", { className: "vector of3" }, ...inputs));
+    const all = (inputs) => (inputs.some((input) => input.value.trim()) ? inputs.map((input) => reading(input.value)) : "");
+    const act = () => {
+      const given = { kind: kind.value, file: file.value.trim(), frame: all(frame), platform: all(platform), mass: reading(mass.value),
+        cables: reading(cables.value), crossed: crossed.value && crossed.value === "true", planar: planar.checked || "",
+        robot: kind.value === "scenario" ? robot.value.trim() : "" };
+      this.live.send({ do: "new", ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== "")) });
+    };
+    return this.dialog("New from a template", "Make", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
+      three("Platform (m)", platform), this.row("Mass (kg)", mass), this.row("Cables", cables),
+      this.row("Cables at the platform", crossed), this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));
+  }
+
+  // What comes with the program and can be opened.
+  list(examples) {
+    this.examples.replaceChildren(...examples.map(({ name, shows }) => option(name, shows)));
+    const open = ({ label, name, shows }) => button(label, () => {
+      this.live.send({ do: "open", name });
+      this.open.close();
+    }, { title: shows });
+    this.listed.replaceChildren(...["scenario", "robot"].flatMap((kind) => [make("h3", { text: `${kind}s that come with cdpr` }),
+      ...examples.filter((each) => each.kind === kind).map(open)]));
+  }
+
+  // Where the files cannot be written to where they come from, another place is asked for.
+  save() {
+    const { unsaved } = this.live.form.message || {};
+    if (!unsaved) { this.live.send({ do: "save" }); return; }
+    say(this.why, unsaved);
+    this.saveAs.showModal();
+  }
+
+  show({ files }) {
+    if (!this.asked) return; // another window has asked
+    this.asked = false;
+    const texts = files.flatMap(({ name, text }) => [make("h3", { text: name }), make("pre", { tabindex: 0, text })]);
+    this.texts.replaceChildren(...texts);
+    this.yaml.showModal();
+  }
+}

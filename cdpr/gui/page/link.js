@@ -1,0 +1,44 @@
+// The socket: what it tells goes to whom it concerns; where it is lost, that is said, and it is tried again.
+
+const WAITS = [500, 1000, 2000, 3000]; // ms until the next try
+
+class Link {
+  constructor(live) {
+    this.live = live;
+    this.failed = 0;
+    this.lost = document.getElementById("lost");
+    this.open();
+  }
+
+  open() {
+    const { protocol, host, pathname, search } = location;
+    this.socket = new WebSocket(`${protocol === "https:" ? "wss" : "ws"}://${host}${pathname}${search}`);
+    this.socket.addEventListener("open", () => {
+      this.failed = 0;
+      this.lost.hidden = true;
+      document.body.classList.remove("lost");
+    });
+    this.socket.addEventListener("message", (event) => this.live.hear(JSON.parse(event.data)));
+    this.socket.addEventListener("close", () => this.again());
+  }
+
+  again() {
+    const wait = WAITS[Math.min(this.failed, WAITS.length - 1)];
+    this.failed += 1;
+    this.lost.hidden = false;
+    const why = this.failed > 3 ? "The connection is lost, and cdpr gui does not answer: it may have ended." : "The connection is lost.";
+    say(this.lost, `${why} Trying again …`);
+    document.body.classList.add("lost");
+    setTimeout(() => this.open(), wait);
+  }
+
+  // Whether it was sent: nothing is kept for later, when it might surprise.
+  send(message) {
+    if (this.socket.readyState !== WebSocket.OPEN) {
+      this.live.note("error", "Not connected: nothing was sent.");
+      return false;
+    }
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+}

@@ -1,0 +1,94 @@
+// The scene of a robot that moves now: a film of one picture, which the last frame replaces.
+
+const MOST_OF_TRAIL = 3000; // points of the way that was done; then every other one goes
+const FINEST_TRAIL = 0.002; // times the scene's radius: what lies nearer to the last point adds none
+
+class LiveFilm extends Film {
+  constructor(message) {
+    super(replaceArrays(message.scene, bufferOf(message.bytes)));
+    this.base = message.base || null;
+    this.plan = message.path?.length ? Float32Array.from(message.path.flat()) : null;
+    this.strongest = 0;
+    this.last = null;
+    this.trail = [];
+  }
+
+  at(t) { return this.last || super.at(t); }
+
+  // One row: all that is drawn of it is drawn from this frame alone.
+  feed(frame) {
+    if ([...frame.p, ...frame.q].some((x) => x === null)) return; // a run that diverged is drawn as far as it went
+    const force = frame.force && frame.force.some((x) => x) ? frame.force : null;
+    this.last = this.picture(0, {
+      position: frame.p,
+      orientation: frame.q,
+      desired: frame.dp && frame.dp[0] !== null ? [frame.dp, frame.dq] : null,
+      tension: frame.tension,
+      state: frame.state,
+      force,
+      exits: frame.exits || null,
+    });
+    this.last.n = frame.n;
+    this.last.t = frame.t;
+    this.last.bends = frame.outlines || null;
+    if (frame.range) this.range = frame.range;
+    if (frame.outlines) this.outlines = null; // those at home, which stand still
+    if (force) this.strongest = Math.max(this.strongest, Math.hypot(...force));
+  }
+
+  // The way so far grows by where the platform is.
+  tread(radius) {
+    const here = Array.from(this.last.pose.subarray(12, 15)), before = this.trail[this.trail.length - 1];
+    if (before && Math.hypot(...here.map((x, i) => x - before[i])) < FINEST_TRAIL * radius) return;
+    this.trail.push(here);
+    if (this.trail.length > MOST_OF_TRAIL) this.trail = this.trail.filter((_, i) => i % 2 === 0);
+    this.trodden = null;
+  }
+
+  forget() {
+    this.trail = [];
+    this.trodden = null;
+    this.last = null;
+    this.strongest = 0;
+  }
+}
+
+class LiveStage extends Stage {
+  // Draws another film, from where one looks now if that makes sense.
+  load(film) {
+    const before = this.camera, [old] = this.films;
+    this.films = [film];
+    this.camera = this.makeCamera();
+    if (before.flat === this.camera.flat) {
+      Object.assign(this.camera, { azimuth: before.azimuth, elevation: before.elevation });
+      if (String(old.bounds) === String(film.bounds)) Object.assign(this.camera, { zoom: before.zoom, target: before.target });
+    }
+    this.camera.resize(...before.size);
+    this.options.radius = this.camera.radius;
+    this.told = null;
+    this.theme();
+  }
+
+  theme() {
+    super.theme();
+    const [film] = this.films, [look] = this.looks;
+    this.planned = film.plan ? way(film.plan, look.desired, 3.5, 0.75, 0) : null;
+    film.trodden = null;
+  }
+
+  paths() {
+    const [film] = this.films, lines = this.planned ? [this.planned] : [];
+    if (film.trail.length < 2) return lines;
+    film.trodden ??= { ...way(Float32Array.from(film.trail.flat()), this.looks[0].ink, 1.8, 1, 0), keep: false };
+    return [...lines, film.trodden];
+  }
+
+  more(lines, solids, labels) {
+    const [film] = this.films, [picture] = this.pictures, [look] = this.looks, own = new Lines();
+    for (const line of picture.bends || []) {
+      for (let k = 1; k < line.length; k++) own.add(line[k - 1], line[k], look.ink, 1.4);
+    }
+    this.state.handles?.draw(own, solids, labels, film, picture, look);
+    if (own.data.length) lines.push(own.done());
+  }
+}

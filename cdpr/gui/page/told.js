@@ -1,0 +1,119 @@
+// What the program tells: one sentence of status, numbers of now, events and messages.
+
+const LEVELS = { building: "wait", ready: "good", running: "good", paused: "good", done: "good", ended: "warn", failed: "bad" };
+// What a phase is called where the program says no more.
+const PHASES = {
+  building: "Building the simulation …", ready: "Ready to run.", running: "Running.", paused: "Paused.",
+  done: "The run is complete.", ended: "The run has ended early.", failed: "There is nothing to run.",
+};
+const TROUBLES = {
+  INFEASIBLE: "no tensions within the limits give the wrench that is asked for",
+  NOT_FOUND: "the solver has found no tensions",
+  UNSUPPORTED: "the solver cannot take this robot",
+  BAD_INPUT: "what the solver is asked is no number",
+  DIVERGED: "the motion has diverged",
+};
+const MOST_MESSAGES = 200;
+
+class Told {
+  constructor(list, home, live) {
+    this.live = live;
+    this.tabs = new Tabs(list, home, "told");
+    this.numbers = make("table", { className: "numbers", "aria-label": "Numbers" });
+    this.events = make("ol", { className: "events" });
+    this.messages = make("ol", { className: "messages", "aria-live": "polite" });
+    this.tabs.panel("numbers", "Numbers").append(this.numbers);
+    this.tabs.panel("events", "Events").append(this.events);
+    this.tabs.panel("messages", "Messages").append(this.messages);
+    this.unread = 0;
+    list.addEventListener("click", () => this.seen());
+  }
+
+  // Rows of numbers for a robot: the platform, then its cables.
+  load({ scene: { cables } }) {
+    this.cells = {};
+    const row = (key, name, unit, parts) => {
+      this.cells[key] = parts.map(() => make("td", { className: "n" }));
+      const last = make("td", { className: "unit", text: unit });
+      return make("tr", {}, make("th", { scope: "row", text: name }), ...this.cells[key], last);
+    };
+    const xyz = ["x", "y", "z"], heads = xyz.map((text) => make("th", { scope: "col", text, className: "n" }));
+    const pose = make("tbody", {}, make("tr", {}, make("td"), ...heads, make("td")),
+      row("p", "position", "m", xyz), row("dp", "desired", "m", xyz), row("a", "attitude", "deg", xyz),
+      row("da", "desired", "deg", xyz), row("force", "force", "N", xyz));
+    this.bars = cables.map(() => make("i"));
+    const each = make("tbody", {}, ...cables.map((name, i) => {
+      const line = row(`cable${i}`, `${i + 1} ${name}`, "N", [0]);
+      line.insertBefore(make("td", { colspan: 2, className: "gauge" }, this.bars[i]), line.lastChild);
+      line.addEventListener("pointerenter", () => this.live.select(i));
+      line.addEventListener("pointerleave", () => this.live.select(null));
+      return line;
+    }));
+    this.numbers.replaceChildren(pose, each);
+  }
+
+  // At most ten times a second: nobody reads faster.
+  count(frame, most) {
+    const now = performance.now();
+    if (!this.cells || now - (this.counted || 0) < 100) return;
+    this.counted = now;
+    const put = (key, values, digits) => this.cells[key].forEach((cell, i) => {
+      const x = values?.[i];
+      say(cell, x === null || x === undefined ? "–" : x.toFixed(digits).replace("-", "−"));
+    });
+    const degrees = (q) => q && q[0] !== null && anglesOf(q).map((x) => x * 180 / Math.PI);
+    put("p", frame.p, 4);
+    put("dp", frame.dp, 4);
+    put("a", degrees(frame.q), 2);
+    put("da", degrees(frame.dq), 2);
+    put("force", frame.force, 1);
+    this.bars.forEach((bar, i) => {
+      const tension = frame.tension?.[i], { broken } = this.live.data.states;
+      const gone = frame.state?.[i] === broken;
+      say(this.cells[`cable${i}`][0], gone ? "broken" : tension === null || tension === undefined ? "–" : tension.toFixed(1));
+      bar.style.width = gone || !(tension > 0) ? "0" : `${(100 * clamp(tension / most, 0, 1)).toFixed(1)}%`;
+    });
+  }
+
+  // One sentence: the program's own text where it has one.
+  status(status) {
+    const root = document.getElementById("status"), trouble = TROUBLES[status.status];
+    const known = PHASES[status.phase] || status.phase, name = (status.status || "").toLowerCase().replace("_", " ");
+    root.className = trouble ? "bad" : LEVELS[status.phase] || "good";
+    say(root.querySelector(".text"), status.text || (trouble ? `${known.replace(/\.$/, "")}; ${name}: ${trouble}.` : known));
+    say(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
+    const parts = [status.backend, status.solver, status.controller].filter(Boolean);
+    say(document.getElementById("parts"), parts.join(" · ") || "–");
+    this.happened(status.events || []);
+  }
+
+  happened(events) {
+    const told = JSON.stringify(events);
+    if (told === this.known) return;
+    this.known = told;
+    const item = ({ t, text }) => make("li", {}, make("b", { text: `${t.toFixed(3)} s` }), ` ${text}`);
+    this.events.replaceChildren(...events.map(item));
+    if (!events.length) this.events.append(make("li", { className: "none", text: "Nothing has happened yet." }));
+    this.tabs.count("events", events.length);
+    this.live.data.events = events.map(({ t, text }) => ({ time: t, text }));
+    this.live.redraw();
+  }
+
+  message({ level, text }) {
+    const now = make("time", { text: new Date().toTimeString().slice(0, 8) });
+    this.messages.prepend(make("li", { className: { error: "bad", warning: "warn" }[level] || "" }, now, ` ${text}`));
+    while (this.messages.children.length > MOST_MESSAGES) this.messages.lastChild.remove();
+    if (this.tabs.chosen !== "messages") {
+      this.unread += 1;
+      this.tabs.count("messages", this.unread);
+      if (level === "error") this.tabs.choose("messages"); // it is what one has to know now
+    }
+    this.seen();
+  }
+
+  seen() {
+    if (this.tabs.chosen !== "messages") return;
+    this.unread = 0;
+    this.tabs.count("messages", 0);
+  }
+}

@@ -1,0 +1,303 @@
+"""The thread that owns the simulation: it keeps time, does what it is told, and tells what happens.
+
+Nobody else touches the simulation. What others want comes by a queue, what is to be seen goes to the board, and
+nothing here ever waits for a window. A run that ends badly, a scenario that cannot be built, a plugin that raises: each
+is a status with its text, and the next command is taken as if nothing had happened.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping
+from queue import Empty, SimpleQueue
+from threading import Thread
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Literal
+
+from cdpr.errors import CdprError, PlantEnded, one_line
+from cdpr.gui.arguments import call
+from cdpr.gui.board import Board
+from cdpr.hush import hushed
+
+if TYPE_CHECKING:
+    from cdpr.gui.stage import Stage
+    from cdpr.scenario import Scenario
+
+FRAME = 1.0 / 60.0  # s between two frames: as often as screens change
+IDLE = 0.5  # s after which the last frame is sent again though nothing has changed
+SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds while it runs
+BUSY = 1.0 / 30.0  # s of computing after which a command is looked for
+LATE = 0.5  # s that the simulation may be behind the clock before it gives up to catch up
+SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
+MOST_STEPS = 10_000  # that are taken at once
+MOST_JOBS = 200  # that wait to be done
+PATIENCE = 2.0  # s that `close` waits for a step that is under way
+
+# What a status says where nothing is simulated, in the words of `Stage.about`.
+NOTHING: dict[str, Any] = {
+    **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
+    **{"events": [], "pushes": [], "cables": [], "limits": None, "changeable": []},
+}
+
+Level = Literal["error", "warning", "info"]
+Tell = Callable[[Level, str], None]
+Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
+
+
+class Show:
+    """Owns one thread, which owns the simulation.
+
+    Args:
+        board: where it shows what happens.
+        log: takes what only the terminal should have: tracebacks of faults of ours.
+    """
+
+    def __init__(self, board: Board, log: Callable[[str], None]) -> None:
+        self._board, self._log = board, log
+        self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._stage: Stage | None = None
+        self._scenario: Scenario | None = None
+        self._phase: Phase = "building"
+        self._text, self._fault = "", ""
+        self._speed: float | None = 1.0
+        self._clock = Clock()
+        self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
+        self._thread = Thread(target=self._live, name="simulation", daemon=True)
+        self._thread.start()
+
+    def load(self, scenario: Scenario, tell: Tell | None = None) -> None:
+        """Go on with another scenario, from its beginning."""
+        self._jobs.put(lambda: self._guarded(lambda: self._begin(scenario), tell or self._to_all))
+
+    def command(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
+        """Let something be done between two steps; `tell` has what there is to say of it."""
+        if self._jobs.qsize() > MOST_JOBS:
+            tell("error", f"{do}: is left out: {MOST_JOBS} things are still to be done")
+            return
+        self._jobs.put(lambda: self._guarded(lambda: self._do(do, arguments, tell), tell))
+
+    def nothing(self) -> None:
+        """Say that there is nothing that could be simulated."""
+        self._jobs.put(lambda: self._guarded(self._none, self._to_all))
+
+    def close(self) -> None:
+        """End the simulation and free what it holds."""
+        self._jobs.put(None)
+        self._thread.join(PATIENCE)
+
+    def _live(self) -> None:
+        with hushed():
+            while True:
+                try:
+                    job = self._jobs.get(timeout=self._wait()) if self._wait() else self._jobs.get_nowait()
+                    while True:
+                        if job is None:
+                            return self._leave()
+                        job()
+                        job = self._jobs.get_nowait()
+                except Empty:
+                    pass
+                self._guarded(self._advance, self._to_all)
+
+    def _wait(self) -> float:
+        """Time until something is due, s."""
+        if self._phase == "running" and self._speed is None:
+            return 0.0
+        return max(0.0, self._due["frame"] - monotonic())
+
+    def _guarded(self, work: Callable[[], None], tell: Tell) -> None:
+        """Do something; whatever it raises is told."""
+        try:
+            work()
+        except CdprError as error:
+            tell("error", str(error))
+        except Exception as error:
+            trace, before = traceback.format_exc(), self._fault
+            self._fault = trace
+            if trace != before or tell != self._to_all:  # what fails at each frame is told once
+                self._log(trace)
+                tell("error", f"internal error: {one_line(error)}; the terminal has more")
+            if self._phase == "running":
+                self._go_to("failed", f"internal error: {one_line(error)}")
+
+    def _to_all(self, level: Level, text: str) -> None:
+        self._board.put({"kind": "message", "level": level, "text": text})
+
+    def _none(self) -> None:
+        self._scenario = None
+        self._end()
+        self._go_to("failed", "nothing is simulated: the form says what is wrong")
+
+    def _leave(self) -> None:
+        self._guarded(self._end, self._to_all)
+
+    def _end(self) -> None:
+        if self._stage is not None:
+            stage, self._stage = self._stage, None
+            stage.close()
+
+    def _begin(self, scenario: Scenario) -> None:
+        """Build anew; what cannot be built is a status, with the scene that was."""
+        from cdpr.gui.stage import Stage
+
+        self._scenario = scenario
+        self._go_to("building", "")
+        self._guarded(self._end, self._to_all)
+        try:
+            self._stage = Stage(scenario, self._board)
+        except Exception as error:
+            self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
+            raise
+        self._go_to("ready", "")
+        self._publish(monotonic(), everything=True)
+
+    def _do(self, do: str, arguments: Mapping[str, Any], tell: Tell) -> None:
+        own: dict[str, Callable[..., None]] = {
+            "run": self._run,
+            "pause": self._pause,
+            "reset": self._reset,
+            "step": self._step,
+            "speed": self._pace,
+        }
+        if do in own:
+            call(do, own[do], arguments)
+        else:
+            said = self._there.do(do, arguments)
+            if callable(said):
+                Thread(target=lambda: self._guarded(lambda: tell("info", said()), tell), daemon=True).start()
+            elif said:
+                tell("info", said)
+        self._publish(monotonic(), everything=True)
+
+    @property
+    def _there(self) -> Stage:
+        if self._stage is None:
+            raise CdprError("nothing is simulated: mend what is wrong and apply it, or reset")
+        return self._stage
+
+    @property
+    def _going(self) -> Stage:
+        if self._there.over:
+            raise CdprError("the run is over: reset it to run it again")
+        return self._there
+
+    def _run(self) -> None:
+        stage = self._going
+        self._clock.start(stage.time, self._speed)
+        self._go_to("running", "")
+
+    def _pause(self) -> None:
+        if self._phase == "running":
+            self._go_to("paused", "")
+
+    def _reset(self) -> None:
+        if self._scenario is None:
+            raise CdprError("nothing is applied yet")
+        self._begin(self._scenario)
+
+    def _step(self, n: int = 1) -> None:
+        if type(n) is not int or not 1 <= n <= MOST_STEPS:
+            raise CdprError(f"step: a whole number from 1 to {MOST_STEPS} is expected, got {n!r}")
+        stage = self._going
+        self._pause()
+        self._take(stage, n)
+        if self._phase == "ready":
+            self._go_to("paused", "")
+
+    def _pace(self, value: float | None = None) -> None:
+        if value is not None and not (isinstance(value, int | float) and SLOWEST <= value <= FASTEST):
+            raise CdprError(f"speed: a number from {SLOWEST:g} to {FASTEST:g} is expected, or null, got {value!r}")
+        self._speed = value
+        if self._stage is not None:
+            self._clock.start(self._stage.time, value)
+
+    def _advance(self) -> None:
+        """Go on as far as the clock has come, and show what is due."""
+        if self._phase == "running":
+            stage = self._there
+            n = self._clock.steps(stage.time, stage.period)
+            if n:
+                self._take(stage, n)
+        self._publish(monotonic())
+
+    def _take(self, stage: Stage, n: int) -> None:
+        """Take steps; however they end, that is a phase."""
+        began = monotonic()
+        try:
+            stage.step(n)
+        except CdprError as error:
+            self._go_to("ended" if isinstance(error, PlantEnded) else "failed", str(error))
+        else:
+            self._clock.took(n, monotonic() - began)
+            if stage.over:
+                self._go_to("done", "")
+        if stage.over:
+            self._publish(monotonic(), everything=True)
+
+    def _go_to(self, phase: Phase, text: str) -> None:
+        self._phase, self._text = phase, text
+        self._due["status"] = 0.0
+        if phase == "building":
+            self._status(monotonic())
+
+    def _publish(self, now: float, *, everything: bool = False) -> None:
+        """Show what is due: frames as often as screens change, the rest less often."""
+        running = self._phase == "running"
+        if now < self._due["frame"] and self._due["status"] and not everything:
+            return
+        # On the beat, so that what a frame costs does not make them fewer; a beat that is missed begins another.
+        beat = self._due["frame"] if 0.0 <= now - self._due["frame"] < FRAME else now
+        self._due["frame"] = beat + FRAME if running else now + IDLE
+        try:
+            if self._stage is not None:
+                self._stage.show_frame()
+                if everything or now >= self._due["samples"]:
+                    self._due["samples"] = now + SAMPLES
+                    self._stage.show_curves()
+        finally:
+            if everything or self._due["status"] == 0.0 or (running and now >= self._due["status"]):
+                self._status(now)
+
+    def _status(self, now: float) -> None:
+        self._due["status"] = now + STATUS
+        about = NOTHING if self._stage is None else self._stage.about()
+        rtf = self._clock.factor(now, self._stage.time) if self._stage and self._phase == "running" else None
+        pace = {"phase": self._phase, "speed": self._speed, "rtf": rtf, "text": self._text}
+        self._board.put({"kind": "status", **about, **pace})
+
+
+class Clock:
+    """How many steps are due: as many as the wall clock asks for, or as many as fit between two looks at the queue."""
+
+    def __init__(self) -> None:
+        self._rate = 1000.0  # steps that are computed in a second, as measured
+        self.start(0.0, 1.0)
+
+    def start(self, time: float, speed: float | None) -> None:
+        """Begin at a time (s) of the simulation; `speed` is that time over the clock's, None for as fast as it goes."""
+        self._speed = speed
+        self._wall, self._time = monotonic(), time
+        self._then, self._factor = (self._wall, time), None if speed is None else speed
+
+    def steps(self, time: float, period: float) -> int:
+        """Return how many steps of a period (s) are due now."""
+        most = max(1, int(self._rate * BUSY))
+        if self._speed is None:
+            return most
+        wall = monotonic()
+        behind = self._time + self._speed * (wall - self._wall) - time
+        if behind > self._speed * LATE:  # it cannot keep up: go on as fast as it goes, and do not run after it
+            self._wall, self._time = wall, time + self._speed * LATE
+        return min(most, max(0, int(behind / period)))
+
+    def took(self, steps: int, seconds: float) -> None:
+        """So many steps took so long."""
+        if steps and seconds > 0.0:
+            self._rate += 0.2 * (steps / seconds - self._rate)
+
+    def factor(self, wall: float, time: float) -> float | None:
+        """Return simulated time over the clock's, of the last second or so."""
+        then, before = self._then
+        if wall - then >= 1.0:
+            self._factor, self._then = (time - before) / (wall - then), (wall, time)
+        return None if self._factor is None else round(self._factor, 4)

@@ -1,0 +1,45 @@
+"""New files as texts, checked as any file is before anyone sees them."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+from cdpr.plugins.registry import registry
+from cdpr.scenario import examples
+from cdpr.scenario.files import seen_from
+from cdpr.scenario.loader import load_robot, load_scenario
+from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.schema import ScenarioSection
+from cdpr.scenario.template.commented import commented
+from cdpr.scenario.template.new_robot import Sizes, robot_data
+from cdpr.scenario.template.new_scenario import scenario_data
+
+MOVES = "A gentle move from home, then rest. Written by cdpr new scenario; lengths in m, times in s, angles in rad."
+
+
+def robot_text(file: str, sizes: Sizes, name: str) -> str:
+    """Return a new robot of that name; `file` is where it will stand. Raises CdprError where it cannot hold itself."""
+    frame, platform = ("x".join(f"{part:g}" for part in size) for size in (sizes.frame, sizes.platform))
+    head = (
+        f"A platform of {platform} m and {sizes.mass:g} kg in a frame of {frame} m. "
+        "Written by cdpr new robot; lengths in m, masses in kg, forces in N, angles in rad."
+    )
+    text = commented(RobotSection, robot_data(sizes, name), registry(), head)
+    load_robot(file, text=text)  # what is wrong with it would be our fault: it is told before it is written
+    return text
+
+
+def scenario_text(file: str, source: str | None, sizes: Sizes) -> str:
+    """Return a new scenario for the robot in the file `source`, an example too, or for a new one that stands in it."""
+    section: str | dict[str, Any]
+    if source is None:
+        section = robot_data(sizes, "robot")
+        made = load_robot("robot", text=json.dumps(section))
+    else:
+        made = load_robot(source)
+        section = seen_from(os.path.dirname(file), examples.resolve(source, "robot"))
+    text = commented(ScenarioSection, scenario_data(made, section, registry()), registry(), MOVES)
+    load_scenario(file, text=text)  # likewise
+    return text

@@ -1,0 +1,104 @@
+"""A show without a window, and a window of Python in place of a browser's."""
+
+from __future__ import annotations
+
+import json
+import time
+from contextlib import contextmanager
+
+from live_cases import CAROCA
+
+from cdpr.gui.board import Board
+from cdpr.gui.show import Show
+from cdpr.scenario import load_scenario
+
+PATIENCE = 30.0  # s that anything may take on a busy machine
+# Here caroca can do without a cable.
+QUIET = {"simulation.duration": 0.3, "initial.position": [1.0, 0.3, 1.5], "trajectory": {"type": "hold"}}
+
+
+def scenario(**changes):
+    return load_scenario(CAROCA, overrides={**QUIET, **changes})
+
+
+def wait(board, kind, such=lambda message: True):
+    """Return the first message of a kind on the board that is such."""
+    end = time.monotonic() + PATIENCE
+    with board.changed:
+        while True:
+            message = board.latest(kind)
+            if message is not None and such(message):
+                return message
+            assert board.changed.wait(end - time.monotonic()), (kind, message)
+
+
+class Staged:
+    """A show, and what it said."""
+
+    def __init__(self, *scenarios):
+        self.board, self.told, self.log = Board(), [], []
+        self.show = Show(self.board, self.log.append)
+        for each in scenarios:
+            self.show.load(each, self.tell)
+
+    def tell(self, level, text):
+        with self.board.changed:
+            self.told.append((level, text))
+            self.board.changed.notify_all()
+
+    def do(self, what, **arguments):
+        self.show.command(what, arguments, self.tell)
+
+    def phase(self, *phases):
+        """Wait until it is in one of these phases; return the status."""
+        return wait(self.board, "status", lambda status: status["phase"] in phases)
+
+    def said(self):
+        """Wait until all that was asked for is done; return what was said of it."""
+        done = []
+        self.show._jobs.put(lambda: done.append(True))
+        end = time.monotonic() + PATIENCE
+        while not done:
+            assert time.monotonic() < end
+            time.sleep(0.001)
+        told, self.told[:] = list(self.told), []
+        return told
+
+    def points(self):
+        """All samples that a window that joins now is sent."""
+        mark, points = self.board.curves.start(), []
+        with self.board.changed:
+            while True:
+                messages, mark = self.board.curves.since(mark)
+                if not messages:
+                    return points
+                for message in messages:
+                    points += zip(message["t"], message["tension"], message["position_error"], strict=True)
+
+
+@contextmanager
+def staged(*scenarios):
+    made = Staged(*scenarios)
+    try:
+        yield made
+    finally:
+        made.show.close()
+
+
+class Looker:
+    """A window: it keeps what it was sent."""
+
+    def __init__(self, socket):
+        self.socket, self.seen = socket, []
+
+    def send(self, **words):
+        self.socket.send(json.dumps(words))
+
+    def get(self, kind, such=lambda message: True):
+        """Return the next message of a kind that is such."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            message = json.loads(self.socket.recv(timeout=end - time.monotonic()))
+            self.seen.append(message)
+            if message["kind"] == kind and such(message):
+                return message

@@ -1,0 +1,283 @@
+"""The page and the sockets of `cdpr gui`: who is let in, what windows see, what they may say."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import pytest
+from click.testing import CliRunner
+from conftest import ROOT
+from show_cases import PATIENCE, QUIET, Looker, wait
+
+pytest.importorskip("websockets")
+
+from websockets.exceptions import ConnectionClosedError, InvalidStatus
+from websockets.sync.client import connect
+
+from cdpr.cli import cli
+from cdpr.errors import CdprError
+from cdpr.gui.board import Board
+from cdpr.gui.desk import Desk
+from cdpr.gui.server import MOST_BYTES, MOST_WINDOWS, Server
+from cdpr.gui.window import Window
+
+CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
+CHANGES = [("simulation.duration", QUIET["simulation.duration"])]
+
+
+@pytest.fixture(scope="module")
+def window():
+    log = []
+    with Window(Desk(CAROCA, [f"{key}={value}" for key, value in CHANGES]), log.append, port=0) as made:
+        made.begin()
+        wait(made._board, "status", lambda status: status["phase"] == "ready")
+        yield made
+    assert log == []
+
+
+def look(window, **options):
+    return connect(socket_of(window), max_size=None, **options)
+
+
+def socket_of(window):
+    return window.address.replace("http:", "ws:")
+
+
+@pytest.fixture
+def looker(window):
+    with look(window) as opened:
+        found = Looker(opened)
+        found.send(do="reset")
+        found.get("status", lambda status: status["phase"] == "ready" and status["t"] == 0.0)
+        yield found
+
+
+def test_a_window_is_sent_all_that_there_is(window):
+    with look(window) as opened:
+        found = Looker(opened)
+        found.get("frame")
+        found.get("samples")
+        kinds = [message["kind"] for message in found.seen]
+        order = [kinds.index(kind) for kind in ("hello", "form", "scene", "status", "frame", "samples")]
+        assert order == sorted(order)
+        form = found.seen[kinds.index("form")]
+        assert form["tabs"]
+        assert form["applied"]
+
+
+def test_two_windows_show_the_same(window, looker):
+    with look(window) as opened:
+        other = Looker(opened)
+        looker.send(do="speed", value=None)
+        looker.send(do="push", force=[10, 0, 0], duration=0.1)
+        looker.send(do="run")
+        seen = []
+        for each in (looker, other):
+            done = each.get("status", lambda status: status["phase"] == "done")
+            assert [event["t"] for event in done["events"]] == [0.0]
+            seen.append(each.get("frame", lambda frame: frame["n"] == 300))
+        assert seen[0] == seen[1]
+    with look(window) as opened:  # and one that joins after the end
+        late, times = Looker(opened), []
+        while len(times) < 301:
+            times += late.get("samples")["t"]
+        assert times == pytest.approx([0.001 * k for k in range(301)])
+
+
+def test_a_form_is_edited_applied_and_undone(looker):
+    looker.send(do="edit", path="robot.platform.mass", value=-5)
+    form = looker.get("form", lambda form: form["undo"])
+    assert any("mass" in problem["path"] for problem in form["problems"])
+    looker.send(do="apply")
+    text = looker.get("message")["text"]
+    assert text.startswith("not applied: ")
+    assert "mass" in text
+    looker.send(do="undo")
+    looker.send(do="edit", path="simulation.duration", value=0.2)
+    assert not looker.get("form", lambda form: not form["problems"] and not form["redo"])["applied"]
+    looker.send(do="apply")
+    assert looker.get("form", lambda form: form["applied"])
+    assert looker.get("scene")["duration"] == pytest.approx(0.2)
+    looker.send(do="undo")
+    looker.send(do="apply")
+    assert looker.get("scene", lambda scene: scene["duration"] > 0.25)
+    looker.send(do="yaml")
+    assert "caroca" in looker.get("yaml")["files"][0]["text"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{", "no JSON"),
+        ("[" * 100_000, "no JSON"),
+        ("[]", "a message is an object"),
+        ('{"do": 1}', "a message is an object"),
+        ('{"do": "run", "fast": NaN}', "no JSON"),
+        ('{"do": "step", "n": 1e400}', "whole number"),
+        ('{"do": "__init__"}', "nothing that a window may ask for"),
+        ('{"do": "edit"}', "missing"),
+        ('{"do": "edit", "path": 3, "value": 1}', "a key such as"),
+        ('{"do": "edit", "path": "../../etc", "value": 1}', "a key such as"),
+        ('{"do": "open", "name": "nowhere.yaml"}', "nowhere.yaml"),
+        ('{"do": "new", "kind": "spaceship"}', "spaceship"),
+        (b"\xff\xfe", "no JSON"),
+    ],
+)
+def test_what_makes_no_sense_is_answered_with_one_message(looker, text, says):
+    looker.socket.send(text)
+    told = looker.get("message")
+    assert told["level"] == "error"
+    assert re.search(says, told["text"]), told
+    assert "Traceback" not in told["text"]
+    assert "internal error" not in told["text"]
+
+
+def test_what_is_too_long_closes_that_window_alone(window, looker):
+    with look(window) as other:
+        other.send("x" * (MOST_BYTES + 1))
+        with pytest.raises(ConnectionClosedError, match="1009"):
+            Looker(other).get("nothing")
+    looker.send(do="pause")
+    looker.get("status")
+
+
+def status_of(address, **headers):
+    try:
+        with urlopen(Request(address, headers=headers), timeout=PATIENCE) as answer:
+            return answer.status, answer.headers, answer.read().decode()
+    except HTTPError as error:
+        return error.code, error.headers, error.read().decode()
+
+
+def test_the_page_asks_for_nothing_else(window):
+    status, headers, text = status_of(window.address)
+    assert status == 200
+    assert text.startswith("<!DOCTYPE html>")
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+    assert headers["Referrer-Policy"] == "no-referrer"
+    assert not re.search(r"""(src|href)=["']?(https?:)?//""", text)
+
+
+def test_who_is_let_in(window):
+    address, port = window.address, window.address.split(":")[2].split("/")[0]
+    assert status_of(address.partition("?")[0])[0] == 403
+    assert status_of(address + "x")[0] == 403
+    assert status_of(address.replace("/?", "/other?"))[0] == 404
+    assert status_of(address, Host=f"evil.example:{port}")[0] == 421
+    assert status_of(address, Host="[")[0] == 421
+    assert status_of(address, Host=f"localhost:{port}")[0] == 200
+    for origin in ("http://evil.example", "null", f"https://127.0.0.1:{port}"):
+        with pytest.raises(InvalidStatus, match="403"), look(window, origin=origin):
+            pass
+    with look(window, origin=f"http://127.0.0.1:{port}"):
+        pass
+    with pytest.raises(InvalidStatus, match="403"), connect(socket_of(window)[:-1]):
+        pass
+
+
+def test_windows_are_so_many_at_most(window):
+    with ExitStack() as opened:
+        for _ in range(MOST_WINDOWS):
+            Looker(opened.enter_context(look(window))).get("hello")
+        with pytest.raises(InvalidStatus, match="503"), look(window):
+            pass
+    end = time.monotonic() + PATIENCE
+    while window._server._windows and time.monotonic() < end:
+        time.sleep(0.01)
+    with look(window):
+        pass
+
+
+def served(**options):
+    return Server(lambda: "page", Board(), lambda words, reader: None, **options)
+
+
+def test_the_port_that_is_told_is_the_real_one():
+    first = served(port=0)
+    try:
+        assert f":{first.port}/" in first.address
+        with pytest.raises(
+            CdprError, match=rf"127\.0\.0\.1, port {first.port}: Address already in use; leave out --port"
+        ):
+            served(port=first.port)
+    finally:
+        first.close()
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cdpr.gui.server.PORTS", [taken.getsockname()[1]])
+        other = served()
+        assert other.port != taken.getsockname()[1]
+        other.close()
+    with pytest.raises(CdprError, match=r"no\.such\.host"):
+        served(host="no.such.host.invalid")
+
+
+def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
+    board = Board()
+    server = Server(lambda: "page", board, lambda words, reader: None, port=0)
+    host, port = "127.0.0.1", server.port
+    stuck = socket.create_connection((host, port))
+    stuck.sendall(
+        f"GET /?token={server.token} HTTP/1.1\r\nHost: {host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n".encode()
+    )
+    with connect(server.address.replace("http:", "ws:")) as other:
+        start, fat = time.perf_counter(), "x" * 100_000
+        for n in range(300):  # 30 MB: more than any socket holds
+            board.put({"kind": "frame", "n": n, "fat": fat})
+        assert time.perf_counter() - start < 1.0
+        Looker(other).get("frame", lambda frame: frame["n"] == 299)
+    start = time.perf_counter()
+    server.close()
+    assert time.perf_counter() - start < 5.0
+    assert not server._thread.is_alive()
+    stuck.close()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_command_ends_as_it_is_told(number):
+    command = [sys.executable, "-m", "cdpr", "gui", CAROCA, "--no-open", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        address = process.stdout.readline().strip()
+        with connect(address.replace("http:", "ws:"), max_size=None, open_timeout=PATIENCE) as opened:
+            Looker(opened).get("hello")
+            process.send_signal(number)
+            out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[number]
+    assert (out, err) == ("", "")
+
+
+def test_without_the_extra_it_says_what_to_install(monkeypatch):
+    for name in [name for name in sys.modules if name.startswith(("websockets", "cdpr.gui.server", "cdpr.gui.window"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "websockets", None)
+    result = CliRunner().invoke(cli, ["gui", CAROCA])
+    assert str(result.exception) == "cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'"
+    assert result.exception.exit_code == 3
+
+
+def test_a_file_that_is_not_there_opens_nothing():
+    result = CliRunner().invoke(cli, ["gui", "nowhere.yaml", "--no-open"])
+    assert isinstance(result.exception, CdprError)
+    assert "nowhere.yaml" in str(result.exception)
+    assert result.output == ""
+
+
+def test_what_needs_no_window_imports_none():
+    """The command itself, and its help, are light; nothing else knows of sockets."""
+    program = (
+        "import sys; from click.testing import CliRunner; from cdpr.cli import cli; import cdpr; "
+        "assert CliRunner().invoke(cli, ['gui', '--help']).exit_code == 0; "
+        "import cdpr.gui.server; "
+        "print([name for name in ('numba', 'scipy', 'matplotlib', 'pydantic', 'mujoco') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
