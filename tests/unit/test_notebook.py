@@ -195,3 +195,11 @@ def test_the_course_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "push.pdf").read_bytes().startswith(b"%PDF")
     assert "never more than" in capsys.readouterr().out
     assert np.abs(names["pushed"].position_error).max() > 10 * np.abs(names["run"].position_error).max()
+
+
+@pytest.mark.parametrize(("least", "most", "told"), [(0.012, 0.34, "0.012 to 0.34"), (1.0, 1e300, "1 to 1e+300")])
+def test_tensions_of_any_size_are_told_in_few_digits(least, most, told):
+    run = make_run()
+    rows = np.array(run.rows)
+    rows[:, run.header.layout.columns["tension"]] = np.linspace(least, most, len(run.header.cables))
+    assert f"with tensions from {told} N" in replace(run, rows=rows)._repr_html_()
