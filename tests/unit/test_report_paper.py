@@ -192,9 +192,9 @@ def test_the_command_line_draws_figures_of_a_run(tmp_path):
     first = out.read_bytes()
     assert cdpr_here(*what, out).returncode == 0  # over a figure of its kind
     assert out.read_bytes() == first
-    (tmp_path / "mine.pdf").write_text("precious")
+    (tmp_path / "mine.pdf").write_text("%PDF-1.7 precious")
     assert "is no figure in PDF" in cdpr_here(*what, tmp_path / "mine.pdf", code=8).stderr
-    assert (tmp_path / "mine.pdf").read_text() == "precious"
+    assert (tmp_path / "mine.pdf").read_text() == "%PDF-1.7 precious"
     assert cdpr_here(*what, tmp_path / "TENSION.PDF", "--width", "5").returncode == 0
     for empty in (("--figure", ","), ("--width", "")):
         cdpr_here(*what, tmp_path / "none.pdf", *empty, code=2)
