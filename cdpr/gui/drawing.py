@@ -11,6 +11,7 @@ import numpy as np
 from cdpr.gui.curves import plain
 from cdpr.log.event import Event
 from cdpr.log.run import Run
+from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.scenes import scene
@@ -70,7 +71,13 @@ class Drawing:
             "duration": simulation.steps * simulation.control_step,
             "step": simulation.control_step,
             "limits": {"tension_min": list(header.tension_min), "tension_max": list(header.tension_max)},
+            "base": self._base(),
         }
+
+    def _base(self) -> list[float] | None:
+        """Row by row, the matrix that turns the base's axes into the world's; None where they are the same."""
+        frame = self._scenario.sections.robot.frame
+        return None if frame is None else rotations.matrix(frame.attitude).ravel().tolist()
 
     def still(self, state: Array, desired: Array) -> dict[str, Any]:
         """Return a frame of a state (13,), desired (19,), of which no tensions are known yet."""

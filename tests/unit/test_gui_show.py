@@ -12,6 +12,7 @@ from show_cases import scenario, staged, wait
 import cdpr
 from cdpr.gui.board import KINDS, Board, encoded
 from cdpr.gui.curves import MOST, PIECE, Curves, Mark
+from cdpr.gui.drawing import Drawing
 from cdpr.gui.show import Clock
 from cdpr.plugins import Controller, PluginOptions
 from cdpr.scenario import load_scenario
@@ -496,3 +497,14 @@ def test_a_clock_that_is_late_does_not_run_after_itself(monkeypatch):
     clock.start(0.0, None)
     assert clock.steps(0.0, 0.001) >= 1
     assert clock.factor(now + 1.0, 0.5) == 0.5
+
+
+def test_the_scene_tells_how_the_base_is_turned():
+    """So that a point which is dragged in the world is written as the file has it."""
+    turned = {"robot.frame": {"position": [1.0, 0.0, 0.0], "orientation": {"rpy_deg": [20.0, 0.0, 90.0]}}}
+    plain, moved = (cdpr.load_scenario("caroca", overrides=changes) for changes in ({}, turned))
+    scene = Drawing(moved).scene(moved.initial.state(), moved.desired.sample(0.0))
+    base = np.reshape(scene["base"], (3, 3))
+    np.testing.assert_allclose(
+        plain.robot.anchors[:, :3] @ base.T + [1.0, 0.0, 0.0], np.array(scene["scene"]["anchors"])[:, :3], atol=1e-12
+    )
