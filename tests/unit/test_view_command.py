@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
@@ -50,6 +51,12 @@ def test_several_runs_over_one_another_with_their_differences(runs, tmp_path):
     assert [scene["label"] for scene in data["scenes"]] == ["one", "other"]
     assert {"differences1", "pose1", "tension1"} <= set(data["figures"])
     assert text.index('id="verdict"') < text.index('id="stage"')
+    apart = np.linalg.norm(
+        np.subtract(*(cdpr.load_run(runs / name).position for name in ("one", "other"))), axis=1
+    ).max()
+    told = re.search(r"other is never farther from one than (\S+) m in position", text)  # though nothing can be judged
+    assert told
+    assert float(told[1].replace("−", "-")) == pytest.approx(apart, rel=1e-3)
 
 
 def test_a_robot_stands_still(tmp_path):
