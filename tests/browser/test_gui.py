@@ -24,7 +24,7 @@ if executable() is None:
 
 READY = "() => window.cdpr !== undefined && cdpr.drawn !== null && cdpr.form.message !== null && cdpr.phase === 'ready'"
 PHASE = "(phase) => cdpr.phase === phase"
-PATIENCE = 5_000  # ms, on a machine that does other things besides
+PATIENCE = 15_000  # ms, on a machine that does other things besides
 SCREEN = 1e-5  # m: frames hold lengths to a micrometre, and pages draw them as float32
 SAID = "(words) => document.querySelector('#status .text').textContent.includes(words)"
 
