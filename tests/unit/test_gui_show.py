@@ -499,6 +499,18 @@ def test_a_clock_that_is_late_does_not_run_after_itself(monkeypatch):
     assert clock.factor(now + 1.0, 0.5) == 0.5
 
 
+@pytest.mark.parametrize(("speed", "period"), [(1.0, 2.0), (0.1, 0.1), (0.001, 0.001)])
+def test_a_step_that_takes_long_by_the_clock_is_waited_for(speed, period, monkeypatch):
+    now, done = 0.0, 0
+    monkeypatch.setattr("cdpr.gui.show.monotonic", lambda: now)
+    clock = Clock()
+    clock.start(0.0, speed)
+    while now < 5.5 * period / speed:
+        now += period / speed / 100.0
+        done += clock.steps(done * period, period)
+    assert done == 5
+
+
 def test_the_scene_tells_how_the_base_is_turned():
     """So that a point which is dragged in the world is written as the file has it."""
     turned = {"robot.frame": {"position": [1.0, 0.0, 0.0], "orientation": {"rpy_deg": [20.0, 0.0, 90.0]}}}
