@@ -225,6 +225,11 @@ def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) ->
         lambda: desk.new("robot", frame=[1, float("nan"), 2]),
         lambda: desk.open(0),  # type: ignore[arg-type]
         lambda: desk.open("a\0b"),
+        lambda: desk.new("robot", file="\ud800"),
+        lambda: desk.new("robot", self=1),
+        lambda: desk.new("robot", frame=[1e-300, 1, 1]),
+        lambda: desk.save_as("\ud800"),
+        lambda: desk.save_as(str(folder / ("x" * 300))),
         lambda: desk.edit(7, 1),  # type: ignore[arg-type]
         lambda: desk.edit("name", "\ud800"),
         lambda: desk.edit("name", 10**5000),
@@ -238,6 +243,9 @@ def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) ->
         with pytest.raises(CdprError):
             edit()
         assert desk.texts() == before
+    assert sorted(path.name for path in folder.rglob("*")) == ["caroca.yaml", "caroca.yaml", "robots"]
+    desk.edit("robot.platform.mass", 140)
+    desk.undo()
     desk.remove("events")
     desk.remove("simulation.log")
     assert desk.texts() == before

@@ -159,6 +159,10 @@ def test_what_is_done_is_seen_and_told():
         ("fly", {}, "'fly' is nothing that a window may ask for"),
         ("save_session", {"out": "name.txt"}, "ends in .yaml"),
         ("save_session", {"out": 3}, "the name of a file is expected"),
+        ("save_session", {"out": "a\0b.yaml"}, "the name of a file is expected"),
+        ("save_session", {"out": "\ud800.yaml"}, "the name of a file is expected"),
+        ("save_run", {"out": "a\0b"}, "the name of a folder is expected"),
+        ("save_run", {"out": "\ud800"}, "the name of a folder is expected"),
         ("save_run", {"out": 3}, "the name of a folder is expected"),
     ],
 )
@@ -379,6 +383,44 @@ def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
     rows = cdpr.load_run(tmp_path / "run").rows.tobytes()
     assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == rows
     assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == rows
+
+
+def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
+    mine, session = tmp_path / "mine.yaml", tmp_path / "session.yaml"
+    mine.write_text("# hours of work\n")
+    (tmp_path / "given_outside.csv").write_text("t\n")
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=2)
+        for out in (mine, tmp_path / "given.yaml", session):
+            it.do("save_session", out=str(out))
+        it.do("step", n=3)
+        it.do("save_session", out=str(session))
+        told = it.said()
+        it.do("reset")
+        it.do("step")
+        it.do("save_session", out=str(session))
+        assert "is there already" in it.said()[-1][1]
+    assert [level for level, _ in told] == ["error", "error", "info", "info"]
+    assert "mine.yaml' is there already: it is not written over" in told[0][1]
+    assert "given_outside.csv' is there already" in told[1][1]
+    assert mine.read_text() == "# hours of work\n"
+    assert not (tmp_path / "given.yaml").exists()
+    assert load_scenario(session).simulation.steps == 4
+
+
+def test_what_happened_last_is_told_however_much_did():
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=2)
+        for k in range(203):
+            it.do("limits", tension_max=1000 + k)
+            it.do("step")
+            it.said()
+        events = it.board.latest("status")["events"]
+        assert "become max 1202 N" in events[-1]["text"]
+        assert len(events) == 201
+        assert events[0] == {"t": 0.002, "text": "3 earlier events"}
 
 
 def test_cables_that_leave_from_pulleys_show_where():

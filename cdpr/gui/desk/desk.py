@@ -57,7 +57,7 @@ class Desk:
         self._turn(f"open {_brief(name)}", self._opened(name))
         self._applied = None
 
-    def new(self, kind: str, **arguments: Any) -> None:
+    def new(self, kind: str, /, **arguments: Any) -> None:
         """Begin a new robot or scenario, which can be undone; `arguments` are those of `cdpr new`."""
         file = new_file(kind, arguments, self._plugins)
         self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
@@ -77,7 +77,8 @@ class Desk:
         return Files(next(iter(keyed)), keyed)
 
     def _turn(self, told: str, files: Files) -> None:
-        """Go on with other files; those before can be had again."""
+        """Go on with other files; those before can be had again. CdprError, and nothing is changed, for what is no YAML."""
+        edit.read(files.scenario.text)
         self._remember(told)
         self._files = files
         self._look()

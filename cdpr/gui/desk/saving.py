@@ -79,7 +79,12 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
             os.makedirs(os.path.dirname(place) or ".", exist_ok=True)
             write(place, written, new=True)
             names.append(place)
-    write(name, text, new=True)
+    try:
+        write(name, text, new=True)
+    except OutputError:
+        for place in names[1:]:  # what is not saved leaves nothing
+            os.unlink(place)
+        raise
     return Files(os.path.abspath(name), {os.path.abspath(name): File.open(name)}), names
 
 
