@@ -77,7 +77,7 @@ class Desk:
         return Files(next(iter(keyed)), keyed)
 
     def _turn(self, told: str, files: Files) -> None:
-        """Go on with other files; those before can be had again. CdprError, and nothing is changed, for what is no YAML."""
+        """Go on with other files; those before can be had again. CdprError before that for what is no YAML."""
         edit.read(files.scenario.text)
         self._remember(told)
         self._files = files
