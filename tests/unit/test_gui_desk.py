@@ -325,6 +325,24 @@ def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
     assert desk.form()["applied"]
 
 
+def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
+    other = folder / "robots/other.yaml"
+    shutil.copy(SCENARIOS / "robots/seven.yaml", other)
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.apply()
+    desk.edit("robot", "robots/other.yaml")
+    desk.undo()
+    assert desk.form()["applied"]
+    other.unlink()
+    desk.edit("controller.kp", 3)
+    desk.revert()
+    assert desk.form()["applied"]
+    (folder / "robots/caroca.yaml").unlink()
+    desk.edit("controller.kp", 3)
+    with pytest.raises(CdprError, match=r"there is no file .*caroca\.yaml"):
+        desk.revert()
+
+
 def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:
     code = (
         "import json, sys; from cdpr.gui.desk import Desk; desk = Desk('caroca'); json.dumps(desk.form());"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -26,16 +26,24 @@ MESH: Path = ("platform", "shape", "mesh")
 MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
 
 
-def reread(files: Files) -> dict[str, str]:
-    """Return what is on the disk of all files; CdprError where one cannot be read."""
+def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
+    """Return what is on the disk of all files; CdprError where one that is shown cannot be read."""
     texts = {}
     for key, file in files.files.items():
-        texts[key] = file.first if file.saved is None else on_disk(file.name)
-        edit.read(texts[key])
-    for key, file in files.files.items():
-        if file.saved is not None:
-            file.saved = texts[key]
-    return texts
+        text = file.first
+        try:
+            if file.saved is not None:
+                text = on_disk(file.name)
+            edit.read(text)
+        except CdprError:
+            if file in shown:
+                raise
+            continue  # nobody asks for it any more
+        texts[key] = text
+    for key, text in texts.items():
+        if files.files[key].saved is not None:
+            files.files[key].saved = text
+    return files.texts() | texts
 
 
 def save(files: Iterable[File]) -> list[str]:
