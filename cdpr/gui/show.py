@@ -111,7 +111,7 @@ class Show:
             work()
         except CdprError as error:
             tell("error", str(error))
-        except Exception as error:
+        except BaseException as error:  # also what is meant to end a program: without this thread windows say nothing
             trace, before = traceback.format_exc(), self._fault
             self._fault = trace
             if trace != before or tell != self._to_all:  # what fails at each frame is told once
@@ -145,7 +145,7 @@ class Show:
         self._guarded(self._end, self._to_all)
         try:
             self._stage = Stage(scenario, self._board)
-        except Exception as error:
+        except BaseException as error:
             self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
             raise
         self._go_to("ready", "")

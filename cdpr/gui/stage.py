@@ -17,6 +17,7 @@ import numpy as np
 from cdpr.errors import CdprError, OutputError
 from cdpr.gui.arguments import call
 from cdpr.gui.board import Board
+from cdpr.gui.desk.fields import shown
 from cdpr.gui.desk.files import named
 from cdpr.gui.drawing import Drawing
 from cdpr.log.event import Event
@@ -166,7 +167,7 @@ class Stage:
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,
             "controller": scenario.controller.type,
-            "changeable": [{"key": key, "value": values[role][name]} for key, role, name in keys],
+            "changeable": [{"key": key, "value": shown(values[role][name], "vector")} for key, role, name in keys],
         }
 
     def close(self) -> None:

@@ -215,9 +215,15 @@ class Raising(Controller):
 
     class Options(PluginOptions):
         now: bool = False
+        quits: bool = False
+        most: float = np.inf
+
+    changeable = ("most",)
 
     def __init__(self, robot, gravity, dt, options):
         super().__init__(robot, gravity, dt, options)
+        if options.quits:
+            raise KeyboardInterrupt
         if options.now:
             raise ValueError("not today")
 
@@ -241,6 +247,27 @@ def test_a_plugin_that_raises_is_a_status(now):
         it.phase("ready")
         it.do("step")
         assert [told for told in it.said() if told[1] != status["text"]] == []
+
+
+def test_an_option_without_a_limit_is_told():
+    """JSON has no number for it, and a window whose messages cannot be written would hear no more."""
+    found, name = scenario().plugins.with_class("controller", Raising)
+    with staged(scenario().with_changes({"controller": {"type": name}}, plugins=found)) as it:
+        status = it.phase("ready")
+        encoded(status)
+        assert status["changeable"] == [{"key": "controller.most", "value": ".inf"}]
+
+
+def test_a_plugin_that_asks_for_the_end_ends_nothing():
+    found, name = scenario().plugins.with_class("controller", Raising)
+    bad = scenario().with_changes({"controller": {"type": name, "quits": True}}, plugins=found)
+    with staged(bad) as it:
+        assert "KeyboardInterrupt" in it.phase("failed")["text"]
+        it.show.load(scenario(), it.tell)
+        it.phase("ready")
+        it.do("step")
+        it.said()
+        assert it.board.latest("frame")["n"] == 0
 
 
 def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
