@@ -48,8 +48,10 @@ class Number:
         """Refuse what robot files and FMUs cannot hold; CdprError."""
         if self.owner not in ("cable", "winch") or not self.key.isidentifier():
             raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
-        if self.unit and known_unit(self.unit_of_fmu) is None:
-            raise CdprError(f"{self.name}: the unit {self.unit_of_fmu} is not known: see cdpr.units")
+        unit = known_unit(self.unit_of_fmu) if self.unit else None
+        if self.unit and (unit is None or unit.factor != 1.0):
+            found = "is not known: see cdpr.units" if unit is None else "is no SI unit: kernels take those"
+            raise CdprError(f"{self.name}: the unit {self.unit_of_fmu} {found}")
 
     @property
     def owner(self) -> str:

@@ -7,6 +7,7 @@ from functools import partial
 import click
 
 from cdpr.cli.names import change_keys, plugin_files, plugin_option
+from cdpr.cli.numbers import Whole
 from cdpr.errors import PluginError
 
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -24,7 +25,7 @@ EXPOSED = (
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
-@click.option("--port", type=click.IntRange(0, 65535), help="Port to listen on (default: the first free from 8080).")
+@click.option("--port", type=Whole(0, 65535), help="Port to listen on (default: the first free from 8080).")
 @click.option("--open/--no-open", "show", default=True, help="Open the window in the browser.")
 def command(
     file: str | None,

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 PAGE = "view.html"
 BEGINS = b"<!DOCTYPE html>"
 FIGURES = {".pdf": b"%PDF", ".svg": b"<?xml", ".png": b"\x89PNG"}  # how files of each kind begin
+DRAWN = b"Matplotlib v"  # stands in all that we draw, not in a manuscript
 
 
 @click.command("view")
@@ -89,17 +90,19 @@ def _figure(
     from cdpr.log.files import replace
     from cdpr.log.reader import load_run
 
-    if out is None or Path(out).suffix not in FIGURES:
+    figure, width, cables = asked
+    if not names(figure):
+        raise click.UsageError("--figure is empty: name a quantity, such as tension")
+    if out is None or Path(out).suffix.lower() not in FIGURES:
         raise click.UsageError(f"--figure needs a file to write: --out NAME with {', '.join(FIGURES)} at its end")
     if len(what) > 1 or not _are_runs(what) or pose is not None or changes:
         raise click.UsageError(
             "--figure is of one finished run, as it is: give its folder or log, and no --set or --pose"
         )
-    path, kind = Path(out), Path(out).suffix
-    _only_over(path, FIGURES[kind], f"figure in {kind[1:].upper()}")
-    figure, width, cables = asked
-    shown = None if cables is None else [int(name) if name.isdecimal() else name for name in names(cables)]
-    drawn = load_run(what[0]).plot(*names(figure), cables=shown, width=width or "ieee")
+    path, kind = Path(out), Path(out).suffix.lower()
+    _only_over(path, FIGURES[kind], f"figure in {kind[1:].upper()} that was drawn so", DRAWN)
+    shown = None if cables is None else names(cables)
+    drawn = load_run(what[0]).plot(*names(figure), cables=shown, width="ieee" if width is None else width)
     file = BytesIO()
     drawn.savefig(file, format=kind[1:])
     replace(path, file.getvalue())
@@ -113,14 +116,11 @@ def _page_at(path: Path) -> Path:
     return path
 
 
-def _only_over(path: Path, begins: bytes, what: str) -> None:
-    """Refuse a file that is there already, unless it begins as such a one does."""
+def _only_over(path: Path, begins: bytes, what: str, holds: bytes = b"") -> None:
+    """Refuse a file that is there already, unless it begins as such a one does, and holds what it does."""
     if path.exists():
-        content = b""
-        if path.is_file():
-            with path.open("rb") as file:
-                content = file.read(len(begins))
-        if content != begins:
+        content = path.read_bytes() if path.is_file() else b""
+        if not content.startswith(begins) or holds not in content:
             raise OutputError(
                 f"'{path}' is there already and is no {what}: it is not written over; choose another name"
             )

@@ -33,6 +33,8 @@ from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
 
+TEXTS = ("scenario", "robot", "backend", "controller", "solver", "scenario_yaml", "cable_model", "believed")
+
 _CHANNEL = slice(CHUNK_HEAD.size + 9, CHUNK_HEAD.size + 11)  # of a chunk's first message
 _NUMBER = slice(CHUNK_HEAD.size + 11, CHUNK_HEAD.size + 15)
 
@@ -185,7 +187,14 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
 
 def _unsound(header: Header) -> str:
     """Say what of a header cannot be drawn or computed with, though its checksum is right: others write logs, too."""
-    m = len(header.cables)
+    m, bounds = len(header.cables), np.array(header.bounds, dtype=object)
+    for name in TEXTS:
+        if not isinstance(getattr(header, name), str):
+            return f"{name}: a text expected"
+    if not all(isinstance(cable, str) for cable in header.cables):
+        return "cables: texts expected"
+    if not all(0 <= cable < m for cable, _ in header.broken):
+        return f"broken: cables from 0 to {m - 1} expected"
     for name, values, shape in (
         ("gravity", header.gravity, (3,)),
         ("anchors", header.anchors, (m, 6)),
@@ -193,6 +202,7 @@ def _unsound(header: Header) -> str:
         ("tension_max", np.nan_to_num(header.tension_max, posinf=0.0, neginf=0.0, nan=np.nan), (m,)),
         ("characteristic_length, mass and steps, above 0", _sizes(header), (4,)),
         ("frame", header.frame or np.empty((0, 6)), (len(header.frame), 6)),
+        ("bounds", np.where(bounds == None, 0.0, bounds), (3, m) if header.bounds else (0,)),  # noqa: E711
         ("path", header.path or np.empty((0, 3)), (len(header.path), 3)),
         ("shape", _numbers(header.shape), (len(_numbers(header.shape)),)),
     ):

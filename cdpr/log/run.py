@@ -18,6 +18,7 @@ from cdpr.mechanics.reach import Bounds
 from cdpr.model import rotations
 from cdpr.model.frozen import Frozen
 from cdpr.model.robot import Array, read_only
+from cdpr.problems import printable
 from cdpr.view import Subject
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ class Header:
     believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
 
     def __repr__(self) -> str:
-        return f"<Header of {self.scenario} on {self.backend}: {len(self.cables)} cables, seed {self.seed}>"
+        return printable(f"<Header of {self.scenario} on {self.backend}: {len(self.cables)} cables, seed {self.seed}>")
 
     @property
     def log_step(self) -> float:
@@ -217,7 +218,7 @@ class Run(Frozen):
 
     def __repr__(self) -> str:
         header = self.header
-        return f"<Run of {header.scenario} on {header.backend}: {len(self.rows)} samples, {self.status}>"
+        return printable(f"<Run of {header.scenario} on {header.backend}: {len(self.rows)} samples, {self.status}>")
 
     def part(self, first: int, stop: int) -> Run:
         """Return the rows from `first` to `stop` (excluded); energies still count from the first row of all."""

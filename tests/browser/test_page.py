@@ -85,6 +85,20 @@ def test_the_space_bar_plays_and_stops_and_arrows_step(page):
     assert 0.1 < page.evaluate("cdpr.time") < 0.3
 
 
+def test_a_way_costs_what_is_seen_of_it(page):
+    """Where the platform has been is drawn as far as it came, without points that no screen tells apart."""
+    away, lines, points, drawn = page.evaluate("""() => {
+        const { done } = cdpr.stage.ways[0], film = cdpr.stage.films[0], last = film.time.length - 1;
+        const end = done.data.subarray(12 * done.count - 9, 12 * done.count - 6);
+        const there = film.position.subarray(3 * last);
+        const away = Math.hypot(...[0, 1, 2].map((i) => there[i] - end[i])) / cdpr.stage.camera.radius;
+        return [away, done.count, last, done.upto[last]];
+    }""")
+    assert 10 < lines < points
+    assert drawn == lines
+    assert away < 2e-3
+
+
 def test_nothing_lies_upon_the_legend(page):
     """When the page opens: the transport stays at the window's edge and must not hide what stands there."""
     legend, transport = (page.locator(f"#stage .{name}").bounding_box() for name in ("legend", "transport"))

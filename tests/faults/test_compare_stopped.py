@@ -40,7 +40,7 @@ COMMANDS = {
     ("command", "number", "code"),
     [
         pytest.param("compare", signal.SIGTERM, 143, marks=pytest.mark.slow),
-        ("compare", signal.SIGINT, 130),
+        pytest.param("compare", signal.SIGINT, 130, marks=pytest.mark.slow),
         pytest.param("compare --out", signal.SIGINT, 130, marks=pytest.mark.slow),
         pytest.param("save", signal.SIGTERM, 143, marks=pytest.mark.slow),
         pytest.param("check", signal.SIGHUP, 143, marks=pytest.mark.slow),

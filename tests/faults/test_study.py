@@ -91,11 +91,8 @@ def sound(warm_workers, faulty_plugin, tmp_path_factory):
     return study, undisturbed(study, folder, 6)
 
 
-# As a run's own: one of them here, all of them among the slow tests.
-SLOW_SIGNALS = [pytest.param(number, marks=pytest.mark.slow) for number in (signal.SIGINT, signal.SIGKILL)]
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, *SLOW_SIGNALS])
+@pytest.mark.slow  # each runs a study three times
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_goes_on(sound, tmp_path, number):
     study, expected = sound
     out = tmp_path / "out"

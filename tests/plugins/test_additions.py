@@ -151,6 +151,7 @@ def tree(tmp_path_factory):
     return copy_of_program(tmp_path_factory.mktemp("tree"))
 
 
+@pytest.mark.slow
 def test_an_event(tree):
     folder, add, run = tree
     add(
@@ -176,6 +177,7 @@ def test_an_event(tree):
     np.testing.assert_allclose(told.external[[4, 5], 0], [0.0, 86.4])
 
 
+@pytest.mark.slow
 def test_a_motion(tree):
     folder, add, run = tree
     add(
@@ -243,6 +245,7 @@ def test_a_solver_a_controller_and_a_backend(tree):
     np.testing.assert_allclose(told.wrench[:, :2], asked, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_command(tree):
     _, add, run = tree
     line = '    "cables": "Name the cables of a robot.",\n'

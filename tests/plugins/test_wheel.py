@@ -52,6 +52,7 @@ def test_the_first_command_needs_no_file(python, tmp_path):
     assert (tmp_path / "out" / "report.html").is_file()
 
 
+@pytest.mark.slow
 def test_without_what_draws_one_line_says_how_to_install_it(python, tmp_path):
     done = run(python, "-c", WITHOUT_MATPLOTLIB, "run", "caroca", *SHORT, "--out", "out", cwd=tmp_path)
     (line,) = [line for line in done.stderr.splitlines() if "report" in line]

@@ -368,6 +368,11 @@ def test_format_is_frozen() -> None:
         ({"frame": ((math.nan,) * 6,)}, "frame: 1 x 6 finite numbers expected"),
         ({"shape": {"box": [1.0, math.nan, 1.0]}}, "shape: 3 finite numbers expected"),
         ({"tension_max": (math.nan, 1.0)}, "tension_max: 2 finite numbers expected"),
+        ({"scenario": 7}, "scenario: a text expected"),
+        ({"cables": (None, None)}, "cables: texts expected"),
+        ({"bounds": ((1.0,),)}, "bounds: 3 x 2 finite numbers expected"),
+        ({"bounds": ((None, 1.0), (2.0, math.nan), (None, None))}, "bounds: 3 x 2 finite numbers expected"),
+        ({"broken": ((-1, 0.5),)}, "broken: cables from 0 to 1 expected"),
         ({"mass": -1.0}, "characteristic_length, mass and steps, above 0: 4 finite numbers expected"),
     ],
 )

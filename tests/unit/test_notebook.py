@@ -24,6 +24,7 @@ from cdpr.report.plots.pictures import MOST
 COURSE = ROOT / "docs" / "first_steps.ipynb"
 LONGEST = 160  # letters of what a terminal shows of an object
 MOST_BYTES = 700_000  # of what a notebook keeps of a run, however long it was
+UPRIGHT = {"rpy": [0, 0, 0]}
 HOSTILE = '<script>alert("x")</script>&\''
 
 
@@ -119,6 +120,26 @@ def test_terminals_show_a_line(scenario, tmp_path):
     simulation.close()
 
 
+def test_names_of_a_log_do_not_speak_to_the_terminal():
+    run = make_run()
+    odd = replace(run, header=replace(run.header, scenario="\x1b[31mred\nline", backend="\u202egnp"), status="\x07")
+    for shown in (repr(odd), repr(odd.header)):
+        assert shown.isprintable()
+        assert r"\x1b[31mred\nline" in shown
+
+
+def test_a_scenario_whose_events_cannot_be_says_so():
+    """Whether a target can be reached within its limits is known when the motion is made, not when the file is read."""
+    slow = {"velocity": 1e-3, "acceleration": 1e-3, "jerk": 1e-3}
+    events = [{"type": "target", "time": 1.5, "limits": slow, "position": [0, 0, 1.3]}]
+    html = cdpr.load_scenario(
+        "caroca", overrides={"events": events, "trajectory.to.orientation": UPRIGHT}
+    )._repr_html_()
+    assert "Cannot be run" in html
+    assert "no quintic keeps these limits from where the motion is then" in html
+    assert len(data_of(framed(html))["scenes"]) == 1
+
+
 def test_rows_for_pandas():
     pandas = pytest.importorskip("pandas")
     run = make_run(rows=50)
@@ -174,3 +195,11 @@ def test_the_course_runs_cell_by_cell(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "push.pdf").read_bytes().startswith(b"%PDF")
     assert "never more than" in capsys.readouterr().out
     assert np.abs(names["pushed"].position_error).max() > 10 * np.abs(names["run"].position_error).max()
+
+
+@pytest.mark.parametrize(("least", "most", "told"), [(0.012, 0.34, "0.012 to 0.34"), (1.0, 1e300, "1 to 1e+300")])
+def test_tensions_of_any_size_are_told_in_few_digits(least, most, told):
+    run = make_run()
+    rows = np.array(run.rows)
+    rows[:, run.header.layout.columns["tension"]] = np.linspace(least, most, len(run.header.cables))
+    assert f"with tensions from {told} N" in replace(run, rows=rows)._repr_html_()

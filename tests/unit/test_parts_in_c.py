@@ -146,7 +146,11 @@ def test_rows_have_the_length_that_c_expects():
 
 @pytest.mark.parametrize(
     ("name", "unit", "told"),
-    [("drum.mass", "kg", "cable.KEY or winch.KEY, not drum.mass"), ("cable.sag", "furlong", "the unit furlong is not")],
+    [
+        ("drum.mass", "kg", "cable.KEY or winch.KEY, not drum.mass"),
+        ("cable.sag", "furlong", "the unit furlong is not"),
+        ("cable.sag", "mm", "the unit mm is no SI unit"),  # in an FMU it would count as m
+    ],
 )
 def test_numbers_that_no_file_could_hold_are_refused(name, unit, told):
     with pytest.raises(CdprError, match=told):

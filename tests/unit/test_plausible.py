@@ -81,6 +81,12 @@ def robot_warnings(data, tmp_path):
     return rows
 
 
+def test_nothing_is_said_of_a_lift_on_one_cable(tmp_path):
+    """Its one anchor has no extent."""
+    lift = box(2.0) | {"dof": ["z"], "cables": [{"frame": [0, 0, 3], "platform": [0, 0, 0.2]}]}
+    assert robot_warnings(lift, tmp_path) == []
+
+
 # FAST: cables of 300 m to a cabin of 30 t; a camera of 0.3 m above a stadium; a robot of a desk; an insect's.
 @pytest.mark.parametrize(
     ("width", "mass", "platform"),
@@ -275,6 +281,31 @@ def test_a_load_may_hold_what_gravity_does_not():
     assert warned(low)
     assert warned(low | {"events": [up]}) == ()
     assert warned({"robot.unilateral": False, **low}) == ()
+
+
+def test_a_motion_that_loses_nothing_is_not_cut_short():
+    assert warned({"trajectory.duration": 4.0009}) == ()
+    (row,) = warned({"trajectory.duration": 4.001})
+    assert "at 4 s and the motion at 4.001 s" in row.text
+
+
+def test_limits_that_change_at_the_start_are_those_that_hold():
+    weak, wider = {"robot.tension.max": 180}, {"type": "limits", "time": 0, "max": 1000}
+    assert WEAK in warned(weak)[0].text
+    assert warned(weak | {"events": [wider]}) == ()
+    assert WEAK in warned(weak | {"events": [wider | {"time": 1.0}]})[0].text
+
+
+def test_without_weight_only_tensions_out_of_balance_are_told():
+    """Round-off among large tensions is none, whatever the weight."""
+    planar = SCENARIOS / "planar.yaml"
+    for gravity in ([0, 0, 0], [0, 0, -1e-14]):
+        assert warned({"world.gravity": gravity, "robot.tension": {"min": 1e5, "max": 1e8}}, planar) == ()
+    uneven = {"world.gravity": [0, 0, 0], "robot.tension": {"min": [10, 10, 900, 900], "max": 1000}}
+    (row, *_) = warned(uneven, planar)
+    assert re.search(
+        r"no tensions within the limits are in balance here: the nearest leave [\d.]+ N, moments", row.text
+    )
 
 
 def test_only_directions_that_are_free_tell():

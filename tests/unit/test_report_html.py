@@ -79,7 +79,17 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 # Seconds of drawing what hardly differs from the others, or has two hundred times their points.
-SLOW = {"100000 rows", "interrupted", "12 cables", "noisy", "far limits", "two rows", "long names"}
+SLOW = {
+    "100000 rows",
+    "interrupted",
+    "12 cables",
+    "noisy",
+    "far limits",
+    "two rows",
+    "long names",
+    "one row",
+    "one cable",
+}
 
 
 @pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])

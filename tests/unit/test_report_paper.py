@@ -16,6 +16,7 @@ import cdpr
 from cdpr.errors import CdprError
 from cdpr.log.event import Event
 from cdpr.report.marks import CABLES
+from cdpr.report.plots.pick import numbers
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINT = 1.0 / 72.0  # in
@@ -77,7 +78,15 @@ def test_the_same_run_gives_the_same_bytes(run, tmp_path, kind, monkeypatch):
 
 @pytest.mark.parametrize(
     ("width", "inches"),
-    [("ieee", 3.5), ("ieee-wide", 7.16), (4.0, 4.0), ("88 mm", 88 / 25.4), ("8.8cm", 88 / 25.4), ("252pt", 3.5)],
+    [
+        ("ieee", 3.5),
+        ("ieee-wide", 7.16),
+        (4.0, 4.0),
+        ("88 mm", 88 / 25.4),
+        ("8.8cm", 88 / 25.4),
+        ("252pt", 3.5),
+        ("3.5", 3.5),
+    ],
 )
 def test_it_is_as_wide_as_asked(run, tmp_path, width, inches):
     figure = run.plot("tension", "position", width=width)
@@ -86,7 +95,7 @@ def test_it_is_as_wide_as_asked(run, tmp_path, width, inches):
     assert float(box) * POINT == pytest.approx(inches, abs=1e-3)
 
 
-@pytest.mark.parametrize("width", [True, 0, -3.5, 1.0, 1000, np.nan, "iee", "3.5", "3.5 inch", "88 km"])
+@pytest.mark.parametrize("width", [True, 0, -3.5, 1.0, 1000, np.nan, "iee", "", "3.5 inch", "88 km", "３in"])
 def test_a_width_that_is_none_is_told(run, width):
     with pytest.raises(CdprError, match="width must be ieee, ieee-wide, a number of inches from 2 to 40") as told:
         run.plot("tension", width=width)
@@ -123,7 +132,13 @@ def test_cables_by_name_and_number_keep_their_colours(run):
             lines = [line for line in panel.lines if line.get_color() in CABLES]
             assert [line.get_color() for line in lines] == [CABLES[7], CABLES[2]]
             assert lines[0].get_ydata().max() == values[:, 7].max()
-    assert len(run.plot("length", cables=2).axes[0].lines) == len(run.plot("length", cables="cable_2").axes[0].lines)
+    for second in (2, "2", "cable_2", np.int64(2), np.array([2])):
+        assert numbers(run, second) == [1]
+
+
+def test_a_number_that_is_a_name_is_the_name(run):
+    names = tuple(str(8 - i) for i in range(8))
+    assert numbers(replace(run, header=replace(run.header, cables=names)), ["8", 8]) == [0, 7]
 
 
 def test_limits_are_those_of_the_cables_that_are_drawn(run):
@@ -138,6 +153,9 @@ def test_limits_are_those_of_the_cables_that_are_drawn(run):
     [
         (["tensions"], None, "no panel is named 'tensions'; did you mean 'tension'"),
         ([7], None, "no panel is named 7; there are acceleration, "),
+        ([["tension"]], None, r"no panel is named \['tension'\]; there are acceleration, "),
+        (["tension"], 1.0, "no cable is 1.0; "),
+        (["tension"], ["9"], "no cable is '9'; "),
         (["external_force"], None, "no panel is named 'external_force'; .*there are acceleration, "),
         (["tension"], [9], "no cable is 9; there are numbers from 1 to 8, and names: cable_1, "),
         (["tension"], [0], "no cable is 0; "),
@@ -174,9 +192,13 @@ def test_the_command_line_draws_figures_of_a_run(tmp_path):
     first = out.read_bytes()
     assert cdpr_here(*what, out).returncode == 0  # over a figure of its kind
     assert out.read_bytes() == first
-    (tmp_path / "mine.pdf").write_text("precious")
+    (tmp_path / "mine.pdf").write_text("%PDF-1.7 precious")
     assert "is no figure in PDF" in cdpr_here(*what, tmp_path / "mine.pdf", code=8).stderr
-    assert (tmp_path / "mine.pdf").read_text() == "precious"
+    assert (tmp_path / "mine.pdf").read_text() == "%PDF-1.7 precious"
+    assert cdpr_here(*what, tmp_path / "TENSION.PDF", "--width", "5").returncode == 0
+    for empty in (("--figure", ","), ("--width", "")):
+        cdpr_here(*what, tmp_path / "none.pdf", *empty, code=2)
+    assert not (tmp_path / "none.pdf").exists()
     assert "--out NAME with .pdf, .svg, .png" in cdpr_here(*what, tmp_path / "figure.jpg", code=2).stderr
     assert (
         "--width and --cables are of a figure" in cdpr_here("view", tmp_path / "run", "--width", "ieee", code=2).stderr

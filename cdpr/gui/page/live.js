@@ -72,14 +72,14 @@ class LiveStage extends Stage {
   theme() {
     super.theme();
     const [film] = this.films, [look] = this.looks;
-    this.planned = film.plan ? way(film.plan, look.desired, 3.5, 0.75, 0) : null;
+    this.planned = film.plan ? way(film.plan, this.camera.radius, look.desired, 3.5, 0.75) : null;
     film.trodden = null;
   }
 
   paths() {
     const [film] = this.films, lines = this.planned ? [this.planned] : [];
     if (film.trail.length < 2) return lines;
-    film.trodden ??= { ...way(Float32Array.from(film.trail.flat()), this.looks[0].ink, 1.8, 1, 0), keep: false };
+    film.trodden ??= { ...way(Float32Array.from(film.trail.flat()), this.camera.radius, this.looks[0].ink, 1.8, 1), keep: false };
     return [...lines, film.trodden];
   }
 

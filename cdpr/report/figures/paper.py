@@ -38,11 +38,11 @@ def inches(width: str | float) -> float:
     allowed = f"{', '.join(WIDTHS)}, a number of inches from {NARROWEST:g} to {WIDEST:g}, or one with its unit: '88 mm'"
     value = np.nan
     if isinstance(width, str):
-        found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]+)\s*", width)
+        found = re.fullmatch(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*([a-z]*)\s*", width, re.ASCII)
         if width in WIDTHS:
             value = WIDTHS[width]
-        elif found and found[2] in UNITS:
-            value = float(found[1]) * UNITS[found[2]]
+        elif found and (found[2] or "in") in UNITS:  # a command line has texts alone
+            value = float(found[1]) * UNITS[found[2] or "in"]
     elif isinstance(width, Real) and not isinstance(width, bool):
         value = float(width)
     if not NARROWEST <= value <= WIDEST:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cdpr.errors import CdprError
 from cdpr.log.run import Run
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
@@ -88,9 +89,14 @@ def of_scenario(scenario: Scenario) -> str:
         *([("Believed of the robot", scenario.belief)] if scenario.belief else []),
         *([("Events", "; ".join(events))] if events else []),
     ]
+    try:
+        motion = scenario.desired
+    except CdprError as error:  # a run would say so, too: what is shown is the motion without events
+        facts.append(("Cannot be run", str(error)))
+        motion = scenario.planned
     steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
     time = steps * simulation.control_step
-    desired = np.array([scenario.desired.sample(t) for t in time])
+    desired = np.array([motion.sample(t) for t in time])
     shown = pictures(Subject.of_robot(robot), time, desired[:, :3], desired[:, 3:7])
     lines = Curves(points(time, desired[:, :3]), AXES, names="xyz", group="axis")
     arrays = Arrays()

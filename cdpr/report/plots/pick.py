@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from numbers import Integral
 from typing import Any
 
 from cdpr.errors import CdprError
@@ -29,7 +30,7 @@ def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[P
     """
     known = by_name(run)
     for name in names:
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             hint = did_you_mean(name, known) if isinstance(name, str) else ""
             raise CdprError(f"plot: no panel is named {name!r}; {hint}there are {', '.join(sorted(known))}")
     chosen = [known[name] for name in names]
@@ -44,13 +45,13 @@ def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[P
 def numbers(run: Run, cables: Cables) -> list[int]:
     """Return cables, counted from 0, by their names or their numbers, counted from 1. Raises CdprError."""
     known = run.header.cables
-    given: list[Any] = [cables] if isinstance(cables, str | int) else list(cables)
+    given: list[Any] = [cables] if isinstance(cables, str) or not isinstance(cables, Iterable) else list(cables)
     found = []
     for cable in given:
         if isinstance(cable, str) and cable in known:
             found.append(known.index(cable))
-        elif isinstance(cable, int) and not isinstance(cable, bool) and 1 <= cable <= len(known):
-            found.append(cable - 1)
+        elif (number := _whole(cable)) is not None and 1 <= number <= len(known):
+            found.append(number - 1)
         else:
             hint = did_you_mean(cable, known) if isinstance(cable, str) else ""
             allowed = f"numbers from 1 to {len(known)}, and names: {', '.join(known)}"
@@ -58,6 +59,13 @@ def numbers(run: Run, cables: Cables) -> list[int]:
     if not found:
         raise CdprError("plot: cables is empty: name some, or leave it out for all")
     return list(dict.fromkeys(found))
+
+
+def _whole(cable: Any) -> int | None:
+    """A whole number, also of numpy, or as it was typed: a command line has texts alone."""
+    if isinstance(cable, str):
+        return int(cable) if cable.isascii() and cable.isdecimal() else None
+    return int(cable) if isinstance(cable, Integral) and not isinstance(cable, bool) else None
 
 
 def _only(run: Run, panel: Panel, cables: Sequence[int]) -> Panel:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.text.aligned import unit_for
+from cdpr.report.text.aligned import digits, unit_for
 
 AT_REST = 1e-3  # m, a way shorter than this is none to speak of
 
@@ -26,7 +26,7 @@ def sentence(run: Run, way: Array) -> str:
         said.append(f"never more than {_told(position, 'm')} and {_told(turn, 'rad')} from where it should be")
     tension = figures.get("cable_tension_N", figures["tension_N"])
     if math.isfinite(tension["max"]):
-        said.append(f"with tensions from {tension['min']:.0f} to {tension['max']:.0f} N")
+        said.append(f"with tensions from {digits(tension['min'])} to {digits(tension['max'])} N")
     text = ", ".join(said)
     first = min(run.events, key=lambda event: event.time, default=None)
     if first is not None:

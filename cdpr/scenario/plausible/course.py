@@ -44,14 +44,18 @@ def after_the_end(setup: Setup) -> Iterator[Finding]:
 
 
 def cut_short(setup: Setup) -> Iterator[Finding]:
-    """Motions that go on after the run; where an event leaves the motion, it is not meant to end."""
+    """Motions that go on after the run, by a control step or more: what ends between two samples ends with the last.
+
+    Where an event leaves the motion, it is not meant to end.
+    """
     if setup.run is None or setup.shortened:
         return
     if any(type(event).redirect is not ScenarioEvent.redirect for event in setup.run.events):
         return
     end, motion = setup.run.simulation.duration, setup.run.trajectory.ends()
-    if motion is not None and motion > end * (1.0 + tolerances.TIME) and getattr(setup.motion, "start", 0.0) < end:
-        text = f"the run ends at {exact(end)} s and the motion at {motion:.6g} s: the rest of it is cut off"
+    seen = (end + setup.run.simulation.control_step) * (1.0 - tolerances.TIME)
+    if motion is not None and motion >= seen and getattr(setup.motion, "start", 0.0) < end:
+        text = f"the run ends at {exact(end)} s and the motion at {motion:.9g} s: the rest of it is cut off"
         yield ("simulation", "duration"), text
 
 

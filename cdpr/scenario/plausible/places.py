@@ -10,6 +10,7 @@ import numpy as np
 from cdpr import tolerances
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
+from cdpr.scenario.events import first_sample
 from cdpr.scenario.hold import unheld
 from cdpr.scenario.plausible.setup import Finding, Setup
 
@@ -66,21 +67,29 @@ def too_weak(setup: Setup) -> Iterator[Finding]:
     """Starts at which no tensions within the limits hold the weight: the platform falls, or is torn away, at once.
 
     Robots with fewer cables than degrees of freedom swing, and where cables leave beside their anchors is not looked at
-    here: of these `cdpr info` tells. A load of the scenario may do it.
+    here: of these `cdpr info` tells. A load of the scenario may do it, and where an event changes limits at the start,
+    those of the robot never hold.
     """
     robot = setup.robot
+    if setup.run is not None and any(
+        event.changes_limits and first_sample(event.time, setup.run.simulation.control_step) == 0
+        for event in setup.run.events
+    ):
+        return
     if setup.run is not None and setup.run.controlled:
         robot = replace(robot, dof=setup.run.controlled)
     if robot.m < robot.n or _may_hold(setup) or _slack(robot) > ROUND_OFF:
         return
     size = robot.platform.mass * float(np.linalg.norm(setup.gravity))
+    slack = UNHELD * size + ROUND_OFF * max(np.abs(robot.tension_min).max(), np.abs(robot.tension_max).max())
+    what, whole = ("hold the platform's weight", f" of {size:.4g} N") if size > 0.0 else ("are in balance", "")
     for path, position, attitude in setup.starts():
         if np.linalg.norm(_chords(setup, position, rotations.matrix(attitude)), axis=1).min() < tolerances.LENGTH:
             continue
         left = unheld(robot, position, attitude, setup.gravity)
-        if left > UNHELD * size:
-            text = f"the nearest leave {left:.4g} N of {size:.4g} N, moments taken at the characteristic length"
-            yield path, f"no tensions within the limits hold the platform's weight here: {text}"
+        if left > slack:
+            text = f"the nearest leave {left:.4g} N{whole}, moments taken at the characteristic length"
+            yield path, f"no tensions within the limits {what} here: {text}"
 
 
 def outside(setup: Setup) -> Iterator[Finding]:
@@ -95,7 +104,7 @@ def outside(setup: Setup) -> Iterator[Finding]:
     masses = positions + turned @ robot.platform.center_of_mass
     below = np.maximum(positions, masses) < low - slack
     above = np.minimum(positions, masses) > high + slack
-    flat = high - low < LEVEL * setup.extent
+    flat = high - low <= LEVEL * setup.extent  # also where there is one anchor
     hangs = flat & (((setup.gravity < 0.0) & below) | ((setup.gravity > 0.0) & above))
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
     for k, i in np.argwhere((below | above) & ~hangs & free):

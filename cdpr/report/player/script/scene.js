@@ -140,13 +140,22 @@ function still(films, data, dark, camera) {
   return { lines: { ...lines.done(true), behind: true }, axes: { origin, length } };
 }
 
-// The way of a point through all pictures, (n, 3) one after the other.
-function way(points, colour, width, opacity, dash) {
-  const lines = new Lines();
-  for (let k = 3; k < points.length; k += 3) {
-    lines.add(points.subarray(k - 3, k), points.subarray(k, k + 3), colour, width, opacity, dash);
+const FINEST = 1e-3; // times the scene's radius, a pixel or less: of what is nearer together one point is drawn
+
+// The way of a point through all pictures, (n, 3) one after the other; `upto` tells how many lines lead to each.
+function way(points, radius, colour, width, opacity) {
+  const lines = new Lines(), upto = new Uint32Array(points.length / 3), least = FINEST * radius;
+  let last = points.subarray(0, 3), count = 0;
+  for (let k = 1; k < upto.length; k++) {
+    const next = points.subarray(3 * k, 3 * k + 3);
+    if (!(Math.hypot(next[0] - last[0], next[1] - last[1], next[2] - last[2]) < least)) {
+      lines.add(last, next, colour, width, opacity);
+      last = next;
+      count++;
+    }
+    upto[k] = count;
   }
-  return { ...lines.done(true), behind: true };
+  return { ...lines.done(true), behind: true, upto };
 }
 
 // Whether two poses can be told apart at a glance: by more than this share of the scene.

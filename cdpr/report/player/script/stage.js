@@ -84,8 +84,8 @@ class Stage {
     this.ways = this.films.map((film, i) => {
       const colour = several ? this.looks[i].run : base.ink;
       return {
-        desired: film.desired && i === 0 ? way(film.desired[0], base.desired, several ? 1.5 : 3.5, 0.75, 0) : null,
-        done: way(film.position, colour, 1.8, 1, 0),
+        desired: film.desired && i === 0 ? way(film.desired[0], this.camera.radius, base.desired, several ? 1.5 : 3.5, 0.75) : null,
+        done: way(film.position, this.camera.radius, colour, 1.8, 1),
       };
     });
     this.paint = true;
@@ -123,7 +123,7 @@ class Stage {
 
   // Where the platform shall go and where it has been, of film i.
   paths(i, picture) {
-    const { desired, done } = this.ways[i], past = { ...done, count: Math.min(picture.index, done.count) };
+    const { desired, done } = this.ways[i], past = { ...done, count: done.upto[picture.index] };
     return desired ? [desired, past] : [past];
   }
 
