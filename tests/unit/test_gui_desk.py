@@ -341,6 +341,9 @@ def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
     desk.edit("controller.kp", 3)
     with pytest.raises(CdprError, match=r"there is no file .*caroca\.yaml"):
         desk.revert()
+    (folder / "robots/caroca.yaml").write_text("")
+    with pytest.raises(CdprError, match=r"robots/caroca\.yaml: .*the file is empty"):
+        desk.revert()
 
 
 def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:

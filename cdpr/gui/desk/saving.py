@@ -35,9 +35,9 @@ def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
             if file.saved is not None:
                 text = on_disk(file.name)
             edit.read(text)
-        except CdprError:
+        except CdprError as error:
             if file in shown:
-                raise
+                raise CdprError(f"revert: {file.name}: {error}") from None
             continue  # nobody asks for it any more
         texts[key] = text
     for key, text in texts.items():
