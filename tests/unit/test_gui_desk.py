@@ -129,6 +129,11 @@ def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
     desk.edit("robot.platform.mass", 140)
     with pytest.raises(OutputError, match="save as"):
         desk.save()
+    (tmp_path / "robots").write_text("a file where the robot's folder would be")
+    with pytest.raises(OutputError, match=r"cannot make the folder .*robots"):
+        desk.save_as(str(tmp_path))
+    (tmp_path / "robots").unlink()
+    assert list(tmp_path.iterdir()) == []
     names = desk.save_as(str(tmp_path))
     assert sorted(names) == [str(tmp_path / "caroca.yaml"), str(tmp_path / "robots/caroca.yaml")]
     assert load_scenario(tmp_path / "caroca.yaml").robot.platform.mass == 140

@@ -66,10 +66,7 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
     first = robot if alone and robot else old
     name = _target(target, first)
     folder = os.path.dirname(name)
-    try:
-        os.makedirs(folder or ".", exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+    _make(folder)
     if alone and robot:
         text = _moved(robot.text, [MESH], os.path.dirname(robot.name), folder)
         write(name, text, new=True)
@@ -84,7 +81,7 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
         place, written = (robot.name, robot.text) if keep else _place_of(robot, old, folder)
         text = edit.set_value(text, ("robot",), seen_from(folder or ".", place))
         if not keep and not os.path.lexists(place):
-            os.makedirs(os.path.dirname(place) or ".", exist_ok=True)
+            _make(os.path.dirname(place))
             write(place, written, new=True)
             names.append(place)
     try:
@@ -94,6 +91,13 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
             os.unlink(place)
         raise
     return Files(os.path.abspath(name), {os.path.abspath(name): File.open(name)}), names
+
+
+def _make(folder: str) -> None:
+    try:
+        os.makedirs(folder or ".", exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
 
 
 def _target(target: str, first: File) -> str:
