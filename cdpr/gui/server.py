@@ -113,7 +113,8 @@ class Server:
 
     def _serve(self, port: int) -> Listener:
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
-        listening = socket.create_server((self._host, port), family=family)
+        both = self._host == "::" and socket.has_dualstack_ipv6()  # the machine's name may mean either address
+        listening = socket.create_server((self._host, port), family=family, dualstack_ipv6=both)
         return serve(
             self._hold,
             sock=listening,

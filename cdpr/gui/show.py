@@ -27,7 +27,7 @@ FRAME = 1.0 / 60.0  # s between two frames: as often as screens change
 IDLE = 0.5  # s after which the last frame is sent again though nothing has changed
 SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds while it runs
 BUSY = 1.0 / 30.0  # s of computing after which a command is looked for
-LATE = 0.5  # s that the simulation may be behind the clock before it gives up to catch up
+LATE = 0.5  # s, or a step, that the simulation may be behind the clock before it gives up to catch up
 SLOWEST, FASTEST = 0.001, 1000.0  # times the clock
 MOST_STEPS = 10_000  # that are taken at once
 MOST_JOBS = 200  # that wait to be done
@@ -111,7 +111,7 @@ class Show:
             work()
         except CdprError as error:
             tell("error", str(error))
-        except Exception as error:
+        except BaseException as error:  # also what is meant to end a program: without this thread windows say nothing
             trace, before = traceback.format_exc(), self._fault
             self._fault = trace
             if trace != before or tell != self._to_all:  # what fails at each frame is told once
@@ -145,7 +145,7 @@ class Show:
         self._guarded(self._end, self._to_all)
         try:
             self._stage = Stage(scenario, self._board)
-        except Exception as error:
+        except BaseException as error:
             self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
             raise
         self._go_to("ready", "")
@@ -286,8 +286,9 @@ class Clock:
             return most
         wall = monotonic()
         behind = self._time + self._speed * (wall - self._wall) - time
-        if behind > self._speed * LATE:  # it cannot keep up: go on as fast as it goes, and do not run after it
-            self._wall, self._time = wall, time + self._speed * LATE
+        late = max(self._speed * LATE, period)  # a step is due only where so much of the clock may be waited for
+        if behind > late:  # it cannot keep up: go on as fast as it goes, and do not run after it
+            self._wall, self._time = wall, time + late
         return min(most, max(0, int(behind / period)))
 
     def took(self, steps: int, seconds: float) -> None:

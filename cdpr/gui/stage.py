@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from functools import partial
@@ -13,9 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, OutputError
 from cdpr.gui.arguments import call
 from cdpr.gui.board import Board
+from cdpr.gui.desk.fields import shown
+from cdpr.gui.desk.files import named
 from cdpr.gui.drawing import Drawing
 from cdpr.log.event import Event
 from cdpr.log.rows import IN_MEMORY
@@ -30,6 +33,7 @@ from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation import Simulation
 from cdpr.simulation.attempt import SESSION_NAME
 from cdpr.simulation.events import MOST
+from cdpr.simulation.session import table_beside
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
 
@@ -64,6 +68,7 @@ class Stage:
         self._pushes: dict[int, Wrench] = {}
         self._numbers = count(1)
         self._run: Run | None = None
+        self._sessions: set[Path] = set()  # that were saved
         sim = self._sim
         self._drawing.change(sim.events)
         self._frame = self._drawing.still(sim.state, sim.desired)
@@ -152,7 +157,7 @@ class Stage:
             "t": round(self.time, 9),
             "duration": scenario.simulation.steps * self.period,
             "status": self._status.name if self._run is None else self._run.status.upper(),
-            "events": [{"t": event.time, "text": event.text} for event in self._told(events)][:MOST],
+            "events": _latest([{"t": event.time, "text": event.text} for event in self._told(events)]),
             "pushes": [{"id": key, "text": _wrench(push)} for key, push in self._acting()],
             "cables": [
                 {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
@@ -162,7 +167,7 @@ class Stage:
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,
             "controller": scenario.controller.type,
-            "changeable": [{"key": key, "value": values[role][name]} for key, role, name in keys],
+            "changeable": [{"key": key, "value": shown(values[role][name], "vector")} for key, role, name in keys],
         }
 
     def close(self) -> None:
@@ -236,7 +241,14 @@ class Stage:
         self._sim.target(position, attitude, duration=TARGET_SECONDS if duration is None else duration)
 
     def _save_session(self, out: str) -> str:
-        self._sim.save(out)
+        """Write over nothing but what this simulation has saved before."""
+        path = Path(named(out))
+        place = path.resolve()
+        there = [each for each in (path, table_beside(path)) if os.path.lexists(each)]
+        if there and place not in self._sessions:
+            raise OutputError(f"'{there[0]}' is there already: it is not written over; choose another name")
+        self._sim.save(path)
+        self._sessions.add(place)
         return f"the session is saved: cdpr run {out} repeats it"
 
     def _save_run(self, out: str = "") -> Later:
@@ -248,6 +260,12 @@ class Stage:
         if len(self._sim.events) > len(self.scenario.events):
             self._sim.save(Path(run.folder) / SESSION_NAME)
         return partial(_report, run, Path(run.folder))
+
+
+def _latest(told: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """As many events as anyone reads: the last, and how many there are before."""
+    earlier = len(told) - MOST
+    return told if earlier <= 0 else [{"t": told[0]["t"], "text": f"{earlier} earlier events"}, *told[earlier:]]
 
 
 def _report(run: Run, folder: Path) -> str:

@@ -111,7 +111,7 @@ class Window:
             raise CdprError(f"not applied: {f'{count} problems, the first: ' if count > 1 else ''}{first}") from error
         return partial(self._show.load, scenario)
 
-    def _other(self, change: Callable[..., Any], *names: Any, **arguments: Any) -> Callable[[], None]:
+    def _other(self, change: Callable[..., Any], /, *names: Any, **arguments: Any) -> Callable[[], None]:
         """Go on with other files, and show them at once."""
         change(*names, **arguments)
         return self._begin()

@@ -16,6 +16,14 @@ GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it
 LOCK_SECONDS = 10.0  # that a new run waits for a repair that looks into its folder, which takes milliseconds
 
 
+def is_name(name: object) -> bool:
+    """Whether a file may have this name: a text, or a path, that the system can write."""
+    try:
+        return b"\0" not in os.fsencode(name)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+
+
 def replace(path: Path, content: str | bytes) -> None:
     """Write a file, over an older one of its name; text as UTF-8. Raises OutputError."""
     with replacing(path) as file:

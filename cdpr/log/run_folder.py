@@ -14,7 +14,7 @@ import numpy as np
 
 from cdpr.errors import OutputError
 from cdpr.log import run_json
-from cdpr.log.files import Reserved, beside, replace, unwritable
+from cdpr.log.files import Reserved, beside, is_name, replace, unwritable
 from cdpr.log.run import Header, Run
 
 RUNS = Path("runs")
@@ -96,7 +96,7 @@ class RunFolder:
 
 def folder_name(out: object) -> Path:
     """Return the path of a run folder; OutputError where it is none."""
-    if not isinstance(out, str | os.PathLike):
+    if not isinstance(out, str | os.PathLike) or not is_name(out):
         raise OutputError(f"out: the name of a folder is expected, got {out!r}")
     return Path(out)
 

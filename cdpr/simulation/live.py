@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from numpy.typing import ArrayLike
 
 from cdpr.errors import CdprError
+from cdpr.log.files import is_name
 from cdpr.model.arrays import checked
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.events.faults import CableBreak, CableJam
@@ -162,7 +163,7 @@ class Interventions(ABC):
         `wrench=` and `tension=` goes to NAME_outside.csv beside it. A file of that name is written over, but not the
         scenario that is simulated. Raises OutputError where it cannot be written.
         """
-        if not isinstance(path, str | os.PathLike):
+        if not isinstance(path, str | os.PathLike) or not is_name(path):
             raise CdprError(f"save: the name of a file is expected, got {path!r}")
         with self._alone("save"):
             self._attempt.session.save(Path(path), self._attempt.samples)

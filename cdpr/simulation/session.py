@@ -153,7 +153,7 @@ class Session:
         events = [event for event in self.events if not event.commands()]
         spans = self._spans(samples)
         if spans:
-            table = path.with_name(f"{path.stem}_outside.csv")
+            table = table_beside(path)
             replace(table, written(spans, [cable.name for cable in self.scenario.robot.cables]))
             events.append(Outside.model_validate({"type": Outside.kind(), "file": table.name}))
         duration = _tidy(max(samples - 1, 1) * step)
@@ -180,6 +180,11 @@ class Session:
         for event in self.scenario.events:
             spans = overlay(spans, event.commands())
         return overlay(spans, since)
+
+
+def table_beside(path: Path) -> Path:
+    """Return where a scenario that is saved as `path` has what was given from outside."""
+    return path.with_name(f"{path.stem}_outside.csv")
 
 
 def _tidy(time: float) -> float:

@@ -129,6 +129,11 @@ def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
     desk.edit("robot.platform.mass", 140)
     with pytest.raises(OutputError, match="save as"):
         desk.save()
+    (tmp_path / "robots").write_text("a file where the robot's folder would be")
+    with pytest.raises(OutputError, match=r"cannot make the folder .*robots"):
+        desk.save_as(str(tmp_path))
+    (tmp_path / "robots").unlink()
+    assert list(tmp_path.iterdir()) == []
     names = desk.save_as(str(tmp_path))
     assert sorted(names) == [str(tmp_path / "caroca.yaml"), str(tmp_path / "robots/caroca.yaml")]
     assert load_scenario(tmp_path / "caroca.yaml").robot.platform.mass == 140
@@ -225,6 +230,11 @@ def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) ->
         lambda: desk.new("robot", frame=[1, float("nan"), 2]),
         lambda: desk.open(0),  # type: ignore[arg-type]
         lambda: desk.open("a\0b"),
+        lambda: desk.new("robot", file="\ud800"),
+        lambda: desk.new("robot", self=1),
+        lambda: desk.new("robot", frame=[1e-300, 1, 1]),
+        lambda: desk.save_as("\ud800"),
+        lambda: desk.save_as(str(folder / ("x" * 300))),
         lambda: desk.edit(7, 1),  # type: ignore[arg-type]
         lambda: desk.edit("name", "\ud800"),
         lambda: desk.edit("name", 10**5000),
@@ -238,6 +248,9 @@ def test_what_cannot_be_written_is_refused_and_all_is_as_before(folder: Path) ->
         with pytest.raises(CdprError):
             edit()
         assert desk.texts() == before
+    assert sorted(path.name for path in folder.rglob("*")) == ["caroca.yaml", "caroca.yaml", "robots"]
+    desk.edit("robot.platform.mass", 140)
+    desk.undo()
     desk.remove("events")
     desk.remove("simulation.log")
     assert desk.texts() == before
@@ -315,6 +328,27 @@ def test_applied_says_whether_what_runs_is_what_is_shown(folder: Path) -> None:
     assert not desk.form()["applied"]
     desk.undo()
     assert desk.form()["applied"]
+
+
+def test_a_robot_that_is_named_no_more_hinders_nothing(folder: Path) -> None:
+    other = folder / "robots/other.yaml"
+    shutil.copy(SCENARIOS / "robots/seven.yaml", other)
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.apply()
+    desk.edit("robot", "robots/other.yaml")
+    desk.undo()
+    assert desk.form()["applied"]
+    other.unlink()
+    desk.edit("controller.kp", 3)
+    desk.revert()
+    assert desk.form()["applied"]
+    (folder / "robots/caroca.yaml").unlink()
+    desk.edit("controller.kp", 3)
+    with pytest.raises(CdprError, match=r"there is no file .*caroca\.yaml"):
+        desk.revert()
+    (folder / "robots/caroca.yaml").write_text("")
+    with pytest.raises(CdprError, match=r"robots/caroca\.yaml: .*the file is empty"):
+        desk.revert()
 
 
 def test_no_engine_and_no_compiler_is_needed_for_the_form() -> None:

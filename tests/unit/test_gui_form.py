@@ -224,3 +224,12 @@ def test_every_field_takes_back_what_it_shows(name: str) -> None:
         if each["given"] and each["kind"] not in ("section", "list", "table"):
             desk.edit(each["path"], each["value"])
             assert desk.texts() == before, each["path"]
+
+
+def test_what_is_believed_of_a_cable_and_makes_no_sense_is_shown() -> None:
+    desk = Desk("believed")
+    desk.edit("believed.cables", [3, *({"diameter": 0.01} for _ in range(7))])
+    first, second = fields(desk)["believed.cables"]["rows"][:2]
+    assert first["odd"] == "3"
+    assert second["cells"]["diameter"]["value"] == 0.01
+    assert any(problem["key"] == "believed.cables[0]" for problem in desk.form()["problems"])

@@ -220,6 +220,16 @@ def test_the_port_that_is_told_is_the_real_one():
         served(host="no.such.host.invalid")
 
 
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="this machine has no IPv6 beside IPv4")
+def test_everywhere_means_old_addresses_too():
+    server = served(host="::", port=0)
+    try:
+        for host in ("127.0.0.1", "[::1]"):
+            assert status_of(f"http://{host}:{server.port}/?token={server.token}")[0] == 200
+    finally:
+        server.close()
+
+
 def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
     board = Board()
     server = Server(lambda: "page", board, lambda words, reader: None, port=0)

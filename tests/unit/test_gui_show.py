@@ -159,6 +159,10 @@ def test_what_is_done_is_seen_and_told():
         ("fly", {}, "'fly' is nothing that a window may ask for"),
         ("save_session", {"out": "name.txt"}, "ends in .yaml"),
         ("save_session", {"out": 3}, "the name of a file is expected"),
+        ("save_session", {"out": "a\0b.yaml"}, "the name of a file is expected"),
+        ("save_session", {"out": "\ud800.yaml"}, "the name of a file is expected"),
+        ("save_run", {"out": "a\0b"}, "the name of a folder is expected"),
+        ("save_run", {"out": "\ud800"}, "the name of a folder is expected"),
         ("save_run", {"out": 3}, "the name of a folder is expected"),
     ],
 )
@@ -211,9 +215,15 @@ class Raising(Controller):
 
     class Options(PluginOptions):
         now: bool = False
+        quits: bool = False
+        most: float = np.inf
+
+    changeable = ("most",)
 
     def __init__(self, robot, gravity, dt, options):
         super().__init__(robot, gravity, dt, options)
+        if options.quits:
+            raise KeyboardInterrupt
         if options.now:
             raise ValueError("not today")
 
@@ -237,6 +247,27 @@ def test_a_plugin_that_raises_is_a_status(now):
         it.phase("ready")
         it.do("step")
         assert [told for told in it.said() if told[1] != status["text"]] == []
+
+
+def test_an_option_without_a_limit_is_told():
+    """JSON has no number for it, and a window whose messages cannot be written would hear no more."""
+    found, name = scenario().plugins.with_class("controller", Raising)
+    with staged(scenario().with_changes({"controller": {"type": name}}, plugins=found)) as it:
+        status = it.phase("ready")
+        encoded(status)
+        assert status["changeable"] == [{"key": "controller.most", "value": ".inf"}]
+
+
+def test_a_plugin_that_asks_for_the_end_ends_nothing():
+    found, name = scenario().plugins.with_class("controller", Raising)
+    bad = scenario().with_changes({"controller": {"type": name, "quits": True}}, plugins=found)
+    with staged(bad) as it:
+        assert "KeyboardInterrupt" in it.phase("failed")["text"]
+        it.show.load(scenario(), it.tell)
+        it.phase("ready")
+        it.do("step")
+        it.said()
+        assert it.board.latest("frame")["n"] == 0
 
 
 def test_a_fault_of_ours_is_told_and_the_thread_lives(monkeypatch):
@@ -381,6 +412,44 @@ def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
     assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == rows
 
 
+def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
+    mine, session = tmp_path / "mine.yaml", tmp_path / "session.yaml"
+    mine.write_text("# hours of work\n")
+    (tmp_path / "given_outside.csv").write_text("t\n")
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=2)
+        for out in (mine, tmp_path / "given.yaml", session):
+            it.do("save_session", out=str(out))
+        it.do("step", n=3)
+        it.do("save_session", out=str(session))
+        told = it.said()
+        it.do("reset")
+        it.do("step")
+        it.do("save_session", out=str(session))
+        assert "is there already" in it.said()[-1][1]
+    assert [level for level, _ in told] == ["error", "error", "info", "info"]
+    assert "mine.yaml' is there already: it is not written over" in told[0][1]
+    assert "given_outside.csv' is there already" in told[1][1]
+    assert mine.read_text() == "# hours of work\n"
+    assert not (tmp_path / "given.yaml").exists()
+    assert load_scenario(session).simulation.steps == 4
+
+
+def test_what_happened_last_is_told_however_much_did():
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=2)
+        for k in range(203):
+            it.do("limits", tension_max=1000 + k)
+            it.do("step")
+            it.said()
+        events = it.board.latest("status")["events"]
+        assert "become max 1202 N" in events[-1]["text"]
+        assert len(events) == 201
+        assert events[0] == {"t": 0.002, "text": "3 earlier events"}
+
+
 def test_cables_that_leave_from_pulleys_show_where():
     winch = load_scenario(ROOT / "scenarios" / "cogiro_pulleys.yaml")
     with staged(winch) as it:
@@ -497,6 +566,18 @@ def test_a_clock_that_is_late_does_not_run_after_itself(monkeypatch):
     clock.start(0.0, None)
     assert clock.steps(0.0, 0.001) >= 1
     assert clock.factor(now + 1.0, 0.5) == 0.5
+
+
+@pytest.mark.parametrize(("speed", "period"), [(1.0, 2.0), (0.1, 0.1), (0.001, 0.001)])
+def test_a_step_that_takes_long_by_the_clock_is_waited_for(speed, period, monkeypatch):
+    now, done = 0.0, 0
+    monkeypatch.setattr("cdpr.gui.show.monotonic", lambda: now)
+    clock = Clock()
+    clock.start(0.0, speed)
+    while now < 5.5 * period / speed:
+        now += period / speed / 100.0
+        done += clock.steps(done * period, period)
+    assert done == 5
 
 
 def test_the_scene_tells_how_the_base_is_turned():

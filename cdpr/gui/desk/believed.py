@@ -23,13 +23,14 @@ def entries(said: Any, cables: list[Any]) -> dict[int, int]:
     return found
 
 
-def cables_in_place(said: Any, cables: list[Any]) -> list[dict[str, Any]]:
-    """Return for each cable of the robot what is believed of it, but for its name."""
+def cables_in_place(said: Any, cables: list[Any]) -> list[Any]:
+    """Return for each cable of the robot what is believed of it, but for its name; what is no mapping as it is."""
     found = entries(said, cables)
-    rows = []
+    rows: list[Any] = []
     for i in range(len(cables)):
         entry = said[found[i]] if i in found else {}
-        rows.append({key: value for key, value in entry.items() if key != "name"})
+        named = isinstance(entry, dict)
+        rows.append({key: value for key, value in entry.items() if key != "name"} if named else entry)
     return rows
 
 

@@ -57,7 +57,7 @@ class Desk:
         self._turn(f"open {_brief(name)}", self._opened(name))
         self._applied = None
 
-    def new(self, kind: str, **arguments: Any) -> None:
+    def new(self, kind: str, /, **arguments: Any) -> None:
         """Begin a new robot or scenario, which can be undone; `arguments` are those of `cdpr new`."""
         file = new_file(kind, arguments, self._plugins)
         self._turn(f"new {kind}", self._with(file, robot=kind == "robot"))
@@ -77,7 +77,8 @@ class Desk:
         return Files(next(iter(keyed)), keyed)
 
     def _turn(self, told: str, files: Files) -> None:
-        """Go on with other files; those before can be had again."""
+        """Go on with other files; those before can be had again. CdprError before that for what is no YAML."""
+        edit.read(files.scenario.text)
         self._remember(told)
         self._files = files
         self._look()
@@ -130,7 +131,7 @@ class Desk:
         """Return the scenario, which runs from now on: the form says so until it is changed."""
         self._look()  # files that it names may have changed
         scenario = self.scenario()
-        self._applied = self._files.texts()
+        self._applied = self._shown_texts()
         return scenario
 
     def form(self) -> dict[str, Any]:
@@ -148,7 +149,7 @@ class Desk:
             "files": [file.name for file in files],
             "modified": bool(stale) or any(file.modified for file in files),
             "unsaved": reasons[0] if reasons else None,
-            "applied": self._applied == self._files.texts(),
+            "applied": self._applied == self._shown_texts(),
             "undo": self._undo[-1][0] if self._undo else None,
             "redo": self._redo[-1][0] if self._redo else None,
             "tabs": made,
@@ -162,6 +163,9 @@ class Desk:
 
     def _shown_files(self) -> list[File]:
         return [self._files.scenario, *([self._robot] if self._robot else [])]
+
+    def _shown_texts(self) -> dict[str, str]:
+        return {os.path.abspath(file.name): file.text for file in self._shown_files()}
 
     def _tabs(self) -> list[dict[str, Any]]:
         if self._form is None:
@@ -235,7 +239,7 @@ class Desk:
 
     def revert(self) -> None:
         """Go back to what is on the disk; it can be undone. Raises CdprError where a file cannot be read."""
-        self._take("revert", saving.reread(self._files))
+        self._take("revert", saving.reread(self._files, self._shown_files()))
 
     def save(self) -> list[str]:
         """Write what was changed to the files that it came from and return their names.
@@ -255,10 +259,10 @@ class Desk:
         To undo it goes on with the files before; what was written stays.
         Names of files in it are changed so that they mean the same ones; nothing that is there is written over.
         """
-        runs = self._applied == self._files.texts()
+        runs = self._applied == self._shown_texts()
         files, names = saving.save_as(self._files, self._robot, target, self._plugins)
         self._turn(f"save as {_brief(target)}", files)
-        self._applied = self._files.texts() if runs else None
+        self._applied = self._shown_texts() if runs else None
         return names
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import cdpr
 from cdpr.errors import CdprError, OutputError
+from cdpr.log.files import is_name
 from cdpr.problems import shown
 from cdpr.scenario.files import UnreadableError, read
 
@@ -85,7 +86,7 @@ class Files:
 
 def named(name: object) -> str:
     """Return the name of a file as it came from a window; CdprError where it is none."""
-    if not isinstance(name, str) or not name.strip() or "\0" in name:
+    if not isinstance(name, str) or not name.strip() or not is_name(name):
         raise CdprError(f"the name of a file is expected, got {shown(name)}")
     return name
 

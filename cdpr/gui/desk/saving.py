@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -26,16 +26,24 @@ MESH: Path = ("platform", "shape", "mesh")
 MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
 
 
-def reread(files: Files) -> dict[str, str]:
-    """Return what is on the disk of all files; CdprError where one cannot be read."""
+def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
+    """Return what is on the disk of all files; CdprError where one that is shown cannot be read."""
     texts = {}
     for key, file in files.files.items():
-        texts[key] = file.first if file.saved is None else on_disk(file.name)
-        edit.read(texts[key])
-    for key, file in files.files.items():
-        if file.saved is not None:
-            file.saved = texts[key]
-    return texts
+        text = file.first
+        try:
+            if file.saved is not None:
+                text = on_disk(file.name)
+            edit.read(text)
+        except CdprError as error:
+            if file in shown:
+                raise CdprError(f"revert: {file.name}: {error}") from None
+            continue  # nobody asks for it any more
+        texts[key] = text
+    for key, text in texts.items():
+        if files.files[key].saved is not None:
+            files.files[key].saved = text
+    return files.texts() | texts
 
 
 def save(files: Iterable[File]) -> list[str]:
@@ -58,10 +66,7 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
     first = robot if alone and robot else old
     name = _target(target, first)
     folder = os.path.dirname(name)
-    try:
-        os.makedirs(folder or ".", exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
+    _make(folder)
     if alone and robot:
         text = _moved(robot.text, [MESH], os.path.dirname(robot.name), folder)
         write(name, text, new=True)
@@ -76,11 +81,23 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
         place, written = (robot.name, robot.text) if keep else _place_of(robot, old, folder)
         text = edit.set_value(text, ("robot",), seen_from(folder or ".", place))
         if not keep and not os.path.lexists(place):
-            os.makedirs(os.path.dirname(place) or ".", exist_ok=True)
+            _make(os.path.dirname(place))
             write(place, written, new=True)
             names.append(place)
-    write(name, text, new=True)
+    try:
+        write(name, text, new=True)
+    except OutputError:
+        for place in names[1:]:  # what is not saved leaves nothing
+            os.unlink(place)
+        raise
     return Files(os.path.abspath(name), {os.path.abspath(name): File.open(name)}), names
+
+
+def _make(folder: str) -> None:
+    try:
+        os.makedirs(folder or ".", exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot make the folder '{folder}': {error.strerror or error}") from None
 
 
 def _target(target: str, first: File) -> str:
