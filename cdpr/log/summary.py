@@ -22,6 +22,7 @@ BALANCED = 0.01
 AT_REST = 1e-6
 
 PIECE = 4096  # rows that are looked at together: enough that a call of numpy costs little for each
+SUMMED = 4096  # samples whose squares are added up as one block
 
 
 def summarise(run: Run) -> dict[str, Any]:
@@ -62,8 +63,8 @@ def beyond_of(header: Header) -> Reach:
 class Tally:
     """Counts the samples of a run as they come, in pieces of any size, to the same bits.
 
-    Extremes and counts need one number each. The mean of squares is numpy's sum of all of them at once, whose rounding
-    depends on how many there are: the two squared errors of each sample are kept, 16 bytes, and its status, one.
+    Extremes and counts need one number each. How a sum is rounded depends on what is added first: squared errors are
+    added up in blocks of always the same samples. Of each sample its status is kept, one byte.
 
     Attributes:
         count: how many samples were counted.
@@ -73,7 +74,8 @@ class Tally:
     def __init__(self, header: Header, samples: int) -> None:
         self._header = header
         self._status = np.empty(samples, np.int8)
-        self._squares = np.empty((2, samples))  # of the norms of position and orientation error
+        self._squares = np.empty((2, SUMMED))  # of the norms of position and orientation error, in the present block
+        self._sums: list[Array] = []  # of the blocks before, (2,) each
         self.beyond = beyond_of(header)
         self.count = 0
         self._start: Array | None = None  # the first row
@@ -101,11 +103,13 @@ class Tally:
         part = Run(self._header, rows, start=self._start)
         now = slice(self.count, self.count + len(rows))
         self._status[now] = np.nan_to_num(part.solver_status, nan=-1.0)
+        squares = np.empty((2, len(rows)))
         with np.errstate(over="ignore", invalid="ignore"):  # a diverged run is summed up too
             for i, error in enumerate((part.position_error, part.orientation_error)):
                 norms = np.linalg.norm(error, axis=1)
-                self._squares[i, now] = norms**2
+                squares[i] = norms**2
                 self._look(f"error {i}", norms)
+            self._sum(squares)
             sound = self._sound(part.time)
             self._look("tension", part.tension[sound])
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
@@ -119,6 +123,17 @@ class Tally:
             self._look("unexplained", np.abs(part.energy_residual))
         self._final["time"] = float(part.time[-1])
         self._before, self.count = part.tension[-1:].copy(), now.stop
+
+    def _sum(self, squares: Array) -> None:
+        """Add up squares (2, n) of the samples that follow."""
+        at = self.count % SUMMED
+        while squares.shape[1]:
+            part, squares = np.split(squares, [SUMMED - at], axis=1)
+            self._squares[:, at : at + part.shape[1]] = part
+            at += part.shape[1]
+            if at == SUMMED:
+                self._sums.append(self._squares.sum(axis=1))
+                at = 0
 
     def _sound(self, time: Array) -> NDArray[np.bool_]:
         """Which cables are not broken at these times (K,), (K, m): of the others nothing is asked any more."""
@@ -167,7 +182,8 @@ class Tally:
 
     def _error(self, i: int) -> dict[str, float]:
         with np.errstate(over="ignore", invalid="ignore"):
-            rms = float(np.sqrt(np.mean(self._squares[i, : self.count])))
+            last = self._squares[i, : self.count % SUMMED].sum()
+            rms = float(np.sqrt(np.sum([*(sums[i] for sums in self._sums), last]) / self.count))
         return {"max": self._high[f"error {i}"], "rms": rms, "final": self._final[f"error {i}"]}
 
     def _energy(self) -> dict[str, float | bool]:

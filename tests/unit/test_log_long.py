@@ -26,7 +26,7 @@ from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
-from cdpr.log.summary import Tally
+from cdpr.log.summary import SUMMED, Tally
 from cdpr.report.pages.run import render
 from cdpr.report.plots import histories
 from cdpr.report.text.compare import lines, subject
@@ -158,13 +158,16 @@ def test_a_long_logged_run_keeps_few_rows_in_memory(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cut", [7, 256, 1000, 5000])
 def test_the_summary_does_not_depend_on_the_pieces(cut: int) -> None:
     header = make_header(4)
-    rows = make_rows(header, 2345)
+    rows = make_rows(header, 2 * SUMMED + 345)
     one, many = Tally(header, len(rows)), Tally(header, len(rows))
     one.add(rows)
     for first in range(0, len(rows), cut):
         many.add(rows[first : first + cut])
     assert many.figures() == one.figures()
     assert same_bits(many.status, one.status)
+    run = Run(header, rows)
+    for name, error in (("position_error_m", run.position_error), ("orientation_error_rad", run.orientation_error)):
+        assert one.figures()[name]["rms"] == pytest.approx(np.sqrt(np.mean(np.sum(error**2, axis=1))), rel=1e-14)
 
 
 def test_the_summary_is_that_of_plain_formulas() -> None:
