@@ -7,6 +7,7 @@ is a status with its text, and the next command is taken as if nothing had happe
 
 from __future__ import annotations
 
+import gc
 import traceback
 from collections.abc import Callable, Mapping
 from queue import Empty, SimpleQueue
@@ -135,6 +136,8 @@ class Show:
         if self._stage is not None:
             stage, self._stage = self._stage, None
             stage.close()
+            del stage
+            gc.collect()  # a simulation refers to itself, and holds few objects but large ones: Python would wait long
 
     def _begin(self, scenario: Scenario) -> None:
         """Build anew; what cannot be built is a status, with the scene that was."""
