@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import startup
+import start
 import step
 
 FILE = Path(__file__).parent / "figures.json"
@@ -22,6 +22,6 @@ def rounded(value: object) -> object:
 
 
 if __name__ == "__main__":
-    figures = rounded({"step": step.measure(), "startup": startup.measure()})
+    figures = rounded({"step": step.measure(), "startup": start.measure()})
     FILE.write_text(json.dumps(figures, indent=2) + "\n")
     print(FILE.read_text())

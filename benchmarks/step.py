@@ -25,11 +25,14 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
 from cdpr.simulation.build import build, make_header
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.program import Program
+from cdpr.tension.acts import Act
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 SECONDS = 5.0
 RUNS = 15  # counted, after one that is not
 PINV_CALLS = 100
+STEPS = 200  # of each part alone, in a chunk
 BACKENDS = [name for name in ("reference", "mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
 
 
@@ -74,46 +77,64 @@ def step_cost(backend: str, substeps: int, scenario: str = "caroca") -> dict[str
     return {"step_us": 1e6 * step, "pinv_us": 1e6 * pinv, "ratio": step / pinv}
 
 
-def share(call: Callable[[], object], matrix: np.ndarray) -> float:
-    """What a call costs in pinvs: ratio of medians over interleaved chunks."""
+def share(call: Callable[[], object], times: int, matrix: np.ndarray, before: Callable[[], object]) -> float:
+    """What each of the `times` that a call does a thing costs in pinvs: ratio of medians over interleaved chunks."""
     costs, pinvs = [], []
     for _ in range(30):
+        before()
         start = perf_counter()
-        for _ in range(200):
-            call()
-        costs.append((perf_counter() - start) / 200)
+        call()
+        costs.append((perf_counter() - start) / times)
         pinvs.append(pinv_cost(matrix))
     return median(costs) / median(pinvs)
 
 
-def stage_costs(backend: str) -> dict[str, float]:
-    """Each stage called alone, in a held pose, as a share of one pinv."""
+def part_costs(backend: str) -> dict[str, float]:
+    """What the acts of each part cost as a step of their own, in a held pose, as a share of one pinv.
+
+    That is without what a step costs where nothing is done, but that its row is kept: `row`. What Python does is told,
+    and to go there and back is within.
+    """
     scenario = load_scenario(SCENARIOS / "caroca.yaml", backend=backend, overrides={"trajectory": {"type": "hold"}})
-    parts = build(scenario)
-    loop = Loop(parts)
-    rows = np.empty((scenario.simulation.steps + 1, len(loop.row)))
+    start = scenario.initial.state()
     with tempfile.TemporaryDirectory() as folder:
+        loop = Loop(build(scenario))
+        loop.warm_up(start)
         recorder = Recorder(make_header(scenario), scenario.simulation.steps, Path(folder))
         loop.run(recorder.rows, lambda _: None)
-        start = perf_counter()
-        for k in range(BLOCK, len(rows), BLOCK):
+        since = perf_counter()
+        for k in range(BLOCK, loop.count, BLOCK):
             recorder.flush(k)
-        log = (perf_counter() - start) / k
+        log = (perf_counter() - since) / k
         recorder.close(loop.count)
 
-    def record() -> None:
-        rows[0] = loop.row
+    parts = build(scenario)
+    loop = Loop(parts)
+    loop.warm_up(start)
+    rows = np.empty((BLOCK, len(loop.row)))
+    loop.begin(rows, BLOCK)
+    loop.decide()
+    parts.backend.command[:] = loop.tension
+    still = parts.backend.snapshot()
 
-    calls: dict[str, Callable[[], object]] = {
-        "trajectory": lambda: loop.sample(1.0),
-        "controller": lambda: parts.controller.control(1.0, loop.state, loop.desired, loop.wrench),
-        "solver and checks": loop.stage.distribute,
-        "plant": lambda: parts.backend.step(1),
-        "geometry and guards": loop.observe,
-        "recorder": record,
-    }
-    shares = {name: share(call, loop.W) for name, call in calls.items()}
-    return {**shares, "log": log / median(pinv_cost(loop.W) for _ in range(30))}
+    def cost(acts: list[Act]) -> float:
+        program = Program(acts, [], loop.row, 0.0)
+        program.rows, program.due = rows, -1
+
+        def go() -> None:
+            program.look(program.count + STEPS)
+
+        return share(go, STEPS, loop.W, lambda: parts.backend.restore(still))
+
+    done = [act for act in loop.program.acts if act.name and not act.due]
+    # The plant comes last: only it moves something, above all its clock, which must not be found to go wrong.
+    names = sorted(dict.fromkeys(act.name for act in done), key=lambda name: name == "backend")
+    row = cost([])
+    shares: dict[str, float] = {}
+    for name in names:
+        told = f"{name} (Python)" if name in loop.program.interpreted else name
+        shares[told] = cost([act for act in done if act.name == name]) - row
+    return {**shares, "row": row, "log": log / median(pinv_cost(loop.W) for _ in range(30))}
 
 
 def measure() -> dict[str, dict[str, object]]:
@@ -124,7 +145,7 @@ def measure() -> dict[str, dict[str, object]]:
             **step_cost(backend, 1),
             "ratio_cogiro": step_cost(backend, 1, "cogiro")["ratio"],
             "ratio_10_substeps": step_cost(backend, 10)["ratio"],
-            "stages": stage_costs(backend),
+            "parts": part_costs(backend),
         }
     return result
 
@@ -152,8 +173,8 @@ def main() -> None:
             f"{costs['ratio_10_substeps']:.2f} with 10 physics steps "
             f"({costs['step_us']:.1f} us against {costs['pinv_us']:.1f} us)"
         )
-        for stage, share in costs["stages"].items():
-            print(f"  {stage:<20} {share:.3f}")
+        for part, share in costs["parts"].items():
+            print(f"  {part:<20} {share:.3f}")
 
 
 if __name__ == "__main__":

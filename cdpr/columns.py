@@ -131,7 +131,7 @@ _POSE, _POSE_DESIRED = "/cdpr/platform/pose/pose", "/cdpr/platform/pose_desired/
 _TWIST, _TWIST_DESIRED = "/cdpr/platform/twist/twist", "/cdpr/platform/twist_desired/twist"
 _ACCEL = "/cdpr/platform/acceleration_desired/accel"
 _WRENCH, _EXTERNAL = ("/cdpr/platform/wrench/wrench",), ("/cdpr/platform/external_wrench/wrench",)
-_COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
+COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
 _SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
 _BY_LENGTH = "moments by the characteristic length"
 _HELD = "held until the next sample"
@@ -151,7 +151,7 @@ FIRST: tuple[Column, ...] = (
     Column("desired_angular_acceleration", 3, "rad/s^2", "Desired angular acceleration", WORLD, (_ACCEL + ".angular",)),
     Column("wrench", 6, "N, N m", "Wrench that the controller asked for, about the origin", WORLD, _WRENCH),
     # With ideal cables what is commanded is the tension, but where an event broke or jammed one.
-    Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(_COMMANDS + "/effort", _STATES + "/effort")),
+    Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
     Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
     Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
     Column("status", 1, "", "What the solver's answer was found to be, a `cdpr.tension.Status`", places=_SOLVER),

@@ -14,10 +14,13 @@ MAX_DISTANCE = 1e6
 NAME_PATTERN = r"^\w[\w.-]{0,63}$"
 
 
+DEFERRED = ConfigDict(defer_build=True)  # of types that are made into validators when first used: most runs need few
+
+
 class Section(BaseModel):
     """Base of all sections: frozen, no unknown key, no NaN, no silent conversion."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
 
 class Kind(Section):

@@ -15,6 +15,7 @@ from cdpr.model.jit import kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.backend import Acts
 from cdpr.plugins.snapshots import SnapshotOfArrays
 from cdpr_backends.scheme import STAGES, along, along4, normalised, reach, turning, weight
 
@@ -77,6 +78,10 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         self._advance(n)
+
+    def acts(self, n: int) -> Acts:
+        """Return the integrator for n physics steps."""
+        return [partial(self._advance, n)]
 
     @property
     def arrays(self) -> tuple[Array, ...]:

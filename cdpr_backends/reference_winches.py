@@ -14,9 +14,10 @@ from cdpr.mechanics.plant import Fixed, Live, accelerate, mass_matrix, pull, set
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import quaternion, vector
+from cdpr.model.kernels import copy, quaternion, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.backend import Acts
 from cdpr.plugins.snapshots import SnapshotOfArrays
 from cdpr_backends.scheme import STAGES, normalised, reach, turning, weight
 
@@ -48,10 +49,19 @@ class WinchReference(SnapshotOfArrays, Backend):
         """Advance by n physics steps."""
         self._advance(n)
 
+    def acts(self, n: int) -> Acts:
+        """Return the integrator for n physics steps."""
+        return [partial(self._advance, n)]
+
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""
         self.winches.settle()
         tension[:] = self.winches.live.tension
+
+    def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
+        """Return the kernels that do so; the work is integrated with all else."""
+        tensions, _ = self.winches.readings(tension, work)
+        return tensions, [partial(copy, self.winches.live.work, work)]
 
     def cable_work(self) -> float:
         """Return the work of the cables on the platform, J."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -52,6 +53,10 @@ class Pid(SnapshotOfArrays, Controller):
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the wrench (6,)."""
         self._law(state, desired, out)
+
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
+        """Return the law with these arrays."""
+        return partial(self._law, state, desired, out)
 
     def reset(self) -> None:
         """Clear the integral."""

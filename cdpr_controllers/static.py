@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -36,6 +37,10 @@ class Static(SnapshotOfArrays, Controller):
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
         """Write the wrench (6,)."""
         self._law(state, desired, wrench)
+
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
+        """Return the law with these arrays."""
+        return partial(self._law, state, desired, out)
 
 
 @kernel

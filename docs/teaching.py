@@ -19,7 +19,7 @@ import cdpr
 from cdpr.errors import SimulationStopped
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Axes, Chart, inline_svg, styled
-from cdpr.report.figures.panels import SUPERSCRIPT
+from cdpr.report.figures.surface import SUPERSCRIPT
 from cdpr.report.marks import AXES, CABLES, INK, SOFT
 
 HERE = Path(__file__).parent

@@ -12,7 +12,7 @@ from cdpr.gui.board import Board
 from cdpr.gui.show import Show
 from cdpr.scenario import load_scenario
 
-PATIENCE = 30.0  # s that anything may take on a busy machine
+PATIENCE = 300.0  # s; kernels may have to be compiled on a busy machine
 # Here caroca can do without a cable.
 QUIET = {"simulation.duration": 0.3, "initial.position": [1.0, 0.3, 1.5], "trajectory": {"type": "hold"}}
 
@@ -30,6 +30,14 @@ def wait(board, kind, such=lambda message: True):
             if message is not None and such(message):
                 return message
             assert board.changed.wait(end - time.monotonic()), (kind, message)
+
+
+def until(done):
+    """Wait until something is so that no message tells of."""
+    end = time.monotonic() + PATIENCE
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.001)
 
 
 class Staged:
@@ -57,10 +65,7 @@ class Staged:
         """Wait until all that was asked for is done; return what was said of it."""
         done = []
         self.show._jobs.put(lambda: done.append(True))
-        end = time.monotonic() + PATIENCE
-        while not done:
-            assert time.monotonic() < end
-            time.sleep(0.001)
+        until(lambda: done)
         told, self.told[:] = list(self.told), []
         return told
 

@@ -16,11 +16,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.errors import CdprError
-from cdpr.fields import NonNegative, Positive
+from cdpr.fields import NonNegative, Positive, Section
 from cdpr.model import Cable
 from cdpr.units import known_unit
 
 MOST = 8  # numbers that a part may have
+
+# Keys of robot files, and names in `cdpr.model`, that are no number of a part; what sections can do is taken, too.
+TAKEN = {
+    "cable": (
+        *("name", "frame", "platform", "tension", "tension_min", "tension_max", "length", "length_min", "length_max"),
+        *("speed_max", "winch", "exit", "model", "own"),
+    ),
+    "winch": ("build", "own"),
+}
 
 
 @dataclass(frozen=True)
@@ -46,7 +55,7 @@ class Number:
 
     def __post_init__(self) -> None:
         """Refuse what robot files and FMUs cannot hold; CdprError."""
-        if self.owner not in ("cable", "winch") or not self.key.isidentifier():
+        if self.owner not in ("cable", "winch") or not self.key.isidentifier() or self.key[0] == "_":
             raise CdprError(f"a number of a cable is called cable.KEY or winch.KEY, not {self.name}")
         unit = known_unit(self.unit_of_fmu) if self.unit else None
         if self.unit and (unit is None or unit.factor != 1.0):
@@ -94,6 +103,8 @@ LINEAR_DENSITY = Number("cable.linear_density", NonNegative, "kg/m", "mass per l
 class Part:
     """A winch or a span.
 
+    CdprError where it has more numbers than its row holds, or one whose name is taken.
+
     Attributes:
         kernels: module of what compiled code calls, see below; empty for one that has no need of any.
         numbers: what its kernels take of a cable, at most MOST, in their order.
@@ -103,7 +114,14 @@ class Part:
     numbers: tuple[Number, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what its row does not hold; CdprError."""
+        """Refuse what neither its row nor robot files can hold; CdprError."""
+        for number in self.numbers:
+            if number.key in TAKEN[number.owner] or hasattr(Section, number.key):
+                taken = sorted({*TAKEN[number.owner], *(name for name in dir(Section) if name[0] != "_")})
+                raise CdprError(
+                    f"{self.kernels or 'a part of a cable'}: its number {number.name} has a name that means something "
+                    f"else; taken are {', '.join(taken)}: call it otherwise"
+                )
         if len(self.numbers) > MOST:
             raise CdprError(f"a part of a cable takes {MOST} numbers at most, not {len(self.numbers)}")
 

@@ -88,11 +88,8 @@ def command(
                 raise
     if out is not None:
         from cdpr.report.pages.compare import write_comparison
-        from cdpr.report.pages.still import no_stills
 
         write_comparison(result, Path(out))
-        if problem := no_stills():
-            click.echo(f"compare.html plays but has nothing to print: {problem}", err=True)
     if as_json:
         click.echo(json.dumps(result.figures, indent=1, allow_nan=False))
     else:

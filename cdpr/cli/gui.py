@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from functools import partial
 
 import click
@@ -10,6 +11,7 @@ from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.cli.numbers import Whole
 from cdpr.errors import PluginError
 
+USUAL = (700, 10, 10)  # when Python by itself looks for garbage
 LOCAL = ("127.0.0.1", "localhost", "::1")
 EXPOSED = (
     "warning: whoever reaches this address and knows its token can run simulations here, with the plugins that are "
@@ -53,6 +55,7 @@ def command(
             raise PluginError("cdpr gui needs websockets, not installed: pip install 'cdpr[gui]'") from None
         from threading import Thread
 
+        gc.set_threshold(*USUAL)  # it lives long, and makes as much again and again
         from cdpr.cli.progress import tell_of_compilation
         from cdpr.gui.desk import Desk
         from cdpr.scenario.overrides import typed

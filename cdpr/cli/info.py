@@ -56,7 +56,7 @@ def _write(figures: dict[str, Any], scene: Pictures, out: str, *, quiet: bool) -
     folder = Path(out)
     make_folder(folder)
     replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
-    from cdpr.report.figures.sketch import write_svg  # needs matplotlib; the figures are written without it, too
+    from cdpr.report.figures.sketch import write_svg
 
     write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
     if not quiet:

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 import click
@@ -69,12 +69,11 @@ def command(
         loaded = load_scenario(scenario, overrides=typed(chosen, changes))
         tell([*loaded.notes, *judged(loaded.warnings, strict=strict)])
         # Only a sound scenario is worth the time that these take to import.
-        from cdpr.fmu.read.trust import any_fmu
-        from cdpr.log.run_json import plain
+        from cdpr.log.run_json import loop, plain
 
         stop: CdprError | None = None
         try:
-            with any_fmu() if trust_fmu else nullcontext(), hushed():
+            with _trusting(trust_fmu), hushed():
                 run = _simulate(loaded, out, signals, real_time=real_time)
         except CdprError as error:
             if error.run is None or not len(error.run.rows):
@@ -96,6 +95,7 @@ def command(
         if as_json:
             told = {
                 "reservations": [*reservations(run), *fallback(run), *lost(run)],
+                "loop": loop(run),
                 "message": run.message,
                 "folder": run.folder,
             }
@@ -108,6 +108,15 @@ def command(
             raise stop
         click.echo(f"stopped: {stop}", err=True)
         raise click.exceptions.Exit(signals.exit_code if isinstance(stop, Interrupted) else stop.exit_code)
+
+
+def _trusting(fmus: bool) -> AbstractContextManager[None]:
+    """Trust every FMU, or none that is not trusted anyway."""
+    if not fmus:
+        return nullcontext()
+    from cdpr.fmu.read.trust import any_fmu
+
+    return any_fmu()
 
 
 def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool) -> Run:
@@ -155,13 +164,10 @@ def _write_report(run: Run) -> OutputError | None:
     from pathlib import Path
 
     from cdpr.report.pages.run import write_report
-    from cdpr.report.pages.still import no_stills
 
     assert run.folder is not None
     try:
         write_report(run, Path(run.folder) / "report.html")
-        if problem := no_stills():
-            click.echo(f"report.html plays but has nothing to print: {problem}", err=True)
     except OutputError as error:
         return error
     return None

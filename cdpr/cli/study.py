@@ -11,7 +11,7 @@ import click
 
 from cdpr.cli.names import OutPath, again, change_keys, plugin_files
 from cdpr.cli.numbers import Real, Whole
-from cdpr.errors import CdprError, ExitCode, PluginError
+from cdpr.errors import CdprError, ExitCode
 
 if TYPE_CHECKING:
     from cdpr.study import Results, Study
@@ -36,7 +36,7 @@ ROWS = 40  # of the table that are printed
 @click.option("--out", type=OutPath(), help="Folder; one that holds a part of this study is completed.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, such as tcp://host:8786.")
 @click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
-@click.option("--report/--no-report", default=True, help="Write study.html (needs the extra 'plot').")
+@click.option("--report/--no-report", default=True, help="Write study.html (its figures need the extra 'plot').")
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
 @click.pass_context
 def command(
@@ -104,13 +104,12 @@ def command(
 
 
 def _report(results: Results) -> None:
-    """Write study.html; without its library a study counts all the same."""
-    from cdpr.report.pages.study import write_study
+    """Write study.html; without the library that draws it has its table and the cases that play."""
+    from cdpr.report.pages.study import undrawn, write_study
 
-    try:
-        write_study(results, results.folder / "study.html")
-    except PluginError as error:
-        click.echo(f"no report: {error}", err=True)
+    write_study(results, results.folder / "study.html")
+    if problem := undrawn():
+        click.echo(f"study.html has no figures: {problem}", err=True)
 
 
 def _list(study: Study, as_json: bool) -> None:

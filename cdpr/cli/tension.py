@@ -126,7 +126,7 @@ def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
     """Write picture and figures into the folder, made if need be; say where."""
     from pathlib import Path
 
-    from cdpr.log.files import make_folder, replace
+    from cdpr.log.files import make_folder, replace, replace_markup
     from cdpr.log.run_folder import RUNS, safe_name
     from cdpr.report.text.distributions import no_picture
 
@@ -144,6 +144,6 @@ def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
     replace(written, json.dumps(figures, indent=2, allow_nan=False) + "\n")
     if picture is not None:
         written = folder / "tension.svg"
-        replace(written, picture.encode(errors="xmlcharrefreplace"))
+        replace_markup(written, picture)
     if not quiet:
         click.echo(written)

@@ -11,12 +11,10 @@ from cdpr.cli.names import OutPath, change_keys, names, plugin_files
 from cdpr.errors import CdprError, OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 PAGE = "view.html"
-BEGINS = b"<!DOCTYPE html>"
-FIGURES = {".pdf": b"%PDF", ".svg": b"<?xml", ".png": b"\x89PNG"}  # how files of each kind begin
-DRAWN = b"Matplotlib v"  # stands in all that we draw, not in a manuscript
+FIGURES = {".pdf": b"%PDF-1.4\n%\xac\xdc", ".svg": b"<?xml", ".png": b"\x89PNG"}  # as Matplotlib begins them
 
 
 @click.command("view")
@@ -55,8 +53,7 @@ def command(
     A run plays, with all that was recorded; several are laid over one another, with their differences; of a scenario
     the desired motion is followed without simulating it. The page needs no network and can be sent as it is.
     """
-    from cdpr.log.files import replace
-    from cdpr.report.pages.still import no_stills
+    from cdpr.log.files import replace_markup
 
     if figure is not None:
         _figure(what, pose, changes, (figure, width, cables), out)
@@ -66,10 +63,8 @@ def command(
     path = None if out is None else _page_at(Path(out))
     page = _runs(what, pose, changes) if _are_runs(what) else _look(what, pose, changes)
     path = path or _usual()
-    replace(path, page.encode(errors="xmlcharrefreplace"))
+    replace_markup(path, page)
     click.echo(path)
-    if problem := no_stills():
-        click.echo(f"the page plays but has nothing to print: {problem}", err=True)
     if show:
         import webbrowser
 
@@ -89,6 +84,7 @@ def _figure(
 
     from cdpr.log.files import replace
     from cdpr.log.reader import load_run
+    from cdpr.report.marks import DRAWN_BY
 
     figure, width, cables = asked
     if not names(figure):
@@ -100,7 +96,11 @@ def _figure(
             "--figure is of one finished run, as it is: give its folder or log, and no --set or --pose"
         )
     path, kind = Path(out), Path(out).suffix.lower()
-    _only_over(path, FIGURES[kind], f"figure in {kind[1:].upper()} that was drawn so", DRAWN)
+    _only_over(
+        path,
+        lambda content: content.startswith(FIGURES[kind]) and DRAWN_BY.encode() in content,
+        f"figure in {kind[1:].upper()} that cdpr drew",
+    )
     shown = None if cables is None else names(cables)
     drawn = load_run(what[0]).plot(*names(figure), cables=shown, width="ieee" if width is None else width)
     file = BytesIO()
@@ -111,19 +111,17 @@ def _figure(
 
 def _page_at(path: Path) -> Path:
     """Return where a page is to be written."""
+    from cdpr.report.pages.page import is_page
+
     path = path / PAGE if path.is_dir() else path
-    _only_over(path, BEGINS, "page")
+    _only_over(path, is_page, "page that cdpr wrote")
     return path
 
 
-def _only_over(path: Path, begins: bytes, what: str, holds: bytes = b"") -> None:
-    """Refuse a file that is there already, unless it begins as such a one does, and holds what it does."""
-    if path.exists():
-        content = path.read_bytes() if path.is_file() else b""
-        if not content.startswith(begins) or holds not in content:
-            raise OutputError(
-                f"'{path}' is there already and is no {what}: it is not written over; choose another name"
-            )
+def _only_over(path: Path, ours: Callable[[bytes], bool], what: str) -> None:
+    """Refuse a file that is there already, unless its content is ours."""
+    if path.exists() and not (path.is_file() and ours(path.read_bytes())):
+        raise OutputError(f"'{path}' is there already and is no {what}: it is not written over; choose another name")
 
 
 def _are_runs(what: Sequence[str]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -30,13 +31,19 @@ class Path:
     def at(self, s: float) -> tuple[Array, Array]:
         """W (n, m) and wrench (n,), both in the robot's degrees of freedom, at 0 <= s <= 1."""
         a, b = self.poses
-        turn = rotations.rotation_vector(rotations.multiply(b[3:], rotations.conjugate(a[3:])))
-        angle = float(np.linalg.norm(turn))
-        axis = turn / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])
+        axis, angle = self._turn
         attitude = rotations.multiply(rotations.from_axis_angle(axis, s * angle), a[3:])
         state = make_state((1.0 - s) * a[:3] + s * b[:3], attitude)
         W = np.ascontiguousarray(wrench_matrix(self.robot, state)[self.robot.rows])
         return W, W @ ((1.0 - s) * self.tensions[0] + s * self.tensions[1])
+
+    @cached_property
+    def _turn(self) -> tuple[Array, float]:
+        """Axis (3,) and angle, rad, of the turn between the poses."""
+        a, b = self.poses
+        turn = rotations.rotation_vector(rotations.multiply(b[3:], rotations.conjugate(a[3:])))
+        angle = float(np.linalg.norm(turn))
+        return (turn / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])), angle
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ from cdpr.tension.stage import Asked, Solve, TensionStage
 class Happening(Protocol):
     """What changes limits, tensions and external wrench at some samples."""
 
-    distribute: Callable[[], None]  # in place of the stage's own
+    def distribute(self) -> None:
+        """Distribute, in place of the stage itself."""
 
     def begin(self) -> int:
         """Return the number of the first sample at which `act` is due, negative where there is none."""

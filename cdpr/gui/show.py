@@ -63,7 +63,8 @@ class Show:
         self._speed: float | None = 1.0
         self._clock = Clock()
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
-        self._thread = Thread(target=self._live, name="simulation", daemon=True)
+        self._writing: list[Thread] = []  # what is said of it later, once files are written
+        self._thread = Thread(target=self._live, name="cdpr simulation", daemon=True)
         self._thread.start()
 
     def load(self, scenario: Scenario, tell: Tell | None = None) -> None:
@@ -82,9 +83,11 @@ class Show:
         self._jobs.put(lambda: self._guarded(self._none, self._to_all))
 
     def close(self) -> None:
-        """End the simulation and free what it holds."""
+        """End the simulation and free what it holds; what is being written is written to its end."""
         self._jobs.put(None)
         self._thread.join(PATIENCE)
+        for thread in self._writing:
+            thread.join()
 
     def _live(self) -> None:
         with hushed():
@@ -167,7 +170,9 @@ class Show:
         else:
             said = self._there.do(do, arguments)
             if callable(said):
-                Thread(target=lambda: self._guarded(lambda: tell("info", said()), tell), daemon=True).start()
+                thread = Thread(target=lambda: self._guarded(lambda: tell("info", said()), tell), name="files")
+                thread.start()
+                self._writing = [*filter(Thread.is_alive, self._writing), thread]
             elif said:
                 tell("info", said)
         self._publish(monotonic(), everything=True)

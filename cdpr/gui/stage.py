@@ -9,7 +9,6 @@ from functools import partial
 from itertools import count
 from operator import attrgetter
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from cdpr.gui.board import Board
 from cdpr.gui.desk.fields import shown
 from cdpr.gui.desk.files import named
 from cdpr.gui.drawing import Drawing
+from cdpr.gui.scratch import scratch
 from cdpr.log.event import Event
 from cdpr.log.rows import IN_MEMORY
 from cdpr.log.run import Run
@@ -58,7 +58,7 @@ class Stage:
         size = 8 * header.layout.width * (scenario.simulation.steps // header.log_every + 1)
         out = None  # what would fill the memory goes to a folder that is gone in the end
         if size > IN_MEMORY:
-            out = self._kept.enter_context(TemporaryDirectory(prefix="cdpr-gui-", ignore_cleanup_errors=True))
+            out = self._kept.enter_context(scratch())
         with self._kept:
             self._sim = Simulation(scenario, out=out)
             self._kept = self._kept.pop_all()

@@ -13,6 +13,7 @@ from cdpr.errors import CdprError, one_line
 from cdpr.gui.arguments import call
 from cdpr.gui.board import Board, Reader
 from cdpr.gui.desk import Desk
+from cdpr.gui.scratch import sweep
 from cdpr.gui.server import Server, Words, said
 from cdpr.gui.show import Level, Show
 
@@ -64,6 +65,7 @@ class Window:
         """Show the form, and simulate what it says, if that can be."""
         from cdpr.gui.page import hello
 
+        sweep()
         self._board.put({"kind": "hello", **hello()})
         with self._lock:
             go_on = self._begin()

@@ -8,12 +8,12 @@ one numpy assignment for all columns and one for all times.
 from __future__ import annotations
 
 import struct
-import zlib
 
 import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
+from cdpr.log.checksum import crc32
 from cdpr.log.ros2 import ENCAPSULATION, encode
 from cdpr.log.topics import Group
 from cdpr.model.robot import Array
@@ -151,7 +151,7 @@ class Chunk:
         self._values_to[:] = source.view(self._values_from)[:, 0]
         self._index_times[:] = times
         size = self._records.size
-        crc = zlib.crc32(self._records.data)
+        crc = crc32(self._records.data)
         CHUNK_HEAD.pack_into(
             self._buffer.data,
             0,

@@ -30,6 +30,11 @@ def replace(path: Path, content: str | bytes) -> None:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
+def replace_markup(path: Path, text: str) -> None:
+    """The same of HTML and SVG, in which what UTF-8 has no bytes for stands as a character reference."""
+    replace(path, text.encode(errors="xmlcharrefreplace"))
+
+
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a file that takes the name `path` once all of it is written. Raises OutputError."""

@@ -2,17 +2,18 @@
 
     description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, scenario.yaml
     blocks        256 rows each: one chunk with every message of these rows, and its message indexes
-    pictures      after each 16 blocks and at the end: the chunks of /tf and /cdpr/markers for these rows
+    pictures      after each 16 blocks and at the end: the chunks of /clock and /tf, and of /cdpr/markers, for these
+                  rows
     ending        data end, summary, footer
 
-Only the description and the blocks are needed to get the run back; `FORMAT` counts the changes to them.
+Only the description and the blocks are needed to get the run back; `FORMATS` counts the changes to them.
+In format 2 blocks held /clock, and /cdpr/cable_commands where it is what /cdpr/cable_states says.
 """
 
 from __future__ import annotations
 
 import json
 import struct
-import zlib
 from dataclasses import dataclass
 from itertools import chain
 
@@ -21,6 +22,7 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
+from cdpr.log.checksum import crc32
 from cdpr.log.chunk import Chunk, Template
 from cdpr.log.ros2 import schema_text
 from cdpr.log.run import Header
@@ -28,7 +30,7 @@ from cdpr.log.topics import run_topics
 from cdpr.log.visuals import visual_topics
 from cdpr.model.robot import Array
 
-FORMAT = "2"
+FORMATS = ("2", "3")  # that are read; the last is written
 MAGIC = b"\x89MCAP0\r\n"
 BLOCK = 256  # rows in a full block
 PICTURE_ROWS = 16 * BLOCK  # rows of the run whose pictures share chunks: few, for they are not needed at once
@@ -49,12 +51,13 @@ class Written:
 class LogFormat:
     """Every byte of a log that belongs to one Header.
 
-    A reader gives the `text` that it found for the header, which may be an older version's.
+    A reader gives the `text` that it found for the header, which may be an older version's, and the format.
     """
 
-    def __init__(self, header: Header, text: str | None = None) -> None:
-        main = run_topics(header)
-        groups = (main, *visual_topics(header, main.channel + len(main.topics)))
+    def __init__(self, header: Header, text: str | None = None, version: str = FORMATS[-1]) -> None:
+        repeated = version == "2"
+        main = run_topics(header, repeated=repeated)
+        groups = (main, *visual_topics(header, main.channel + len(main.topics), clock=not repeated))
         self.templates = tuple(Template(group) for group in groups)  # the rows' own, then the pictures'
         self.step = header.control_step
         self.every = header.log_every
@@ -72,7 +75,7 @@ class LogFormat:
         ]
         text = text or json.dumps(header.to_dict(), sort_keys=True)
         self._metadata = records.Metadata(
-            METADATA, {"format": FORMAT, "header": text, "header_crc32": f"{zlib.crc32(text.encode()):08x}"}
+            METADATA, {"format": version, "header": text, "header_crc32": f"{crc32(text.encode()):08x}"}
         )
         self._attachment = records.Attachment(0, 0, ATTACHMENT, "application/yaml", header.scenario_yaml.encode())
         metadata = _bytes(self._metadata)
@@ -157,7 +160,7 @@ class LogFormat:
         offsets_start = summary_start + len(summary)
         # The footer's checksum covers the summary and the footer up to itself.
         footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, summary_start, offsets_start)
-        footer += struct.pack("<I", zlib.crc32(summary + offsets + footer))
+        footer += struct.pack("<I", crc32(summary + offsets + footer))
         return data_end + summary + offsets + footer + MAGIC
 
     def _channels_of(self, group: int) -> range:

@@ -11,7 +11,6 @@ import math
 import os
 import struct
 import warnings
-import zlib
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -25,9 +24,10 @@ from mcap.opcode import Opcode
 
 from cdpr.errors import LogError
 from cdpr.log import run_json
+from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.event import Event
-from cdpr.log.mcap_file import FORMAT, MAGIC, METADATA, OPENING, LogFormat, Written
+from cdpr.log.mcap_file import FORMATS, MAGIC, METADATA, OPENING, LogFormat, Written
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header, Run
@@ -68,6 +68,7 @@ def load_run(path: str | Path) -> Run:
             events=tuple(Event(**event) for event in known.get("events", ())),
             timings=dict(known.get("timings", {})),
             unused=tuple(known.get("unused", ())),
+            interpreted=_interpreted(known.get("loop")),
             plugins=dict(known.get("plugins", {})),
             folder=None if folder is None else str(folder),
             counted=_counted(found.header, known),
@@ -169,15 +170,16 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
         metadata = records.Metadata.read(ReadDataStream(BytesIO(file.read(length))))
         values = metadata.metadata
         version, text, crc = values["format"], values["header"], values["header_crc32"]
-        if metadata.name != METADATA or f"{zlib.crc32(text.encode()):08x}" != crc:
+        if metadata.name != METADATA or f"{crc32(text.encode()):08x}" != crc:
             raise ValueError("checksum")
     except (McapError, KeyError, ValueError, struct.error) as error:
         raise LogError(f"{log}: its header is damaged or cut off: nothing can be read from it") from error
-    if version != FORMAT:
-        raise LogError(f"{log}: has log format {version}, this cdpr reads {FORMAT}: use the version that wrote it")
+    if version not in FORMATS:
+        known = " and ".join(FORMATS)
+        raise LogError(f"{log}: has log format {version}, this cdpr reads {known}: use the version that wrote it")
     try:
         header = Header.from_dict(json.loads(text))
-        form, unsound = LogFormat(header, text), _unsound(header)
+        form, unsound = LogFormat(header, text, version), _unsound(header)
     except (LookupError, ArithmeticError, TypeError, ValueError) as error:
         raise LogError(f"{log}: was written by another version of cdpr: {error}") from error
     if unsound:
@@ -283,7 +285,7 @@ class _Walk:
             self._last = written.first + (n - 1) * template.group.every
             self._keep(block)
             index = bytes(expected[length:])
-        elif zlib.crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
+        elif crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
             raise _DamageError("damaged")
         self._counts[groups[0]] += n
         self.chunks.append(written)
@@ -314,3 +316,8 @@ class _Walk:
         if size > left:
             raise _DamageError("cut off")
         return self._file.read(size)
+
+
+def _interpreted(loop: Any) -> tuple[str, ...] | None:
+    """What a run.json says that Python did; None where it says nothing."""
+    return tuple(map(str, loop.get("python", ()))) if isinstance(loop, dict) else None

@@ -16,7 +16,7 @@ from cdpr.errors import OutputError
 from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
+from cdpr.log.mcap_file import BLOCK, FORMATS, PICTURE_ROWS, LogFormat
 from cdpr.log.reader import Scan, locate, scan
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Header, Run
@@ -164,12 +164,13 @@ def _never_began(folder: Path) -> bool:
         return True
     try:
         text = (folder / SCENARIO_NAME).read_text(encoding="utf-8")
-        description = LogFormat(Header.from_dict({**known["header"], "scenario_yaml": text})).description
+        header = Header.from_dict({**known["header"], "scenario_yaml": text})
+        begun = [LogFormat(header, version=version).description for version in FORMATS]
         with log.open("rb") as file:
-            found = file.read(len(description))
+            found = file.read(max(map(len, begun)))
     except (OSError, KeyError, TypeError, ValueError):
         return False  # nobody can tell; what is wrong with the log is told by who reads it
-    return len(found) < len(description) and description.startswith(found)
+    return any(len(found) < len(description) and description.startswith(found) for description in begun)
 
 
 def _interrupt_unbegun(folder: Path, room: Reserved | None) -> RepairReport:

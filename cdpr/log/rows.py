@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import weakref
-import zlib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from cdpr.errors import LogError
+from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import LogFormat, Written
 from cdpr.model.robot import Array
@@ -95,7 +95,7 @@ class LogRows:
             length = self._template.chunk_length(stop - begin)
             data = os.pread(self._file, length, int(self._starts[i]))
             records = memoryview(data)[CHUNK_HEAD.size :]
-            if len(data) < length or zlib.crc32(records) != CHUNK_HEAD.unpack_from(data)[5]:
+            if len(data) < length or crc32(records) != CHUNK_HEAD.unpack_from(data)[5]:
                 raise LogError(
                     f"the log of this run has changed: its rows {begin} to {stop - 1} cannot be read any more"
                 )

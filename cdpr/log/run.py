@@ -179,6 +179,7 @@ class Run(Frozen):
     events: tuple[Event, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  # s of wall time; empty when not known
     unused: tuple[str, ...] = ()  # keys of the scenario that the run did not use
+    interpreted: tuple[str, ...] | None = None  # what of its steps Python did; of none they were whole blocks
     plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
     counted: dict[str, Any] | None = field(default=None, repr=False)  # figures of all samples, where rows are not all

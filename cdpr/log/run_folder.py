@@ -60,7 +60,7 @@ class RunFolder:
         text = run_json.encode(run_json.describe(no_rows) | self._started)
         self.path = new_folder(header.scenario, header.backend) if out is None else out
         file = self.path / run_json.NAME
-        self.first = first or self.path
+        self.header, self.first = header, first or self.path
         claim(self.path, beside(file).name)
         try:
             self._end = Reserved(file, 2 * len(text) + ROOM)

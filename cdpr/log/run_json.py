@@ -26,10 +26,16 @@ def describe(run: Run) -> dict[str, Any]:
         "summary": run.summary(),
         "events": [asdict(event) for event in run.events],
         "timings": run.timings,
+        "loop": loop(run),
         "unused": list(run.unused),
         "plugins": run.plugins,
         "header": header,
     }
+
+
+def loop(run: Run) -> dict[str, Any] | None:
+    """Return whether the steps of a run were compiled as whole blocks, and what of them Python did."""
+    return None if run.interpreted is None else {"blocks": not run.interpreted, "python": list(run.interpreted)}
 
 
 def now() -> datetime:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,10 @@ PIECE = 4096  # rows that are looked at together: enough that a call of numpy co
 SUMMED = 4096  # samples whose squares are added up as one block
 
 
+# Of runs that do not bring them: a page asks for them four times, and of a long run they take a walk through its log.
+_COUNTED: WeakKeyDictionary[Run, dict[str, Any]] = WeakKeyDictionary()
+
+
 def summarise(run: Run) -> dict[str, Any]:
     """Return errors, tensions, infeasible steps and speed of a run as plain numbers.
 
@@ -37,13 +43,10 @@ def summarise(run: Run) -> dict[str, Any]:
     """
     counted = run.counted
     if counted is None:
-        tally = Tally(run.header, len(run.rows))
-        for first in range(0, len(run.rows), PIECE):
-            tally.add(run.rows[first : first + PIECE])
-        counted = tally.figures()
-        if not isinstance(run.rows, np.ndarray):  # not to go through a long log again
-            object.__setattr__(run, "counted", counted)
-    figures: dict[str, Any] = {"status": run.status, **counted}
+        if run not in _COUNTED:
+            _COUNTED[run] = _count(run)
+        counted = _COUNTED[run]
+    figures: dict[str, Any] = {"status": run.status, **deepcopy(counted)}
     if run.header.believed:
         figures["believed"] = run.header.believed
     if run.header.log_every > 1:
@@ -52,6 +55,13 @@ def summarise(run: Run) -> dict[str, Any]:
     if loop:
         figures["real_time_factor"] = figures["simulated_s"] / loop
     return figures
+
+
+def _count(run: Run) -> dict[str, Any]:
+    tally = Tally(run.header, len(run.rows))
+    for first in range(0, len(run.rows), PIECE):
+        tally.add(run.rows[first : first + PIECE])
+    return tally.figures()
 
 
 def beyond_of(header: Header) -> Reach:
@@ -74,7 +84,7 @@ class Tally:
     def __init__(self, header: Header, samples: int) -> None:
         self._header = header
         self._status = np.empty(samples, np.int8)
-        self._squares = np.empty((2, SUMMED))  # of the norms of position and orientation error, in the present block
+        self._squares = np.empty((2, 0))  # of the norms of position and orientation error, in the present block
         self._sums: list[Array] = []  # of the blocks before, (2,) each
         self.beyond = beyond_of(header)
         self.count = 0
@@ -95,7 +105,7 @@ class Tally:
         self.beyond.lose(header.broken)
 
     def add(self, rows: Array) -> None:
-        """Count the samples that follow, (n, width)."""
+        """Count the samples that follow, (n, width); those that an interrupt cut short are given once more."""
         if not len(rows):
             return
         if self._start is None:
@@ -109,31 +119,30 @@ class Tally:
                 norms = np.linalg.norm(error, axis=1)
                 squares[i] = norms**2
                 self._look(f"error {i}", norms)
-            self._sum(squares)
+            sums, squares = self._added(squares)
             sound = self._sound(part.time)
             self._look("tension", part.tension[sound])
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
             self._look("step", np.abs(np.diff(held, axis=0))[sound[len(sound) - len(held) + 1 :]])
             self._look("cable tension", part.cable_tension[sound])
-            self.beyond.add(rows)
+            beyond = self.beyond.copy()
+            beyond.add(rows)
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
             self._look("turned over", parts)
             self._look("unexplained", np.abs(part.energy_residual))
         self._final["time"] = float(part.time[-1])
-        self._before, self.count = part.tension[-1:].copy(), now.stop
+        before = part.tension[-1:].copy()
+        # What would be counted twice, last and at one go: between plain assignments there is no interrupt.
+        self._sums, self._squares, self.beyond, self._before, self.count = sums, squares, beyond, before, now.stop
 
-    def _sum(self, squares: Array) -> None:
-        """Add up squares (2, n) of the samples that follow."""
-        at = self.count % SUMMED
-        while squares.shape[1]:
-            part, squares = np.split(squares, [SUMMED - at], axis=1)
-            self._squares[:, at : at + part.shape[1]] = part
-            at += part.shape[1]
-            if at == SUMMED:
-                self._sums.append(self._squares.sum(axis=1))
-                at = 0
+    def _added(self, squares: Array) -> tuple[list[Array], Array]:
+        """Return the sums of whole blocks, and the squares of the last one, with those (2, n) that follow."""
+        squares = np.concatenate([self._squares, squares], axis=1)
+        whole = squares.shape[1] - squares.shape[1] % SUMMED
+        blocks = np.split(squares[:, :whole], whole // SUMMED, axis=1) if whole else []
+        return [*self._sums, *(block.sum(axis=1) for block in blocks)], squares[:, whole:]
 
     def _sound(self, time: Array) -> NDArray[np.bool_]:
         """Which cables are not broken at these times (K,), (K, m): of the others nothing is asked any more."""
@@ -182,7 +191,7 @@ class Tally:
 
     def _error(self, i: int) -> dict[str, float]:
         with np.errstate(over="ignore", invalid="ignore"):
-            last = self._squares[i, : self.count % SUMMED].sum()
+            last = self._squares[i].sum()
             rms = float(np.sqrt(np.sum([*(sums[i] for sums in self._sums), last]) / self.count))
         return {"max": self._high[f"error {i}"], "rms": rms, "final": self._final[f"error {i}"]}
 

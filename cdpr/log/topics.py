@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.columns import ARRAY, TOPICS, Column
+from cdpr.columns import ARRAY, COMMANDS, TOPICS, Column
 from cdpr.log.layout import Layout
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
@@ -25,6 +25,9 @@ class Topic:
     stamps: tuple[str, ...] = ("header.stamp",)  # paths of the times
 
 
+CLOCK = Topic("/clock", "rosgraph_msgs/Clock", {}, stamps=("clock",))
+
+
 @dataclass(frozen=True)
 class Group:
     """Topics that are written for the same rows and stand in the same chunks."""
@@ -36,10 +39,11 @@ class Group:
     source: Callable[[Array], Array]  # rows (n, row width) -> source rows (n, width), C-contiguous
 
 
-def run_topics(header: Header) -> Group:
+def run_topics(header: Header, *, repeated: bool = False) -> Group:
     """Return the topics that together hold every column of every row, as `cdpr.columns` places them.
 
-    The time column is not among them: it is k * control_step, k the sequence number of the messages.
+    The time column is not among them: it is k * control_step, k the sequence number of the messages. Commands of ideal
+    cables have no topic: they are the efforts of the states. Where `repeated`, as in logs of format 2, both have one.
     """
     layout = header.layout
     held: dict[str, dict[str, list[Column]]] = {topic: {} for topic in TOPICS}
@@ -47,6 +51,10 @@ def run_topics(header: Header) -> Group:
         for topic, path in column.topics:
             paths = held.setdefault(topic, {})
             paths[path] = [*paths.get(path, []), column] if _kind(topic) == ARRAY else [column]
+    if not repeated:
+        del held[CLOCK.name]
+        if header.ideal_cables:
+            del held[COMMANDS]
     topics = tuple(_topic(topic, paths, header) for topic, paths in held.items())
     return Group(topics, channel=1, width=layout.width, every=header.log_every, source=lambda rows: rows)
 
@@ -57,8 +65,8 @@ def _kind(topic: str) -> str:
 
 def _topic(name: str, held: dict[str, list[Column]], header: Header) -> Topic:
     kind, layout = _kind(name), header.layout
-    if kind == "rosgraph_msgs/Clock":
-        return Topic(name, kind, {}, stamps=("clock",))
+    if name == CLOCK.name:
+        return CLOCK
     columns = {path: tuple(run for column in held[path] for run in _runs(column, layout, kind)) for path in held}
     if kind == ARRAY:
         labels = [label for column in held["data"] for label in column.labels(header.cables)]

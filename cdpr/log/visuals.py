@@ -1,4 +1,4 @@
-"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables, coloured by tension.
+"""What a 3D viewer shows of a run: the platform's frame and shape, and the cables, coloured by tension; and the clock.
 
 While a log is written the run's own range of tensions is not known yet: colours go logarithmically over the range that
 the platform's weight lets expect, `cdpr.view.pictures.weight_range`, from dark blue to yellow. Cables that hang slack
@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Header
-from cdpr.log.topics import STAMPED, Group, Topic, ros_pose
+from cdpr.log.topics import CLOCK, STAMPED, Group, Topic, ros_pose
 from cdpr.model.robot import Array
 from cdpr.view import Pictures, State, colours, pictures
 from cdpr.view.pictures import weight_range
 
-TRANSFORM_RATE = 60.0  # Hz of simulation time, at most
+TRANSFORM_RATE = 60.0  # Hz of simulation time, at most; of the clock, too: players make 40 where a log has none
 MARKER_RATE = 30.0
 PATH_RATE = 1.0  # it does not change: only for who joins later
 _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5  # visualization_msgs/Marker
@@ -32,11 +32,11 @@ MARKED = {
 _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
-def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
+def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[Group, ...]:
     """Return /tf, /cdpr/markers and, where a path is foreseen, /cdpr/desired_path, on the channels from `channel` on.
 
     They follow from the rows and the header. Logs of earlier versions have no path in theirs, and no desired pose among
-    the markers.
+    the markers. Beside /tf stands the `clock` by which ROS plays a log, which those of format 2 have among their rows.
     """
     layout = header.layout
     transform = Topic(
@@ -47,9 +47,11 @@ def visual_topics(header: Header, channel: int) -> tuple[Group, ...]:
         stamps=("transforms.0.header.stamp",),
     )
     every = _every(TRANSFORM_RATE, header)
-    frames = Group((transform,), channel, layout.width, every, np.ascontiguousarray)
-    groups = frames, _markers(header, channel + 1)
-    return groups if len(header.path) < 2 else (*groups, _path(header, channel + 2))
+    topics = (CLOCK, transform) if clock else (transform,)
+    frames = Group(topics, channel, layout.width, every, np.ascontiguousarray)
+    channel += len(topics)
+    groups = frames, _markers(header, channel)
+    return groups if len(header.path) < 2 else (*groups, _path(header, channel + 1))
 
 
 def _markers(header: Header, channel: int) -> Group:

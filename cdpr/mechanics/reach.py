@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 
@@ -129,9 +130,8 @@ class Reach:
         count = len(self.kinds)
         self._until = np.full(m, math.inf)
         self.lose(broken)
-        self._worst = np.zeros((count, m))  # by how much
-        self._value = np.zeros((count, m))
-        self._samples = np.zeros((2, count))  # how many, and the number of the first
+        # By how much at the worst, and the value there; how many samples, and the number of the first.
+        self._found: tuple[Array, ...] = np.zeros((count, m)), np.zeros((count, m)), np.zeros((2, count))
         self._look = partial(
             look,
             columns["time"].start,
@@ -141,7 +141,6 @@ class Reach:
             np.array(sizes).reshape(-1, m),
             self._until,
         )
-        self._found = self._worst, self._value, self._samples
         self.counted = 0
 
     @property
@@ -161,21 +160,28 @@ class Reach:
         self.counted += len(rows)
         return left
 
+    def copy(self) -> Reach:
+        """Return one that has counted as much, and counts on by itself; cables break for both."""
+        other = copy(self)
+        other._found = tuple(array.copy() for array in self._found)
+        return other
+
     def told(self) -> list[Exceeded]:
         """Return the limits that were left."""
         told = []
+        far, value, samples = self._found
         for i, kind in enumerate(self.kinds):
-            if samples := int(self._samples[0, i]):
-                order = np.argsort(-self._worst[i], kind="stable")
-                cables = tuple(int(j) for j in order if self._worst[i, j] > 0.0)
-                first, worst, limit = int(self._samples[1, i]), self._value[i, cables[0]], self.limits[i, cables[0]]
+            if count := int(samples[0, i]):
+                order = np.argsort(-far[i], kind="stable")
+                cables = tuple(int(j) for j in order if far[i, j] > 0.0)
+                first, worst, limit = int(samples[1, i]), value[i, cables[0]], self.limits[i, cables[0]]
                 words, unit = kind.words, kind.unit
-                told.append(Exceeded(kind.name, words, cables, first, samples, float(worst), float(limit), unit))
+                told.append(Exceeded(kind.name, words, cables, first, count, float(worst), float(limit), unit))
         return told
 
     def counts(self) -> dict[str, int]:
         """Return at how many samples each kind of limit that there is was left."""
-        return {kind.name: int(count) for kind, count in zip(self.kinds, self._samples[0], strict=True)}
+        return {kind.name: int(count) for kind, count in zip(self.kinds, self._found[-1][0], strict=True)}
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.plant import fixed, live, settle, step
 from cdpr.model import Robot
+from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
 
 
@@ -42,6 +44,13 @@ class Winches:
         for array in self.arrays:
             array[:] = 0.0
         self.live.winch[:] = np.nan
+
+    def readings(self, tension: Array, work: Array) -> tuple[list[Callable[[], object]], list[Callable[[], object]]]:
+        """Return what writes the tensions (m,) at `body`, one after the other, and what the work (1,), J."""
+        return [self.settle, partial(copy, self.live.tension, tension)], [
+            self.settle,
+            partial(copy, self.live.work, work),
+        ]
 
     @property
     def arrays(self) -> tuple[Array, ...]:

@@ -4,14 +4,17 @@ What is compiled then needs not know which kernel it will call: one compiled pla
 later add-ons too. A call costs some nanoseconds more than one by name. An address fits a float without rounding, since
 addresses of processes have at most 48 bits, so that it can stand in a row beside the part's numbers; it means nothing
 in another process.
+
+C functions of other libraries are called by their address, too. They take numbers, and addresses as whole numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numba
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -34,7 +37,7 @@ def address(kernel: Callable[..., Any], signature: Any) -> float:
         dispatcher: Any = kernel
         dispatcher.compile(signature.args)
         entry = dispatcher.overloads[signature.args]
-        if entry.signature.return_type != signature.return_type:
+        if types.unliteral(entry.signature.return_type) != signature.return_type:
             raise TypeError(f"{kernel} returns {entry.signature.return_type}, expected {signature.return_type}")
         place = entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name)
     _KEPT[place] = kernel
@@ -63,3 +66,53 @@ def caller(signature: Any) -> Callable[..., Any]:
 
     called: Callable[..., Any] = call
     return called
+
+
+def c_caller(signature: Any) -> Callable[..., Any]:
+    """Return what compiled code, and no other, calls with a C function's address and arguments of this signature.
+
+    What the C function finds wrong it must say by what it returns: no exception passes through.
+    """
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def call(typing: Any, place: Any, *args: Any) -> Any:
+        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            nothing = isinstance(signature.return_type, types.NoneType)
+            result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
+            kind = ir.FunctionType(result, [context.get_value_type(each) for each in signature.args])
+            function = builder.inttoptr(context.cast(builder, values[0], place, types.intp), kind.as_pointer())
+            answer = builder.call(function, cgutils.unpack_tuple(builder, values[1], len(signature.args)))
+            return context.get_dummy_value() if nothing else answer
+
+        return signature.return_type(place, types.StarArgTuple(signature.args)), generate
+
+    called: Callable[..., Any] = call
+    return called
+
+
+def c_callback(taken: Sequence[Any], count: int) -> Callable[[], int]:
+    """Return what gives compiled code the address of a C function, for a library that calls back what it is given.
+
+    The function takes arguments of the types `taken`, of which the last is the address of words of 8 bytes: those are
+    the address of another C function and the `count` whole numbers with which that is called.
+    """
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def callback(typing: Any) -> Any:
+        def generate(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            word = context.get_value_type(types.intp)
+            kind = ir.FunctionType(ir.VoidType(), [context.get_value_type(each) for each in taken])
+            function = ir.Function(builder.module, kind, builder.module.get_unique_name("c_callback"))
+            function.linkage = "internal"
+            within = ir.IRBuilder(function.append_basic_block())
+            words = within.inttoptr(function.args[-1], word.as_pointer())
+            called, *given = [within.load(within.gep(words, [word(i)])) for i in range(1 + count)]
+            target = ir.FunctionType(ir.VoidType(), [word] * count).as_pointer()
+            within.call(within.inttoptr(called, target), given)
+            within.ret_void()
+            return builder.ptrtoint(function, word)
+
+        return types.intp(), generate
+
+    made: Callable[[], int] = callback
+    return made

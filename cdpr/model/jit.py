@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any, ParamSpec, TypeVar, cast
 
@@ -19,6 +20,8 @@ from cdpr.model.kernel_store import KernelStore
 P = ParamSpec("P")
 R = TypeVar("R")
 
+OPTIONS = {"nopython": True, "error_model": "numpy", "_nrt": False}
+
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function` at its first call and keep the result on disk.
@@ -31,8 +34,19 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """
     if numba.config.DISABLE_JIT:
         return np.errstate(all="ignore")(function)
-    options = {"nopython": True, "error_model": "numpy", "_nrt": False}
-    return cast("Callable[P, R]", _kept(_Kernel(function, targetoptions=options)))
+    return cast("Callable[P, R]", _kept(_Kernel(function, targetoptions=OPTIONS)))
+
+
+def kernel_of_kind(function: Callable[P, R], kind: object) -> Callable[P, R]:
+    """Compile, as `kernel` does, a function that another makes anew for each `kind`, whose text tells them apart."""
+    kept = _Kernel(function, targetoptions=OPTIONS)
+    kept._cache = KernelStore(function, "", kind=repr(kind))
+    return cast("Callable[P, R]", kept)
+
+
+def is_kernel(function: object) -> bool:
+    """Whether this is what `kernel` returns, and compiled."""
+    return isinstance(function, _Kernel)
 
 
 def apart(function: Callable[P, R]) -> Callable[P, R]:
@@ -74,7 +88,7 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def compile(self, sig: Any) -> Any:
         args = tuple(sigutils.normalize_signature(sig)[0])
-        with global_compiler_lock, _uncollected():
+        with global_compiler_lock, _uncollected(), _interruptible():
             new = args not in self.overloads
             entry = super().compile(sig)
             if self.apart and new:
@@ -105,6 +119,30 @@ def _uncollected() -> Iterator[None]:
     finally:
         if looks:
             gc.enable()
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[None]:
+    """End afterwards with an interrupt that came meanwhile.
+
+    Python raises it where LLVM, which takes nearly all the time, calls back; and no exception passes through there.
+    """
+    lost: list[BaseException] = []
+    before = sys.unraisablehook
+
+    def keep(raised: Any) -> None:
+        if isinstance(raised.exc_value, KeyboardInterrupt):
+            lost.append(raised.exc_value)
+        else:
+            before(raised)
+
+    sys.unraisablehook = keep
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+    if lost:
+        raise KeyboardInterrupt
 
 
 def _kept(dispatcher: Any) -> Any:

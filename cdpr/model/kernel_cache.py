@@ -27,9 +27,10 @@ from cdpr.errors import OutputError
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
 PASSING = "cdpr-passing-"  # begins the name of a folder that goes with its process
 KEPT = 5  # folders of other states of the sources: enough to go back and forth between checkouts
-DECORATED = re.compile(rb"^[ \t]*@(?:threaded_)?kernel\b", re.MULTILINE)
-TYPES_ONLY = re.compile(rb"^if TYPE_CHECKING:\n(?:[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE)  # never there when compiled
-IMPORTS = re.compile(r"^[ \t]*(?:from ([\w.]+) )?import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+# Each process looks for these in all sources: they begin with fixed letters, which are found many times faster.
+DECORATED = re.compile(rb"\n[ \t]*@(?:threaded_)?kernel\b")
+TYPES_ONLY = re.compile(rb"\nif TYPE_CHECKING:\n(?:[ \t]+.*\n|[ \t]*\n)*")  # never there when compiled
+IMPORTS = re.compile(r"\n[ \t]*(?:from ([\w.]+) import|import) (\([^)]*\)|[^\n]*)")
 UNUSED = 7 * 86400.0  # s; a folder used since then stays in any case
 
 
@@ -40,21 +41,22 @@ def digest() -> str:
     for package in PACKAGES:
         spec = find_spec(package)
         roots += map(Path, spec.submodule_search_locations or () if spec else ())
-    files = {f"{root.name}/{path.relative_to(root)}": content for root in roots for path, content in _sources(root)}
+    files = {f"{root.name}/{name}": content for root in roots for name, content in _sources(root)}
     return _fingerprint(_needed(files))
 
 
 def _needed(files: dict[str, bytes]) -> dict[str, bytes]:
     """Leave the files that hold kernels, and all that they import: constants from there are compiled in."""
     modules = {name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): name for name in files}
-    todo = [name for name, content in files.items() if DECORATED.search(content)]
+    todo = [name for name, content in files.items() if b"kernel" in content and DECORATED.search(b"\n" + content)]
     needed: dict[str, bytes] = {}
     while todo:
         name = todo.pop()
         if name in needed:
             continue
         needed[name] = files[name]
-        for package, what in IMPORTS.findall(TYPES_ONLY.sub(b"", files[name]).decode(errors="replace")):
+        text = TYPES_ONLY.sub(b"\n", b"\n" + files[name]).decode(errors="replace")
+        for package, what in IMPORTS.findall(text):
             words = re.findall(r"[\w.]+", what)
             found = [package, *(f"{package}.{word}" for word in words)] if package else words
             todo += [modules[module] for module in found if module in modules]
@@ -76,17 +78,25 @@ def _digest_of(top: str) -> str | None:
     found = sys.modules.get(top)
     if folders := getattr(found, "__path__", None):
         roots = list(map(Path, folders))
-        return _fingerprint({str(path.relative_to(root)): text for root in roots for path, text in _sources(root)})
+        return _fingerprint({name: content for root in roots for name, content in _sources(root)})
     file = getattr(found, "__file__", None)
-    return _fingerprint({path.name: text for path, text in _sources(Path(file).parent, "*.py")}) if file else None
+    return _fingerprint(dict(_sources(Path(file).parent, below=False))) if file else None
 
 
-def _sources(root: Path, pattern: str = "**/*.py") -> Iterator[tuple[Path, bytes]]:
-    """Yield the readable files; editors leave locks (.#name.py, links to nowhere) among them."""
-    for path in root.glob(pattern):
-        if not path.name.startswith(".") and path.is_file():
-            with contextlib.suppress(OSError):
-                yield path, path.read_bytes()
+def _sources(root: Path, *, below: bool = True) -> Iterator[tuple[str, bytes]]:
+    """Yield the readable files, with `below` those of all folders in it, by their names as seen from there.
+
+    Editors leave locks (.#name.py, links to nowhere) among them.
+    """
+    start = os.path.join(root, "")
+    for folder, folders, names in os.walk(root):
+        if not below:
+            folders.clear()
+        for name in names:
+            if name.endswith(".py") and not name.startswith("."):
+                path = os.path.join(folder, name)
+                with contextlib.suppress(OSError), open(path, "rb", buffering=0) as file:
+                    yield path[len(start) :], file.read()
 
 
 def _fingerprint(files: dict[str, bytes]) -> str:

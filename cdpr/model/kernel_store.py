@@ -21,12 +21,10 @@ from typing import Any
 import llvmlite
 import numba
 from numba.core.caching import _Cache
-from numba.core.compiler import CompileResult
 from numba.core.registry import cpu_target
-from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
-from cdpr.model import kernel_cache, linking
+from cdpr.model import kernel_cache, linking, object_code
 
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the start of each file
 
@@ -40,7 +38,8 @@ def folder() -> Path:
 class KernelStore(_Cache):  # type: ignore[misc]
     """The compiled signatures of one function, as numba's dispatcher asks for them.
 
-    `sources` is a fingerprint of the sources that the function is made of, beside ours.
+    `sources` is a fingerprint of the sources that the function is made of, beside ours. Of what is made anew for each
+    `kind`, that stands for all that it refers to in the function that makes it.
 
     Attributes:
         cache_path: the folder, for numba's statistics.
@@ -48,21 +47,20 @@ class KernelStore(_Cache):  # type: ignore[misc]
 
     cache_path = None
 
-    def __init__(self, function: Callable[..., Any], sources: str) -> None:
+    def __init__(self, function: Callable[..., Any], sources: str, kind: str | None = None) -> None:
         self.cache_path = str(folder())
         self._name = f"{function.__module__}.{function.__qualname__}"
-        cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
+        cells = () if kind is not None else tuple(cell.cell_contents for cell in function.__closure__ or ())
         code = function.__code__
         self._version = (
             (numba.__version__, llvmlite.__version__, sys.implementation.cache_tag),
             (self._name, code.co_firstlineno, code.co_code, dumps(cells) if cells else b""),
             sources,
+            *([] if kind is None else [kind]),
         )
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
         """Return the compiled function, or None where it is not there or not whole."""
-        # What numba's caches do here, refresh(), imports all that compiling needs besides: half of a process's start.
-        rtsys.initialize(target_context)
         try:
             content = (folder() / self.key(sig)).read_bytes()
         except OSError:
@@ -73,13 +71,13 @@ class KernelStore(_Cache):  # type: ignore[misc]
         needed, kernel = pickle.loads(payload)
         if not all(map(linking.link, needed)):  # before its code is seen: without an address, that ends the process
             return None
-        return CompileResult._rebuild(target_context, *kernel)
+        return object_code.unpacked(target_context, *kernel)
 
     def save_overload(self, sig: object, data: Any) -> None:
         """Keep a compiled function; where that fails, such as on a full disk, it is compiled again next time."""
         if data.lifted or data.library.has_dynamic_globals:  # pointers of this process
             return
-        payload = dumps((linking.needed_by(data.library), data._reduce()))
+        payload = dumps((linking.needed_by(data.library), object_code.packed(data)))
         target = folder() / self.key(sig)
         part = None
         try:

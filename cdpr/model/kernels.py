@@ -160,3 +160,10 @@ def proportional_derivative(state: Array, desired: Array, gains: Array) -> tuple
         gains[5] * e[2] + gains[11] * (desired[12] - state[12]),
     )
     return linear, angular
+
+
+@kernel
+def copy(source: Array, target: Array) -> None:
+    """Copy the entries of a flat array."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]

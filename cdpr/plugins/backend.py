@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
 
 import numpy as np
 
 from cdpr.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+
+Acts = list[Callable[[], object]]  # done one after the other
 
 
 class Backend(ABC):
@@ -44,6 +46,19 @@ class Backend(ABC):
     def step(self, n: int) -> None:
         """Advance by n physics steps. It checks nothing: the caller checks `state` after each call."""
 
+    def acts(self, n: int) -> Acts | None:
+        """Return what `step` does with this n, one thing after the other; None where it is not made of such.
+
+        What among it is a kernel with its arguments, the loop calls without Python: a `functools.partial` of what
+        `cdpr.model.jit.kernel` made, with numbers, C-contiguous arrays of 8-byte numbers, which stay where they are,
+        and named tuples of these. Where it returns something else than 0, the loop calls `refuse` with that.
+        """
+        return None
+
+    def refuse(self, code: int) -> NoReturn:
+        """Raise what says why one of `acts` returned something else than 0."""
+        raise PluginError(f"{type(self).__name__} gave up a step with code {code}")
+
     def read_tension(self, tension: Array) -> None:
         """Write the tension of each cable (m,) at `state` under `command`, N: with ideal cables the command itself.
 
@@ -56,12 +71,24 @@ class Backend(ABC):
         """Return the work of the cables on the platform since `reset`, J; not asked of ideal cables."""
         raise PluginError(f"{type(self).__name__} knows ideal cables only")
 
+    def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
+        """Return what `read_tension(tension)` does, and what `work[0] = cable_work()`, likewise as `acts` does."""
+        return None
+
     def engine_time(self) -> float | None:
         """Return the time since `reset` by the engine's own clock, s, or None where it has none.
 
         It serves to notice an engine that reset itself.
         """
         return None
+
+    def clock_act(self, clock: Array) -> Callable[[], object]:
+        """Return what writes `engine_time` into `clock` (1,), asked where it is not None: as `acts` does."""
+
+        def read() -> None:
+            clock[0] = self.engine_time()
+
+        return read
 
     def log(self, columns: Mapping[str, Array]) -> None:
         """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name, to write into.

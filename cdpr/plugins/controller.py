@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
 from cdpr.errors import PluginError
@@ -40,6 +40,15 @@ class Controller(ABC):
         "command" it is (m,): the command of each cable, N. `state` is (13,) and `desired` (19,), laid out as
         `cdpr.model` says; neither may be changed. `out` holds no particular values at the call.
         """
+
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
+        """Return what `control` does with these arrays, whatever the time, as a kernel with its arguments.
+
+        The loop then calls it without Python. That is a `functools.partial` of what `cdpr.model.jit.kernel` made, with
+        numbers, C-contiguous arrays of 8-byte numbers, which stay where they are, and named tuples of these. None where
+        it is no such thing.
+        """
+        return None
 
     def connect(self, report: Array) -> None:  # noqa: B027 - an optional hook
         """Take a live view of what became of the previous output; called once, before the first `control`.

@@ -47,7 +47,7 @@ class FileName(str):
 class PluginOptions(BaseModel):
     """Base of the options that a plugin takes in a scenario: frozen, no unknown key, no NaN."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 
     def declares(self) -> Mapping[str, object]:
         """Return the declared properties that are others with these options."""

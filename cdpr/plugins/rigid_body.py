@@ -15,7 +15,8 @@ from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.plugins.backend import Backend
+from cdpr.plugins.backend import Acts, Backend
+from cdpr.plugins.compiled import speaks_for
 
 
 class RigidBodyBackend(Backend):
@@ -87,6 +88,15 @@ class RigidBodyBackend(Backend):
             self.read()
         self._publish()
 
+    def acts(self, n: int) -> Acts:
+        """Return what n physics steps do: of it, all but the engine's work is compiled."""
+        engine = self.engine_acts() if speaks_for(self.engine_acts, self.advance) else [self.advance, self.read]
+        return [act for _ in range(n) for act in (self._pull, *engine)] + [self._publish]
+
+    def engine_acts(self) -> Acts:
+        """Return what `advance` and then `read` do, as `acts` does: where kernels do it."""
+        return [self.advance, self.read]
+
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""
         if self.winches is None:
@@ -94,6 +104,10 @@ class RigidBodyBackend(Backend):
         else:
             self.winches.settle()
             tension[:] = self.winches.live.tension
+
+    def readings(self, tension: Array, work: Array) -> tuple[Acts, Acts] | None:
+        """Return the kernels that evaluate the winches; None where cables are ideal."""
+        return None if self.winches is None else self.winches.readings(tension, work)
 
     def cable_work(self) -> float:
         """Return the work of the cables on the platform, J."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,15 @@ class TensionSolver(ABC):
         robot's degrees of freedom. On entry `tension` holds the tensions of the step before, NaN where there was none:
         a warm start, or what to stay close to. What it holds when the status is not OK is ignored.
         """
+
+    def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Callable[[], int] | None:
+        """Return what `solve` does with these arrays, as a kernel with its arguments.
+
+        The loop then calls it without Python. That is a `functools.partial` of what `cdpr.model.jit.kernel` made, with
+        numbers, C-contiguous arrays of 8-byte numbers, which stay where they are, and named tuples of these. None where
+        it is no such thing.
+        """
+        return None
 
     def log(self, columns: Mapping[str, Array]) -> None:
         """Take the arrays (width,) of the columns that its `PluginInfo` declares, by name, to write into.
@@ -99,3 +109,7 @@ class CompiledSolver(TensionSolver):
         if len(tension) != len(t_min):  # the kernels hold the other arrays against each other and the work space
             return BAD_INPUT
         return self.kernel(W, wrench, t_min, t_max, tension, self.parameters, self.work)
+
+    def compiled(self, W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array) -> Callable[[], int] | None:
+        """Return the kernel with these arrays, parameters and work space."""
+        return partial(self.kernel, W, wrench, t_min, t_max, tension, self.parameters, self.work)

@@ -1,1 +1,1 @@
-"""What people see of results: `text` for terminals, `figures` by matplotlib, and `pages` of both for browsers."""
+"""What people see of results: `text` for terminals, `figures` as SVG or by matplotlib, `pages` of both for browsers."""

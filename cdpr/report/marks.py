@@ -24,6 +24,12 @@ DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, 
 # What a status is called where it is shaded.
 SHADES = {status: status.name.lower().replace("_", " ") for status in colours.SHADES}
 
+# Stands in the files of figures, by which they are told from what others draw with the same library.
+DRAWN_BY = "cdpr, by Matplotlib"
+
+# The least range of errors of the pose, mm and mrad: a nanometre, which nobody can measure on a robot with cables.
+LEAST_ERROR = 1e-6
+
 
 def paired(pair: colours.Pair) -> str:
     """A colour for each ground, as the style of an element of the class "paired"."""

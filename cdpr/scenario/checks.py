@@ -9,14 +9,14 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from cdpr.fields import Section
+from cdpr.fields import DEFERRED, Section
 from cdpr.model import DOF_NAMES
 from cdpr.problems import Path
 from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Problems
 from cdpr.scenario.robot_schema import MAX_CABLES, CableSection, DofName
 
-DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...])
+DOF: TypeAdapter[tuple[DofName, ...]] = TypeAdapter(tuple[DofName, ...], config=DEFERRED)
 
 S = TypeVar("S", bound=Section)
 

@@ -9,6 +9,7 @@ from itertools import groupby
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.cables import COMMANDED, MODELS
+from cdpr.fields import DEFERRED
 from cdpr.problems import Path, dotted
 from cdpr.scenario.changes import Options
 from cdpr.scenario.checks import Checks
@@ -22,7 +23,7 @@ from cdpr.scenario.report import Below
 from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
 
-EVENT: TypeAdapter[ScenarioEvent] = TypeAdapter(AnyEvent)
+EVENT: TypeAdapter[ScenarioEvent] = TypeAdapter(AnyEvent, config=DEFERRED)
 
 Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
 

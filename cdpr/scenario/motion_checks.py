@@ -7,6 +7,7 @@ import json
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr import tolerances
+from cdpr.fields import DEFERRED
 from cdpr.scenario.checks import Checks
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion, Motion
@@ -16,7 +17,7 @@ from cdpr.scenario.report import Below
 
 ROOT = "trajectory"
 
-MOTION: TypeAdapter[Motion] = TypeAdapter(AnyMotion)
+MOTION: TypeAdapter[Motion] = TypeAdapter(AnyMotion, config=DEFERRED)
 
 
 class MotionChecks(Checks):

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from cdpr import tolerances
 from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
 from cdpr.fmu.read.options import FMU
@@ -209,10 +210,12 @@ class Scenario:
     def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:
         """Return YAML of the scenario with these events and a duration (s), to stand in another folder.
 
-        Events name their files as seen from there.
+        Events name their files as seen from there. A shorter duration is meant so.
         """
         data = self._plain_in(folder)
         data["simulation"]["duration"] = duration
+        if duration < self.simulation.duration * (1.0 - tolerances.TIME):
+            data["simulation"]["ends_early"] = True
         data["events"] = [_dumped(event) for event in events]
         return dump(data)
 
@@ -241,8 +244,11 @@ class Scenario:
         plugins: Registry | None = None,
     ) -> Scenario:
         """Return a changed copy, checked like a file; arguments as for `load_scenario`."""
+        names = {"backend": backend, "solver": solver, "controller": controller}
+        if not overrides and not any(names.values()) and plugins in (None, self._plugins):
+            return replace(self)  # it has passed the checks
         problems = Problems()
-        chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
+        chosen = choices(names, problems)
         return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems)
 
     def __eq__(self, other: object) -> bool:

@@ -43,6 +43,11 @@ class Simulation(Section):
         json_schema_extra=unit("s"),
     )
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of everything random")
+    ends_early: bool | None = Field(
+        None,
+        description="true where the run is meant to end before its motion or events, as that of a saved session: "
+        "then nothing warns of it",
+    )
 
     @property
     def steps(self) -> int:

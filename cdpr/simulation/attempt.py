@@ -238,6 +238,7 @@ class Attempt:
             timings={"setup_s": self._started - self._begun, "loop_s": looped - self._started},
             unused=self.scenario.unused,
             plugins=plugins,
+            interpreted=None if self.loop is None else self.loop.program.interpreted,
             folder=None if self.folder is None or going_on else str(self.folder.path),
             counted=counted,
         ), error

@@ -6,6 +6,7 @@ import math
 import platform
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import cast, get_args
 
@@ -22,7 +23,6 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
-from cdpr.simulation.actuators import actuated
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
@@ -64,6 +64,8 @@ def build(scenario: Scenario) -> Parts:
         )
         made.callback(backend.close)
         if scenario.actuators is not None:
+            from cdpr.simulation.actuators import actuated  # and with it all that runs FMUs
+
             backend = actuated(scenario, backend, chosen["backend"])
             made.callback(backend.close)
         backend.reset(scenario.initial.state())
@@ -155,6 +157,12 @@ def plugins_of(scenario: Scenario) -> tuple[str, str, str]:
     return scenario.simulation.backend, scenario.controller.type, scenario.solver.type
 
 
+@lru_cache
+def _version(name: str) -> str:
+    """Return the version of a distribution, read once: what is installed later is not what this process has loaded."""
+    return version(name)
+
+
 def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str]:
     """Versions of everything that computes: cdpr, Python, our libraries, and what these plugins bring.
 
@@ -175,7 +183,7 @@ def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str
             versions[entry.distribution] = entry.version
     for name in sorted(names - set(versions)):
         try:
-            versions[name] = version(name)
+            versions[name] = _version(name)
         except PackageNotFoundError:
             versions[name] = "unknown"
     return versions

@@ -101,7 +101,7 @@ class Interventions(ABC):
             session.live = tuple(one for one in live if one is not None)
             with self._kept():
                 self._attempt.revise()
-                loop.due = loop.schedule.push(loop.count)
+                loop.push()
 
     def target(
         self,
@@ -160,8 +160,9 @@ class Interventions(ABC):
         """Write a scenario that repeats what has happened so far, to the bit; at any time, also after the end.
 
         It holds the robot and all that was done as events, and lasts until the last complete sample. What was given by
-        `wrench=` and `tension=` goes to NAME_outside.csv beside it. A file of that name is written over, but not the
-        scenario that is simulated. Raises OutputError where it cannot be written.
+        `wrench=` and `tension=` goes to NAME_outside.csv beside it. A file of the name `path` is written over, but not
+        the scenario that is simulated; a NAME_outside.csv only where that file names it, as one that was saved does.
+        Raises OutputError where it cannot be written.
         """
         if not isinstance(path, str | os.PathLike) or not is_name(path):
             raise CdprError(f"save: the name of a file is expected, got {path!r}")

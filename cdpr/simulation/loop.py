@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from time import monotonic
 from typing import Any
 
 import numpy as np
 
-from cdpr.errors import BackendDied, Diverged, Infeasible, PluginError, SimulationStopped
+from cdpr.errors import BackendDied, Diverged, PluginError, SimulationStopped
+from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
+from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent
@@ -20,15 +24,20 @@ from cdpr.simulation.loads import Loads
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
+from cdpr.simulation.proceed import late, stamp
+from cdpr.simulation.program import Program
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
+from cdpr.tension.acts import Act, perform
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import Status
 from cdpr.trajectory import Trajectory
 
-# An engine's clock is a sum of steps: after 1e8 of them it may be off by this share. A reset is off by much more.
-CLOCK_TOLERANCE = 1e-6
+# A call of the compiled loop takes at most about so long: an interrupt waits for its end.
+BRIEF = 0.02  # s
+BLOCK = 256  # and so many samples
+MOST_SUBSTEPS = 100  # of which each has acts of its own
 
 # After these a solver need not have written any tensions.
 ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
@@ -38,11 +47,19 @@ ANSWERS = (Status.OK, Status.INFEASIBLE, Status.UNSUPPORTED)
 class Moment:
     """All that the future of a loop depends on, between two samples."""
 
-    count: int
-    time: float
-    due: int
+    place: tuple[int, int, float, int]  # as `Program.place`
     live: Saved
     own: list[Any]  # of the parts
+
+    @property
+    def count(self) -> int:
+        """How many samples are complete."""
+        return self.place[0]
+
+    @property
+    def time(self) -> float:
+        """When it is, s."""
+        return self.place[2]
 
 
 class Loop:
@@ -51,16 +68,11 @@ class Loop:
     Attributes:
         row: the present sample, columns as `cdpr.log.layout` says; the parts work on views of it.
         out: where the controller writes: the wrench (6,) or the commands (m,).
-        time: of the sample that is looked at, s.
-        count: how many samples are complete.
-        due: the next sample at which something happens.
     """
 
     def __init__(self, parts: Parts) -> None:
         self.parts = parts
-        self.count, self.last, self.time, self.due = 0, 0, 0.0, 0
-        self.decide: Callable[..., None]
-        self.advance: Callable[[], None]
+        self.last = 0
         self.present = present = Sample(parts)
         self.layout, self.row = present.layout, present.row
         self.state, self.desired = present.state, present.desired
@@ -68,13 +80,25 @@ class Loop:
         # What the controller sees of them it cannot change.
         self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
-        self._outside: dict[Output, tuple[TensionStage | CommandStage, Array, Callable[[], None]]] = {}
+        self._outside: dict[Output, tuple[TensionStage | CommandStage, Array, list[Act]]] = {}
         self.stage = self._stage(parts.output)
         self.out = self._written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
         self.schedule = Schedule(parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings)
-        self.observe, self.observe_start = present.looking(parts.control_step), present.looking(0.0)
-        self.distribute = self._through(self.stage)
+        self._clock = np.zeros(1)  # what the engine's reads, s
+        # What looks at the plant, and what does so at first: made once, for the geometry of pulleys takes its time.
+        self._looking, self._looking_first = (present.looking(h, self._check) for h in (parts.control_step, 0.0))
+        self._plan()
+
+    @property
+    def count(self) -> int:
+        """How many samples are complete."""
+        return self.program.count
+
+    @property
+    def time(self) -> float:
+        """Of the sample that is looked at, s."""
+        return self.program.time
 
     def warm_up(self, start: Array, real_time: bool = False) -> None:
         """Call every part once and put all back to `start` (13,).
@@ -104,7 +128,7 @@ class Loop:
             parts.backend.command[...] = self.tension
             parts.backend.read_tension(self.tension)
             parts.backend.step(parts.substeps)
-            self.observe()
+            perform(self._looking)
         except BackendDied:
             raise  # it would only die again, or hang as long again
         except SimulationStopped:
@@ -127,12 +151,14 @@ class Loop:
         why there are no tensions is complete all the same.
         """
         self.write_to(rows)
-        self.count, self.last, self.time = 0, last, 0.0
+        self.last = last
+        self.program.place = 0, 0, 0.0, 0
         self._first()
-        self.due = self.schedule.begin()
+        self.program.due = self.schedule.begin()
         self.row[0] = 0.0
-        if self.due == 0:
-            self.due = self.schedule.act(0)
+        if self.program.due == 0:
+            self._happen()
+        self.program.refresh()
         self.sample(0.0)
 
     def revise(self, events: Sequence[ScenarioEvent], motion: Trajectory) -> None:
@@ -141,67 +167,34 @@ class Loop:
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
         self._outside.clear()
-        self.distribute = self._through(self.stage)
-        self.write_to(self._rows)
+        before = self.program
+        self._plan()
+        self.program.rows, self.program.place = before.rows, before.place
 
     def join(self, event: ScenarioEvent) -> None:
         """Let happen what an event, of which `revise` knows, does at the present sample, which is not yet decided."""
-        k = self.count
-        self.schedule.join(event, k)
-        self.due = self.schedule.push(k)
+        self.schedule.join(event, self.count)
+        self.push()
+        self.program.refresh()
         self.sample(self.time)
 
+    def push(self) -> None:
+        """Let the external wrench of the present sample be what the events say."""
+        self.program.due = self.schedule.push(self.count)
+
     def write_to(self, rows: Array) -> None:
-        """Put the samples into `rows` from now on.
+        """Put the samples into `rows` from now on."""
+        self.program.rows = rows
 
-        (The halves of a step are functions over what they need: to look it up in this object would cost as much as a
-        kernel.)
-        """
-        self._rows = rows
-        parts, row, size = self.parts, self.row, len(rows)
-        backend, substeps, period = parts.backend, parts.substeps, parts.control_step
-        state, desired, out = self.given_state, self.given_desired, self.out
-        tension, command, step = self.tension, backend.command, backend.step
-        sample, control, distribute, act = self.sample, parts.controller.control, self.distribute, self.schedule.act
-        observe, clock = self.observe, backend.engine_time
+    def decide(self, given: Callable[[], None] | None = None) -> None:
+        """Complete the sample that is looked at, `given` in place of what decides."""
+        if given is None and self._playback is not None:
+            given = self._playback.at(self.count)
+        self.program.decide(given)
 
-        def decide(given: Callable[[], None] | None = None) -> None:
-            k = self.count
-            try:
-                if given is None:
-                    control(self.time, state, desired, out)
-                    distribute()
-                else:
-                    given()
-            except Infeasible:
-                rows[k % size] = row  # this sample tells why
-                self.count = k + 1
-                raise
-            rows[k % size] = row
-            self.count = k + 1
-
-        def advance() -> None:
-            command[...] = tension
-            k = self.count
-            self.time = time = k * period
-            step(substeps)
-            fault = observe()
-            if fault:
-                self._check(fault)
-            reading = clock()
-            if reading is not None and not abs(reading - time) <= CLOCK_TOLERANCE * time:
-                raise Diverged(f"the engine's clock reads {reading:.6g} s: it reset itself")
-            row[0] = time
-            if k == self.due:
-                self.due = act(k)
-            sample(time)
-
-        playback = Playback(parts.events, period, self.give)
-
-        def decide_as_given(given: Callable[[], None] | None = None) -> None:
-            decide(given or playback.at(self.count))
-
-        self.decide, self.advance = decide_as_given if playback else decide, advance
+    def advance(self) -> None:
+        """Take the plant to the next sample, and look at that."""
+        self.program.look(self.count)
 
     def run(
         self, rows: Array, flush: Callable[[int], None], *, steps: int | None = None, real_time: bool = False
@@ -222,14 +215,19 @@ class Loop:
 
     def go(self, k: int, pace: Pace) -> None:
         """Complete the samples before sample k, and look at that; raises as `run`."""
-        decide, advance = self.decide, self.advance
+        program, most = self.program, 1
         try:
-            while self.count < k:
-                decide()
-                advance()
-                if self.count >= pace.count or monotonic() > pace.due:
-                    pace.after(self.count, self.time)
-        except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs a tenth of a step that is alone
+            while (count := program.count) < k:
+                if self._playback is not None:
+                    self.decide()
+                    self.advance()
+                else:
+                    start = monotonic()
+                    program.look(min(k, max(pace.count, count + 1), count + most))
+                    most = min(2 * most, BLOCK) if monotonic() - start < BRIEF else max(most // 2, 1)
+                if program.count >= pace.count or monotonic() > pace.due:
+                    pace.after(program.count, program.time)
+        except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a step that is alone
             raise self._dated(stop) from stop
 
     @contextmanager
@@ -251,7 +249,7 @@ class Loop:
         if output not in self._outside:
             stage = self.stage if output == self.parts.output else self._stage(output)
             self._outside[output] = stage, self._written(stage), self._through(stage)
-        stage, out, distribute = self._outside[output]
+        stage, out, acts = self._outside[output]
 
         def given() -> None:
             out[:] = values
@@ -259,12 +257,12 @@ class Loop:
                 stage.follow()
             else:
                 stage.forget()
-            distribute()
+            perform(acts)
             self.stage.follow()
 
         def same() -> None:
             out[:] = values
-            distribute()
+            perform(acts)
 
         return same if stage is self.stage else given
 
@@ -276,7 +274,7 @@ class Loop:
         parts, backend = self.parts, self.parts.backend
         live = save((self.row, self.W, self.present.true_W, backend.command, backend.external))
         own = [part.snapshot() for part in (backend, parts.controller, parts.solver, self.stage, self.schedule)]
-        return Moment(self.count, self.time, self.due, live, own)
+        return Moment(self.program.place, live, own)
 
     def restore(self, snapshot: Moment) -> None:
         """Go back to a snapshot of this loop: what follows is the same to the bit. Raises PluginError likewise."""
@@ -285,31 +283,86 @@ class Loop:
         for part, taken in zip(owners, snapshot.own, strict=True):
             part.restore(taken)
         put_back(snapshot.live, (self.row, self.W, self.present.true_W, backend.command, backend.external))
-        self.count, self.time, self.due = snapshot.count, snapshot.time, snapshot.due
+        self.program.place = snapshot.place
+        self.program.refresh()
 
     def _stage(self, output: Output) -> TensionStage | CommandStage:
         """Make what takes the output of a controller; all share the cables."""
         parts = self.parts
         if output == "command":
             return CommandStage(parts.controlled, parts.policy, self.present.live, self.present.cables)
-        asked = Asked(parts.solver.solve, parts.solver_name, parts.respects_bounds, parts.policy)
+        solver = parts.solver
+        known = isinstance(solver, TensionSolver) and speaks_for(solver.compiled, solver.solve)
+        compiled = solver.compiled if known else None
+        asked = Asked(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
         return TensionStage(parts.controlled, asked, self.present.live, self.present.cables)
 
     def _written(self, stage: TensionStage | CommandStage) -> Array:
         """What is written for a stage: commands (m,) or the wrench (6,)."""
         return stage.command if isinstance(stage, CommandStage) else self.wrench
 
-    def _through(self, stage: TensionStage | CommandStage) -> Callable[[], None]:
+    def _through(self, stage: TensionStage | CommandStage) -> list[Act]:
         """What completes a sample, given what is written for the stage."""
         return self.present.completing(self.schedule.through(stage), self.parts.events)
 
+    def _plan(self) -> None:
+        """Make the program of a step."""
+        parts, backend, controller = self.parts, self.parts.backend, self.parts.controller
+        given = self.given_state, self.given_desired, self.out
+        known = isinstance(controller, Controller) and speaks_for(controller.compiled, controller.control)
+        law = controller.compiled(*given) if known else None
+        deciding = Act("controller", law) if law else Act("controller", self._control, timed=True)
+        advancing = [
+            Act("command", partial(copy, self.tension, backend.command)),
+            *self._moving(),
+            *self._reading_clock(),
+            *self._looking,
+            *self._checking_clock(),
+            Act("time", partial(stamp, self.row), timed=True),
+            Act("events", self._happen, due=True),
+            Act("trajectory", self.sample, timed=True),
+        ]
+        playback = Playback(parts.events, parts.control_step, self.give)
+        self._playback = playback if playback else None
+        self.program = Program([deciding, *self._through(self.stage)], advancing, self.row, parts.control_step)
+
+    def _control(self, time: float) -> None:
+        self.parts.controller.control(time, self.given_state, self.given_desired, self.out)
+
+    def _moving(self) -> list[Act]:
+        """What takes the plant a control step further."""
+        backend, n = self.parts.backend, self.parts.substeps
+        known = n <= MOST_SUBSTEPS and isinstance(backend, Backend) and speaks_for(backend.acts, backend.step)
+        moving = backend.acts(n) if known else None
+        return [Act("backend", do, backend.refuse) for do in moving or ()] or [Act("backend", partial(backend.step, n))]
+
+    def _reading_clock(self) -> list[Act]:
+        backend = self.parts.backend
+        if backend.engine_time() is None:
+            return []
+        known = isinstance(backend, Backend) and speaks_for(backend.clock_act, backend.engine_time)
+        reader = backend.clock_act if known else partial(Backend.clock_act, backend)
+        return [Act("backend", reader(self._clock))]
+
+    def _checking_clock(self) -> list[Act]:
+        if self.parts.backend.engine_time() is None:
+            return []
+        return [Act("clock", partial(late, self._clock), self._refuse_clock, timed=True)]
+
+    def _refuse_clock(self, _: int) -> None:
+        raise Diverged(f"the engine's clock reads {self._clock[0]:.6g} s: it reset itself")
+
+    def _happen(self) -> None:
+        """Let happen what is due at the sample that is looked at."""
+        self.program.due = self.schedule.act(self.count)
+        self.program.refresh()
+
     def _first(self) -> None:
         self.state[:] = self.parts.backend.state
-        self._check(self.observe_start())
+        perform(self._looking_first)
 
     def _check(self, fault: int) -> None:
-        if fault:
-            parts, k = self.parts, self.count
-            state = self.layout.span("position", "angular_velocity")
-            before = self._rows[(k - 1) % len(self._rows), state] if k else None
-            raise Diverged(told(fault, parts.robot, parts.believed, parts.backend.state, before, parts.control_step))
+        parts, k, rows = self.parts, self.count, self.program.rows
+        state = self.layout.span("position", "angular_velocity")
+        before = rows[(k - 1) % len(rows), state] if k else None
+        raise Diverged(told(fault, parts.robot, parts.believed, parts.backend.state, before, parts.control_step))

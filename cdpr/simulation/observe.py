@@ -31,11 +31,12 @@ JUMP_SPEED = 1e-6  # m/s and rad/s
 
 
 def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
-    """What bounds the platform's accelerations, (6,), for `observe`.
+    """What bounds the platform's accelerations, (7,), for `observe`.
 
     1 / mass; |gravity|; distance of the centre of mass from the origin; largest distance at which a cable or a wrench
     at the origin acts from the centre of mass; 1 / smallest principal moment; largest ratio of the gyroscopic
-    angular acceleration to the squared angular speed.
+    angular acceleration to the squared angular speed; 1 where the force that holds the origin turns the platform, as
+    that of a pendulum, else 0.
     """
     platform = robot.platform
     moments = np.linalg.eigvalsh(platform.inertia)
@@ -43,7 +44,9 @@ def acceleration_bounds(robot: Robot, gravity: Array) -> Array:
     reach = float(np.linalg.norm(robot.anchors[:, 3:] - platform.center_of_mass, axis=1).max())
     ratio = (moments[2] - moments[0]) / moments[0]
     weight = float(np.linalg.norm(gravity))
-    return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio])
+    turns = sum(name.startswith("r") for name in robot.dof)
+    swings = arm > 0.0 and turns > 0 and robot.n - turns < 3
+    return np.array([1.0 / platform.mass, weight, arm, max(reach, arm), 1.0 / moments[0], ratio, swings])
 
 
 class Body(NamedTuple):
@@ -52,7 +55,7 @@ class Body(NamedTuple):
     lines: Array  # as `cdpr.cables.lines` says
     inertial: Array  # (13,), as `Robot.inertial`
     gravity: Array  # (3,), m/s^2
-    bounds: Array  # (6,), as `acceleration_bounds` says
+    bounds: Array  # (7,), as `acceleration_bounds` says
 
 
 class Shown(NamedTuple):
@@ -123,7 +126,13 @@ def observe(
             pull += abs(highest[i])
         arm = bounds[2]
         angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
-        linear = pull * bounds[0] + bounds[1] + arm * (angular + spin)
+        central = pull * bounds[0] + bounds[1]  # of the centre of mass
+        if bounds[6] > 0.0:
+            # Gauss's principle: held, mass * central^2 + angular * inertia * angular is not more than it would be free.
+            moment = bounds[4] / bounds[0]  # mass / smallest principal moment
+            free = moment * (central + arm * spin) ** 2 + (1.0 + bounds[5]) * angular**2
+            angular, central = math.sqrt(free), math.sqrt(free / moment)
+        linear = central + arm * (angular + spin)
         # A turn by more than pi comes back as its shorter twin: only smaller ones can be compared.
         comparable = period * math.sqrt(spin) < 1.0
         if speed > SPEED_MAX * SPEED_MAX or spin > ANGULAR_SPEED_MAX * ANGULAR_SPEED_MAX:

@@ -18,8 +18,8 @@ class Playback:
 
     def __init__(self, events: Sequence[ScenarioEvent], step: float, give: Give) -> None:
         spans = overlay([], [])
-        for event in events:
-            spans = overlay(spans, event.commands())
+        for commands in filter(None, (event.commands() for event in events)):
+            spans = overlay(spans, commands)
         self._spans = [(first_sample(span.start, step), first_sample(span.end, step), span) for span in spans]
         self._give = give
         self._known: tuple[object, Callable[[], None]] | None = None

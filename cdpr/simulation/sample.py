@@ -13,16 +13,20 @@ from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import Robot
+from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
+from cdpr.plugins import Backend
+from cdpr.plugins.compiled import speaks_for
 from cdpr.scenario.events import ScenarioEvent, broken
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
+from cdpr.tension.acts import Act
 from cdpr.tension.checks import true_margin
 from cdpr.tension.present import Cables, Present
 
-Act = Callable[[], None]
-Look = Callable[[], int]  # 0 or what cannot be true, a key of `cdpr.simulation.faults.FAULTS`
+Do = Callable[[], object]
+Refuse = Callable[[int], None]  # what is done about what cannot be true, a key of `cdpr.simulation.faults.FAULTS`
 
 
 class Sample:
@@ -49,6 +53,7 @@ class Sample:
         W = np.zeros((6, robot.m))
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled, None if parts.believed is None else robot)
+        self._readings = ([], []) if parts.ideal_cables else self._reading()
         self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         parts.controller.connect(self.live.report)
         parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
@@ -57,70 +62,63 @@ class Sample:
         """Return the columns from the field `first` to `last`, live."""
         return self.row[self.layout.span(first, last or first)]
 
-    def looking(self, period: float) -> Look:
+    def looking(self, period: float, refuse: Refuse) -> list[Act]:
         """Return what looks at the plant a control `period` (s) after the last time; 0 where no time has passed."""
         parts, backend, robot = self._parts, self._parts.backend, self._parts.robot
         energies = self.view("kinetic", "external_work")
         seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
         body = Body(lines(robot), robot.inertial, backend.gravity, acceleration_bounds(robot, backend.gravity))
         look = observing(body, Shown(backend.state, backend.external, backend.highest), seen, period)
+        acts = [Act("geometry", look, refuse)]
         if not parts.ideal_cables and period:
-            look = self._with_winches(look, energies[2:3])
-        return look if parts.believed is None else self._with_belief(look, parts.believed)
+            acts += self._readings[1]
+        if parts.believed is not None:
+            acts.append(Act("geometry", self._believing(parts.believed), refuse))
+        return acts
 
-    def completing(self, distribute: Act, events: Sequence[ScenarioEvent]) -> Act:
+    def completing(self, distributing: Sequence[Act], events: Sequence[ScenarioEvent]) -> list[Act]:
         """Return what distributes, and then writes what only plant and true robot know; raises BeyondLimits if told."""
+        acts = list(distributing)
         if not self._parts.ideal_cables:
-            distribute = self._reading(distribute)
+            acts += self._readings[0]
         if self._parts.believed is not None:
-            distribute = self._exerting(distribute)
-        return self._within(distribute, events) if self._parts.limits == "stop" else distribute
+            acts += self._exerting()
+        if self._parts.limits == "stop":
+            acts += self._within(events)
+        return acts
 
-    def _with_winches(self, look: Look, cable_work: Array) -> Look:
-        """Read the work (1,) that only the plant knows where cables are not ideal."""
-        backend = self._parts.backend
+    def _reading(self) -> tuple[list[Act], list[Act]]:
+        """Return what reads the tensions and the work that only the plant knows where cables are not ideal."""
+        backend, tension = self._parts.backend, self.view("cable_tension")
+        work = self.view("cable_work")
 
-        def look_and_read() -> int:
-            fault = look()
-            cable_work[0] = backend.cable_work()
-            return fault
+        def read_work() -> None:
+            work[0] = backend.cable_work()
 
-        return look_and_read
+        readings = None
+        if isinstance(backend, Backend) and all(
+            speaks_for(backend.readings, does) for does in (backend.read_tension, backend.cable_work)
+        ):
+            readings = backend.readings(tension, work)
+        tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
+        command: Do = partial(copy, self.live.tension, backend.command)
+        return [Act("backend", do) for do in (command, *tensions)], [Act("backend", do) for do in works]
 
-    def _with_belief(self, look: Look, believed: Robot) -> Look:
+    def _believing(self, believed: Robot) -> Callable[[], int]:
         """Write the W that the stage works with."""
         spare = np.zeros(believed.m), np.zeros(believed.m)
-        think = partial(believe, lines(believed), self.state, self.live.W, *spare)
-        return lambda: look() or think()
+        return partial(believe, lines(believed), self.state, self.live.W, *spare)
 
-    def _reading(self, distribute: Act) -> Act:
-        """Read the tensions (m,), too, that only the plant knows where cables are not ideal."""
-        backend, tension, cable_tension = self._parts.backend, self.live.tension, self.view("cable_tension")
-
-        def distribute_and_read() -> None:
-            distribute()
-            backend.command[...] = tension
-            backend.read_tension(cable_tension)
-
-        return distribute_and_read
-
-    def _exerting(self, distribute: Act) -> Act:
+    def _exerting(self) -> list[Act]:
         """Write what the cables exert in truth, too, and how far their commands are from their true limits."""
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
         exerted = partial(exert, self.true_W, tension, self.view("true_wrench"))
         measured = partial(true_margin, cables.true_limits, command, cables.held, self.view("true_margin"))
+        # A sample that tells why there are no tensions tells what they do, too.
+        return [Act("geometry", exerted, telling=True), Act("geometry", measured, telling=True)]
 
-        def distribute_and_exert() -> None:
-            try:
-                distribute()
-            finally:  # a sample that tells why there are no tensions tells what they do, too
-                exerted()
-                measured()
-
-        return distribute_and_exert
-
-    def _within(self, distribute: Act, events: Sequence[ScenarioEvent]) -> Act:
+    def _within(self, events: Sequence[ScenarioEvent]) -> list[Act]:
         """End the run at the first sample at which a cable leaves its limits."""
         robot, row = self._parts.robot, self.row[None]
         names = [cable.name for cable in robot.cables]
@@ -128,12 +126,10 @@ class Sample:
         about = self.layout, bounds_of(robot), limits, broken(events, names, self._parts.control_step)
         reach = beyond(*about)
 
-        def distribute_within() -> None:
-            distribute()
-            if reach.add(row):
-                here = beyond(*about)
-                here.add(row)
-                left = "; ".join(one.text(names) for one in here.told())
-                raise BeyondLimits(f"{left}; the scenario says limits: stop")
+        def stop(_: int) -> None:
+            here = beyond(*about)
+            here.add(row)
+            left = "; ".join(one.text(names) for one in here.told())
+            raise BeyondLimits(f"{left}; the scenario says limits: stop")
 
-        return distribute_within if reach.any else distribute
+        return [Act("cables", partial(reach.add, row), stop)] if reach.any else []

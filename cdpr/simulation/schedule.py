@@ -12,13 +12,16 @@ import numpy as np
 from cdpr.model import Robot
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.loads import Loads, write_loads
+from cdpr.simulation.proceed import ask_nothing
 from cdpr.simulation.settings import Settings
+from cdpr.tension.acts import Act, perform
 from cdpr.tension.command import CommandStage
 from cdpr.tension.stage import TensionStage
 
 NEVER = -1  # no sample has this number
 
 Action = Callable[[], None]
+Does = tuple[ScenarioEvent, tuple[float, ...] | None, list[tuple[float, Action]]]
 
 
 class Schedule:
@@ -35,8 +38,6 @@ class Schedule:
         loads: where external wrenches act.
         settings: the options that events may change, None where no controller takes part.
 
-    Attributes:
-        distribute: what the loop calls in place of the stage's own.
     """
 
     def __init__(
@@ -55,29 +56,51 @@ class Schedule:
         self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution knows to be held
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
         self._swings = np.zeros((0, 10))
+        self._does: dict[int, Does] = {}
         self._todo: dict[int, list[Action]]
+        self._imposing, self._power = False, True  # whether cables are held, and whether anything is asked of them
         self.plan(events)
 
     def plan(self, events: Sequence[ScenarioEvent]) -> None:
         """Take these events in place of those before; what has been done is not done again."""
         step = self._step
-        swings = [swing for event in events if (swing := event.swing(step)) is not None]
-        rows = [(swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude) for swing in swings]
+        # Each event is asked once: where hundreds came live, the plan is made anew as often.
+        known = self._does
+        self._does = {id(event): known.get(id(event)) or self._what(event) for event in events}
+        does = self._does.values()
+        rows = [swing for _, swing, _ in does if swing is not None]
         acted, self._swings = len(self._swings) > 0, np.array(rows, dtype=float).reshape(-1, 10)
         if acted and not rows:
             self._loads.plant[:] = self._loads.row[:] = 0.0
-        todo = [(time, partial(do, self)) for event in events for time, do in event.actions(step)]
+        todo = [action for _, _, actions in does for action in actions]
         self._todo = {}
         for time, do in sorted(todo, key=lambda row: row[0]):
             self._todo.setdefault(first_sample(time, step), []).append(do)
-        changes = self._swings[:, :2].ravel()
-        self._due = sorted({*self._todo, *(int(k) for k in changes[np.isfinite(changes)])})
+        changes = np.unique(self._swings[:, :2])
+        self._due = sorted({*self._todo, *map(int, changes[np.isfinite(changes)])})
         self._overrides = any(event.overrides for event in events)
-        self.distribute = self.through(self._stage)
+        self._through = self.through(self._stage)
 
-    def through(self, stage: TensionStage | CommandStage) -> Action:
-        """Return what distributes by this stage: its own method, where no event touches a cable."""
-        return partial(self._distribute, stage) if self._overrides else stage.distribute
+    def _what(self, event: ScenarioEvent) -> Does:
+        """What an event does: itself, so that it lives and is known by its id, its wrench, and its actions."""
+        swing = event.swing(self._step)
+        row = None if swing is None else (swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude)
+        return event, row, [(time, partial(do, self)) for time, do in event.actions(self._step)]
+
+    def distribute(self) -> None:
+        """Distribute by the stage, whatever has happened."""
+        perform(self._through)
+
+    def through(self, stage: TensionStage | CommandStage) -> list[Act]:
+        """Return what distributes by this stage: its own acts, where no event touches a cable."""
+        if not self._overrides:
+            return list(stage.acts)
+        unasked = partial(ask_nothing, stage.live.wrench, stage.live.status)
+        return [
+            *(act._replace(when=lambda: self._power) for act in stage.acts),
+            Act("distribution", unasked, when=lambda: not self._power),
+            *(act._replace(when=lambda: self._imposing) for act in stage.imposing),
+        ]
 
     def snapshot(self) -> object:
         """Return what has happened to cables, power and options so far."""
@@ -163,11 +186,3 @@ class Schedule:
         """Change an option of a plugin, where there are plugins."""
         if self._settings is not None:
             self._settings.set(key, value)
-
-    def _distribute(self, stage: TensionStage | CommandStage) -> None:
-        if self._power:
-            stage.distribute()
-        else:  # nothing is asked of the cables any more
-            stage.live.wrench[:] = stage.live.status[:] = 0.0
-        if self._imposing:
-            stage.impose()

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -98,7 +99,7 @@ class Session:
 
     def check(self, title: str, live: Sequence[ScenarioEvent], event: ScenarioEvent) -> None:
         """Raise CdprError where a new `event`, one of those `live`, cannot be, or another one after it no more."""
-        events = (*self.scenario.events, *live)
+        events = [one for one in (*self.scenario.events, *live) if one is event or _concerns_others(type(one))]
         told = []
         for problem in self.scenario.problems_with(events):
             other, key = events[int(problem.path[1])], dotted(problem.path[2:])
@@ -143,7 +144,8 @@ class Session:
     def save(self, path: Path, samples: int) -> None:
         """Write a scenario that repeats so many samples, and a table of what was given beside it.
 
-        Raises CdprError where that would not load, and OutputError where it cannot be written.
+        A table of that name is written over only where the scenario in that place names it: they go together. Raises
+        CdprError where the scenario would not load, and OutputError where it cannot be written.
         """
         if path.suffix not in (".yaml", ".yml"):
             raise OutputError(f"{path}: a name that ends in .yaml is expected")
@@ -154,7 +156,7 @@ class Session:
         spans = self._spans(samples)
         if spans:
             table = table_beside(path)
-            replace(table, written(spans, [cable.name for cable in self.scenario.robot.cables]))
+            _put(table, written(spans, [cable.name for cable in self.scenario.robot.cables]), path)
             events.append(Outside.model_validate({"type": Outside.kind(), "file": table.name}))
         duration = _tidy(max(samples - 1, 1) * step)
         text = self.scenario.session_yaml(os.path.abspath(path.parent), events, duration)
@@ -163,9 +165,11 @@ class Session:
 
     def _time(self, k: int) -> float:
         """Time (s) of what is done at sample k: not before what the events let happen there."""
-        step = self.scenario.simulation.control_step
-        there = [time for event in self.events for time, _ in event.actions(step)] + [one.time for one in self.events]
-        return max([_tidy(k * step), *(time for time in there if first_sample(time, step) == k)])
+        step, events = self.scenario.simulation.control_step, self.events
+        now = _tidy(k * step)
+        acting = [event for event in events if type(event).actions is not ScenarioEvent.actions]
+        there = [time for event in acting for time, _ in event.actions(step)] + [event.time for event in events]
+        return max([now, *(time for time in there if time > now and first_sample(time, step) == k)])
 
     def _spans(self, samples: int) -> list[Span]:
         """Return what was given, by the scenario and since, within so many samples."""
@@ -180,6 +184,25 @@ class Session:
         for event in self.scenario.events:
             spans = overlay(spans, event.commands())
         return overlay(spans, since)
+
+
+@cache
+def _concerns_others(kind: type[ScenarioEvent]) -> bool:
+    """Whether another event may be impossible for one of this kind, or this for another; no wrench is, nor are many."""
+    checks = ("follow", "settle", "check_options")
+    return any(getattr(kind, name) is not getattr(ScenarioEvent, name) for name in checks)
+
+
+def _put(table: Path, text: str, path: Path) -> None:
+    """Write the table of a scenario that is to be `path`; OutputError where another file has its place."""
+    if table.is_file() and table.read_bytes() == text.encode():
+        return
+    if os.path.lexists(table) and not (path.is_file() and table.name.encode() in path.read_bytes()):
+        raise OutputError(
+            f"{table}: is there already, and is not the table of a session {path.name}: it is not written over; "
+            "choose another name, or move it away"
+        )
+    replace(table, text)
 
 
 def table_beside(path: Path) -> Path:

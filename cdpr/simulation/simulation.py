@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from numbers import Real
 from threading import Lock
 from types import TracebackType
@@ -15,10 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr import tolerances
-from cdpr.errors import CdprError, PlantEnded, PluginError, one_line
+from cdpr.errors import CdprError, PlantEnded, one_line
 from cdpr.lazy import late
 from cdpr.log.run import Run
-from cdpr.log.run_folder import RunFolder, folder_name, next_folder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -26,43 +24,16 @@ from cdpr.plugins.controller import Output
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attempt import Attempt
+from cdpr.simulation.branches import Branches
 from cdpr.simulation.build import make_header
-from cdpr.simulation.live import Alone, Interventions
-from cdpr.simulation.loop import Moment
+from cdpr.simulation.live import Alone
 from cdpr.simulation.pace import Pace
-from cdpr.simulation.session import Done
 from cdpr.simulation.start import attempt
-
-
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """A moment of a simulation, from which it can go on more than once.
-
-    Its samples are those of the snapshot before, if there is one, and those since.
-    """
-
-    moment: Moment
-    first: int
-    rows: Array
-    done: Done
-    before: Snapshot | None
-    of: object
-
-    def __repr__(self) -> str:
-        return f"<Snapshot at {self.moment.time:.6g} s>"
-
-    def line(self) -> Iterator[Snapshot]:
-        """Yield this one and all before."""
-        here: Snapshot | None = self
-        while here is not None:
-            yield here
-            here = here.before
-
 
 Observer = Callable[[Array], None]
 
 
-class Simulation(Interventions):
+class Simulation(Branches):
     """A closed loop that goes on when it is told to; `simulate` is one that goes on to its end.
 
     Args:
@@ -95,7 +66,7 @@ class Simulation(Interventions):
     def _start(self, made: Attempt) -> None:
         """Build, and look at sample 0."""
         self._attempt, self._origin = made, object()
-        self._snapshot: Snapshot | None = None  # the last one on the way to the present
+        self._snapshot = None
         with self._kept():
             loop, self._recorder = made.begin()
             self._pace = Pace(self._recorder.flush)
@@ -222,81 +193,6 @@ class Simulation(Interventions):
         if not callable(observer):
             raise CdprError(f"observe: something that can be called with a row is expected, got {observer!r}")
         self._observers.append(observer)
-
-    def snapshot(self) -> Snapshot:
-        """Return all that the future depends on: plant, controller, solver, events, and how far it came.
-
-        Raises PluginError where the backend, the controller or the solver cannot take one.
-        """
-        with self._alone("snapshot"):
-            self._ready(also_done=True)
-            entry = self.scenario.plugins.get("solver", self.scenario.solver.type)
-            solver = self._loop.parts.solver
-            if entry.info.properties.get("warm_start") and type(solver).snapshot is TensionSolver.snapshot:
-                raise PluginError(f"solver '{entry.info.name}' remembers earlier answers, but cannot take snapshots")
-            moment, before = self._loop.snapshot(), self._snapshot
-            first = 0 if before is None else before.moment.count
-            rows = self._recorder.rows[first : moment.count].copy() if self._branches else np.empty((0, 0))
-            done = self._attempt.session.snapshot()
-            self._snapshot = Snapshot(moment, first, rows, done, before, self._origin)
-            return self._snapshot
-
-    @property
-    def _branches(self) -> bool:
-        """Whether samples can be made anew: those that are thinned, or on disk alone, stay."""
-        return self._recorder.tally is None
-
-    def restore(self, snapshot: Snapshot, *, out: str | os.PathLike[str] | None = None) -> None:
-        """Go back to a snapshot of this simulation: what follows is the same to the bit.
-
-        With a log, it goes on in another folder, which holds the samples from the start, too, and whose run.json names
-        folder and time that it branches from; the log in the folder before ends where it was.
-
-        Args:
-            snapshot: taken since the last reset. What was done after it is forgotten.
-            out: the other folder, new or empty; the name of the first with -2, -3, ... unless given.
-
-        Raises CdprError, and goes on as if it had not been asked, where samples are thinned or too many for the memory,
-        OutputError where the folder cannot be written.
-        """
-        with self._alone("restore"):
-            if not isinstance(snapshot, Snapshot) or snapshot.of is not self._origin:
-                raise CdprError("restore: a snapshot of this very simulation, since its last reset, is expected")
-            self._ready(also_done=True)
-            if not self._branches:
-                raise CdprError(
-                    "restore: samples that are thinned, or in the log alone, stay: leave out log.step or `out`"
-                )
-            if out is not None and self._attempt.folder is None:
-                raise CdprError("restore: `out` is for a simulation that logs, as it is told when it is made")
-            shared: set[Snapshot] = set() if self._snapshot is None else set(self._snapshot.line())
-            if self._attempt.folder is not None:
-                shared = set()  # the table of the other folder is empty
-                self._branch(self._attempt.folder, snapshot, out)
-            with self._kept():
-                self._attempt.session.restore(snapshot.done)
-                self._attempt.revise()
-                self._loop.restore(snapshot.moment)
-                for each in snapshot.line():
-                    if each in shared:
-                        break
-                    self._recorder.rows[each.first : each.moment.count] = each.rows
-                self._recorder.rewind(snapshot.moment.count)
-                if self._attempt.folder is not None:
-                    self._recorder.flush(snapshot.moment.count)
-            self._snapshot = snapshot
-
-    def _branch(self, before: RunFolder, snapshot: Snapshot, out: str | os.PathLike[str] | None) -> None:
-        """End the log where it is, and begin one in another folder."""
-        path = next_folder(before.first) if out is None else folder_name(out)
-        here = {"folder": str(before.path), "time": snapshot.moment.time}
-        scenario = self._attempt.scenario.yaml_in
-        folder = RunFolder(path, self._attempt.header, branch=here, first=before.first, scenario=scenario)
-        with self._kept():
-            self._attempt = self._attempt.branch(folder)
-            assert self._attempt.recorder is not None
-            self._recorder = self._attempt.recorder
-            self._pace = Pace(self._recorder.flush)
 
     def reset(self, state: ArrayLike | None = None, *, seed: int | None = None) -> None:
         """Begin anew, also after the end; what was computed since is forgotten, observers stay.

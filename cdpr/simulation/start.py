@@ -39,9 +39,10 @@ def attempt(
         scenario = load_scenario(
             scenario, overrides=changes, backend=backend, solver=solver, controller=controller, plugins=plugins
         )
-    header = make_header(scenario)
     if isinstance(out, RunFolder):
-        return Attempt(scenario, header, out)
+        as_it_was = not changes and not any(chosen.values())
+        return Attempt(scenario, out.header if as_it_was else make_header(scenario), out)
+    header = make_header(scenario)
     path = None if out is None else folder_name(out)
     check_room(scenario, header, path)
     return Attempt(scenario, header, None if path is None else RunFolder(path, header, scenario=scenario.yaml_in))

@@ -15,6 +15,7 @@ from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.problems import Mark, Path, dotted, shown
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.document import Document
+from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.loader import file_name
 from cdpr.scenario.overrides import Change, Overrides, read_overrides
 from cdpr.scenario.problems import MAX_PROBLEMS, Problems
@@ -150,11 +151,22 @@ def _grids(section: StudyFile, document: Document, given: list[Change], problems
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
         elif os.path.isabs(file):
             problems.add(document.mark(place), place, "a file name relative to this file is expected")
+        elif text := _unreadable(os.path.join(document.folder, file)):
+            problems.add(document.mark(place), place, text)
         else:
             base = loaded.get(file) or load_scenario(os.path.join(document.folder, file))
             loaded[file] = base
             title = block.name if section.blocks else None
             yield Grid(title, base, base.resolved_yaml(), changes, tuple(axes.values()), columns)
+
+
+def _unreadable(path: str) -> str:
+    """Say why a file cannot be read; nothing where it can."""
+    try:
+        read(path)
+    except UnreadableError as error:
+        return str(error)
+    return ""
 
 
 def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problems) -> set[str]:

@@ -11,6 +11,7 @@ from cdpr.errors import BeyondLimits, Diverged
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
+from cdpr.tension.acts import Act, perform
 from cdpr.tension.checks import LIMIT_TOLERANCE, hold, newton, room
 from cdpr.tension.policy import Policy
 from cdpr.tension.present import Cables, Present
@@ -33,6 +34,7 @@ class CommandStage:
     Attributes:
         command: (m,) where the controller writes, N. What it says to a locked cable, whose limits are equal, does not
             matter.
+        acts: what `distribute` does, one after the other; likewise `imposing`.
         live, cables: as given.
     """
 
@@ -48,8 +50,8 @@ class CommandStage:
         self.live = live
         self.cables = cables = cables or Cables.of(robot)
         result = (cables.limits, live.W, live.tension, live.wrench, live.report)
-        self._take = partial(take, self.command, *result)
-        self._impose = partial(impose, cables.held, *result)
+        self.acts = [Act("distribution", partial(take, self.command, *result), self._refuse)]
+        self.imposing = [Act("distribution", partial(impose, cables.held, *result))]
 
     answered = True  # there is no solver to be asked
     refusal = ""
@@ -72,17 +74,19 @@ class CommandStage:
 
     def impose(self) -> None:
         """Give the cables the tensions that they are `held` at, and report what all tensions do."""
-        self._impose()
+        perform(self.imposing)
 
     def distribute(self) -> None:
         """Write tensions, wrench and report for the present command.
 
         Raises Diverged where the command is not finite, BeyondLimits under the policy `stop`.
         """
-        status = self._take()
+        perform(self.acts)
+
+    def _refuse(self, status: int) -> None:
         if status == BAD_INPUT:
             raise Diverged("the controller put out a command that is not finite")
-        if status != OK and self._stop:
+        if self._stop:
             raise BeyondLimits(f"{BEYOND} (policy stop)")
 
 

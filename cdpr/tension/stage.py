@@ -13,6 +13,7 @@ from cdpr.errors import Diverged, Infeasible, PluginError, Unanswered
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
+from cdpr.tension.acts import Act, perform
 from cdpr.tension.checks import LIMIT_TOLERANCE, accept, impose, judge, newton, select
 from cdpr.tension.policy import Policy, action, fall_back
 from cdpr.tension.present import Cables, Present
@@ -38,6 +39,8 @@ class Asked:
     # The nearest wrench within the limits (or, from a solver that respects none, its answer clipped), the previous
     # tensions, or stop.
     policy: Policy = "best_effort"
+    # Returns what it does with such arrays, where that is a kernel with its arguments.
+    compiled: Callable[..., Callable[[], int] | None] | None = None
 
 
 def refusal(
@@ -76,6 +79,7 @@ class TensionStage:
 
     Attributes:
         live, cables: as given.
+        acts: what `distribute` does, one after the other; likewise `imposing`.
         answered: whether the solver has written anything into its answer where it had to be replaced.
         refusal: which check the first refused answer failed, and by how much; "" until there is one.
     """
@@ -104,7 +108,6 @@ class TensionStage:
         self._answer = answer = np.full(robot.m, np.nan)
         # The solver cannot change what its answer is checked against.
         given = read_only(W), read_only(wrench), read_only(limits[0]), read_only(limits[1])
-        self._solve = partial(asked.solve, *given, answer)
         result = live.tension, live.report
         bounds = limits if asked.respects_bounds else None
         self._refusal = partial(refusal, [cable.name for cable in robot.cables], W, wrench, weights, limits, bounds)
@@ -114,6 +117,15 @@ class TensionStage:
         # Without an answer, and with one.
         self._actions = action(asked.policy, True), action(asked.policy, asked.respects_bounds)
         self._arguments = (W, wrench, weights, limits, answer, *result, spare)
+        compiled = asked.compiled(*given, answer) if asked.compiled else None
+        solve = compiled or partial(self._ask, partial(asked.solve, *given, answer))
+        selecting = [] if self._select is None else [Act("distribution", self._select)]
+        self.acts = [
+            *selecting,
+            Act("solver", solve, lambda status: self._replace(status, False), skip=1),
+            Act("distribution", self._accept, lambda status: self._replace(status, True)),
+        ]
+        self.imposing = [*selecting, Act("distribution", self._impose)]
 
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.
@@ -121,26 +133,11 @@ class TensionStage:
         Raises Infeasible or Unanswered under the policy `stop`, Diverged where the wrench is not finite, PluginError
         where the solver raised or returned something that is no status.
         """
-        if self._select is not None:
-            self._select()
-        try:
-            status = self._solve()
-        except (Exception, SystemExit) as error:
-            raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
-        if isinstance(status, np.ndarray):  # such as the tensions
-            text = "`solve` writes into the array that it is given, and returns a status"
-            raise PluginError(f"solver '{self._name}' returned an array, which is no cdpr.tension.Status: {text}")
-        answered = status == 0
-        if answered:
-            status = self._accept()
-        if status != 0:
-            self._replace(status, answered)
+        perform(self.acts)
 
     def impose(self) -> None:
         """Give the cables the tensions that they are `held` at, and report what all tensions do for the wrench."""
-        if self._select is not None:
-            self._select()
-        self._impose()
+        perform(self.imposing)
 
     def warm_up_policy(self) -> None:
         """Call what only an infeasible wrench needs, so that it does not compile in the loop."""
@@ -162,12 +159,26 @@ class TensionStage:
         """Go back to a snapshot."""
         self._answer[:], self.answered, self.refusal = snapshot
 
-    def _replace(self, code: int, answered: bool) -> None:
-        """Apply the policy where the solver gave no answer, or none that passed the checks."""
+    def _ask(self, solve: Callable[[], int]) -> int:
+        """Call what may be anybody's; return its status."""
         try:
-            status = Status(code)
+            status = solve()
+        except (Exception, SystemExit) as error:
+            raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
+        if isinstance(status, np.ndarray):  # such as the tensions
+            text = "`solve` writes into the array that it is given, and returns a status"
+            raise PluginError(f"solver '{self._name}' returned an array, which is no cdpr.tension.Status: {text}")
+        return 0 if status == 0 else self._status(status).value
+
+    def _status(self, code: Any) -> Status:
+        try:
+            return Status(code)
         except ValueError:
             raise PluginError(f"solver '{self._name}' returned {code!r}, which is no cdpr.tension.Status") from None
+
+    def _replace(self, code: int, answered: bool) -> None:
+        """Apply the policy where the solver gave no answer, or none that passed the checks."""
+        status = self._status(code)
         if not self.answered:
             self.answered = not np.isnan(self._answer).all()
         if answered and status == Status.NOT_FOUND and not self.refusal:

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.distribution import adversaries
+from cdpr.distribution.continuity import Path
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Cable, Platform, Robot, rotations
 from cdpr.model.robot import DOF_NAMES, Array, frozen_array
@@ -223,6 +224,27 @@ def feasible(count: int = 200) -> tuple[tuple[Problem, ...], ...]:
         tensions = low + (high - low) * reach * rng.uniform(0.0, 1.0, (count, robot.m))
         groups.append(tuple(problem(robot, robot_state(robot, rng), tension) for tension in tensions))
     return tuple(groups)
+
+
+@lru_cache
+def paths(count: int = 3) -> tuple[tuple[Path, ...], ...]:
+    """For each robot, smooth paths of pose and wrench on which every point has an answer."""
+    groups = []
+    for k, robot in enumerate(solver_robots()):
+        group = []
+        for number in range(count):
+            rng = np.random.default_rng(70 + 10 * k + number)
+            poses = np.array([robot_state(robot, rng)[:7] for _ in range(2)])
+            tensions = np.array([robot.tension_min + rng.uniform(0.0, 400.0, robot.m) for _ in range(2)])
+            group.append(Path(robot, poses, tensions))
+        groups.append(tuple(group))
+    return tuple(groups)
+
+
+@lru_cache(maxsize=8192)  # some 2400 are the same for every solver
+def on_path(path: Path, s: float) -> Problem:
+    """Return the problem at 0 <= s <= 1."""
+    return Problem(path.robot, *path.at(s), path.robot.tension_min, path.robot.tension_max)
 
 
 @lru_cache

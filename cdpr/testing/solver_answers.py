@@ -142,29 +142,21 @@ def answers_are_continuous(subject: SolverSubject) -> None:
     """Along a smooth path of pose and wrench the tensions do not jump, unless continuity: jump is declared."""
     declared = subject.properties.get("continuity")
     needs(declared not in (None, "jump"), "it declares no continuity")
-    for k, robot in enumerate(samples.solver_robots()):
+    for robot, paths in zip(samples.solver_robots(), samples.paths(), strict=True):
         solver = subject.make(robot)
-        for path in range(3):
-            rng = np.random.default_rng(70 + 10 * k + path)
-            _expect_no_jump(subject, solver, _path(robot, rng))
-
-
-def _path(robot: Robot, rng: np.random.Generator) -> Path:
-    poses = np.array([samples.robot_state(robot, rng)[:7] for _ in range(2)])
-    tensions = np.array([robot.tension_min + rng.uniform(0.0, 400.0, robot.m) for _ in range(2)])
-    return Path(robot, poses, tensions)
+        for path in paths:
+            _expect_no_jump(subject, solver, path)
 
 
 def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -> None:
     """Look at the largest step of the tensions on the path ever more closely: it must vanish."""
-    robot = path.robot
 
     def answer(s: float) -> Array | None:
-        status, tension = ask(solver, Problem(robot, *path.at(s), robot.tension_min, robot.tension_max))
+        status, tension = ask(solver, samples.on_path(path, s))
         return tension if status == Status.OK else None
 
     found = steepest(answer, steps=100, halvings=20)
-    noise = 10 * max(subject.accuracy, 1e-8) * float(robot.tension_max.max())
+    noise = 10 * max(subject.accuracy, 1e-8) * float(path.robot.tension_max.max())
     expect(not found.jumps(noise), f"tensions jump by {found.change:.3g} N at one point of a smooth path")
 
 

@@ -9,6 +9,7 @@ the ground.
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import NamedTuple
 
@@ -63,6 +64,15 @@ SHADES = {
     Status.BAD_INPUT: Pair("#dcd0ee", "#3b2f52"),
 }
 
+# What is drawn for light ground, as it is on dark ground.
+DARK = {
+    pair.light: pair.dark
+    for pair in (
+        *(GROUND, INK, SOFT, PALE, DESIRED, LIMIT, FORCE, GOOD, BAD, BODY),
+        *(*AXES, *DESIRED_AXES, *CABLES, *BEHIND, *SHADES.values()),
+    )
+}
+
 # Lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020) at the least and the largest tension.
 RAMPS = {"light": ((0.66, 0.13, 240.0), (0.40, 0.16, 385.0)), "dark": ((0.56, 0.17, 265.0), (0.90, 0.16, 455.0))}
 
@@ -93,6 +103,19 @@ def tension_colours(share: Array, ground: str = "dark") -> Array:
     part = np.clip(np.nan_to_num(np.asarray(share, dtype=float)), 0.0, 1.0)
     colours: Array = _ramp(ground)[np.rint(STEPS * part).astype(np.intp)]
     return colours
+
+
+def on_either_ground(markup: str) -> str:
+    """Let a page say what our colours are on its ground, where the styles in `markup` name those for light ground.
+
+    The page defines `--of-RRGGBB`; where none does, they stay as they are.
+    """
+    return re.sub(r"(?<=: )#[0-9a-f]{6}(?=[;\"])", _either, markup)
+
+
+def _either(found: re.Match[str]) -> str:
+    colour = found[0]
+    return f"var(--of-{colour[1:]}, {colour})" if colour in DARK else colour
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,17 @@ import numpy as np
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.guide import Guide, from_coordinates, onto_coordinates
 from cdpr.model import rotations
+from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.backend import Acts
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.kernels import read_ball, read_base
 from cdpr_backends.bullet.world import BASE, UPRIGHT, Client, SavedState, chain, pybullet, undamped, xyzw
+
+# Between Python's numbers and the memory of arrays: a third of what numpy takes.
+put_base, put_joint = Struct("13d").pack_into, Struct("7d").pack_into
+get_vector = Struct("3d").unpack_from
 
 
 class BulletBackend(RigidBodyBackend):
@@ -34,19 +41,24 @@ class BulletBackend(RigidBodyBackend):
             self._plant = Guided(
                 client, frame.guide, frame.mass, frame.moments, frame.center, frame.axes, self.body, self.applied
             )
-        self._advance, self._read = self._plant.advance, self._plant.read
 
     def write(self) -> None:
         """Put the body into `body`."""
         self._plant.write()
+        self._plant.fetch()
 
     def read(self) -> None:
         """Read the body into `body`."""
-        self._read()
+        self._plant.publish()
 
     def advance(self) -> None:
         """Advance by one physics step."""
-        self._advance()
+        self._plant.load()
+        self._plant.move()
+
+    def engine_acts(self) -> Acts:
+        """Return what Bullet does as one act of Python's, and what is ours before and after it."""
+        return [self._plant.load, self._plant.move, self._plant.publish]
 
     def snapshot(self) -> object:
         """Return Bullet's state and our arrays."""
@@ -57,6 +69,7 @@ class BulletBackend(RigidBodyBackend):
         engine, arrays = snapshot
         engine.restore()
         put_back(arrays, self.arrays)
+        self._plant.fetch()
         self.read()
 
     @property
@@ -69,7 +82,25 @@ class BulletBackend(RigidBodyBackend):
         self.client.close()
 
 
-class Free:
+class Plant:
+    """What Bullet moves: the numbers that go in and come out lie in arrays, so that what is ours to do is compiled.
+
+    Attributes:
+        home: (3,) where a guided platform's joints are, world.
+        load: kernel with its arguments: writes what Bullet is to apply.
+        move: has Bullet apply it and step, and fetches.
+        fetch: gets from Bullet how the body is and moves.
+        publish: kernel with its arguments: writes that into the body state.
+    """
+
+    home: Array
+    load: Callable[[], object]
+    move: Callable[[], None]
+    fetch: Callable[[], None]
+    publish: Callable[[], object]
+
+
+class Free(Plant):
     """A free body in Bullet: its base frame is at the centre of mass, on the principal axes."""
 
     def __init__(self, client: int, mass: float, moments: Array, body: Array, applied: Array) -> None:
@@ -81,21 +112,24 @@ class Free:
         position, velocity = pybullet.getBasePositionAndOrientation, pybullet.getBaseVelocity
         push, turn, step = pybullet.applyExternalForce, pybullet.applyExternalTorque, pybullet.stepSimulation
         world = pybullet.WORLD_FRAME
+        base, loads = np.zeros(13), np.zeros(6)
+        into, outof = memoryview(base).cast("B"), memoryview(loads).cast("B")
         at = (0.0, 0.0, 0.0)
 
-        def read() -> None:
+        def fetch() -> None:
             nonlocal at
-            pose = position(number, client)
-            at = pose[0]
-            read_base(pose, velocity(number, client), body)
+            at, q = position(number, client)
+            v, w = velocity(number, client)
+            put_base(into, 0, *at, *q, *v, *w)
 
-        def advance() -> None:
-            fx, fy, fz, mx, my, mz = applied.tolist()
-            push(number, BASE, (fx, fy, fz), at, world, client)
-            turn(number, BASE, (mx, my, mz), world, client)
+        def move() -> None:
+            push(number, BASE, get_vector(outof, 0), at, world, client)
+            turn(number, BASE, get_vector(outof, 24), world, client)
             step(client)
+            fetch()
 
-        self.read, self.advance = read, advance
+        self.load, self.move = partial(copy, applied, loads), move
+        self.fetch, self.publish = fetch, partial(read_base, base, body)
 
     def write(self) -> None:
         """Put the base into the body state."""
@@ -104,7 +138,7 @@ class Free:
         pybullet.resetBaseVelocity(self.number, v.tolist(), w.tolist(), self.client)
 
 
-class Guided:
+class Guided(Plant):
     """A fixed base, and on it a chain of links, one per coordinate; the last one is the platform."""
 
     def __init__(
@@ -128,22 +162,26 @@ class Guided:
             client, (0.0, 0.0, 0.0), kinds, np.eye(3)[directions], mass, moments, center.tolist(), xyzw(axes)
         )
         self.joints = joints = list(range(len(kinds)))
-        q, u, forces = np.zeros(len(kinds)), np.zeros(len(kinds)), np.zeros(len(kinds))
+        n = len(kinds)
+        q, u, forces = np.zeros(n), np.zeros(n), np.zeros(n)
+        positions, rates, push = memoryview(q).cast("B"), memoryview(u).cast("B"), memoryview(forces)
+        put = Struct(f"{n}d").pack_into
         states, drive, step = pybullet.getJointStates, pybullet.setJointMotorControlArray, pybullet.stepSimulation
         torque = pybullet.TORQUE_CONTROL
-        publish: Callable[[], None] = partial(from_coordinates, guide.packed, guide.rows, self.home, q, u, body)
 
-        def read() -> None:
-            for k, (angle, rate, _, _) in enumerate(states(number, joints, client)):
-                q[k], u[k] = angle, rate
-            publish()
+        def fetch() -> None:
+            found = states(number, joints, client)
+            put(positions, 0, *[state[0] for state in found])
+            put(rates, 0, *[state[1] for state in found])
 
-        def advance() -> None:
-            onto_coordinates(guide.rows, applied, forces)
-            drive(number, joints, torque, forces=forces.tolist(), physicsClientId=client)
+        def move() -> None:
+            drive(number, joints, torque, forces=push.tolist(), physicsClientId=client)
             step(client)
+            fetch()
 
-        self.read, self.advance = read, advance
+        self.load, self.move = partial(onto_coordinates, guide.rows, applied, forces), move
+        self.fetch = fetch
+        self.publish = partial(from_coordinates, guide.packed, guide.rows, self.home, q, u, body)
 
     def write(self) -> None:
         """Put the joints into the body state."""
@@ -154,7 +192,7 @@ class Guided:
             pybullet.resetJointState(self.number, joint, q[joint], u[joint], self.client)
 
 
-class Ball:
+class Ball(Plant):
     """A fixed base, and on it the platform on a spherical joint.
 
     Bullet takes the axes of a link to be the principal ones, those of the platform turned by `axes`: the joint's
@@ -185,17 +223,21 @@ class Ball:
         )
         undamped(client, number)
         state, turn, step = pybullet.getJointStateMultiDof, pybullet.applyExternalTorque, pybullet.stepSimulation
-        world, axes, home = pybullet.WORLD_FRAME, self.axes, self.home
+        world = pybullet.WORLD_FRAME
+        joint, moment = np.zeros(7), np.zeros(3)
+        into, outof = memoryview(joint).cast("B"), memoryview(moment).cast("B")
 
-        def read() -> None:
+        def fetch() -> None:
             q, w, _, _ = state(number, 0, client)
-            read_ball(home, axes, q, w, body)
+            put_joint(into, 0, *q, *w)
 
-        def advance() -> None:
-            turn(number, 0, applied[3:].tolist(), world, client)
+        def move() -> None:
+            turn(number, 0, get_vector(outof, 0), world, client)
             step(client)
+            fetch()
 
-        self.read, self.advance = read, advance
+        self.load, self.move = partial(copy, applied[3:], moment), move
+        self.fetch, self.publish = fetch, partial(read_ball, self.home, self.axes, joint, body)
 
     def write(self) -> None:
         """Put the joint into the body state."""

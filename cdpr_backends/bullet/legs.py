@@ -34,13 +34,14 @@ class BulletUps(UpsBackend):
         platform = Free(client.number, self.frame.mass, self.frame.moments, self.body, self.applied)
         platform.write()
         self._use(client, platform, [add_leg(client.number, platform.number, leg) for leg in self.legs()])
+        platform.fetch()
 
     def _use(self, client: Client, platform: Free, legs: list[int]) -> None:
         self._client, self._platform, self._legs = client, platform, legs
 
     def read(self) -> None:
         """Read the body into `body`."""
-        self._platform.read()
+        self._platform.publish()
 
     def advance(self) -> None:
         """Advance by one physics step."""
@@ -49,7 +50,8 @@ class BulletUps(UpsBackend):
         for leg, forces in zip(self._legs, self.forces(np.array(rates)).tolist(), strict=True):
             for joint, force in zip(JOINTS, forces, strict=True):
                 pybullet.setJointMotorControl2(leg, joint, pybullet.TORQUE_CONTROL, force=force, physicsClientId=client)
-        self._platform.advance()
+        self._platform.load()
+        self._platform.move()
 
     def snapshot(self) -> object:
         """Return the world as it was built, Bullet's state and our arrays."""
@@ -61,6 +63,7 @@ class BulletUps(UpsBackend):
         self._use(*world)
         engine.restore()
         put_back(arrays, self.arrays)
+        self._platform.fetch()
         self.read()
 
     def close(self) -> None:

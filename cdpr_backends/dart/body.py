@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from math import isnan
 from typing import Any
 
 import numpy as np
 
+from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
 from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.backend import Acts
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
 from cdpr_backends.dart.kernels import ball_joint_force, free_joint_force, guide_force
@@ -27,31 +30,32 @@ class DartBackend(RigidBodyBackend):
         if frame.guide is None:
             self.joints = FreeJoint(world, frame, body, self.physics_step)
             forces = np.zeros(6)
-            onto_joints: Callable[[], bool] = partial(free_joint_force, body, applied, forces)
+            self._load: Callable[[], object] = partial(free_joint_force, body, applied, forces)
         elif frame.guide.spherical:
             self.joints = BallJoint(world, frame, body, self.physics_step)
             forces = np.zeros(3)
-            onto_joints = partial(ball_joint_force, self.joints.kept, body, applied, forces)
+            self._load = partial(ball_joint_force, self.joints.kept, body, applied, forces)
         else:
             self.joints = GuideJoints(world, frame, frame.guide, body)
             forces = np.zeros(self.joints.skeleton.getNumDofs())
-            onto_joints = partial(guide_force, frame.guide.rows, body, applied, forces)
-        push, step, moved = self.joints.skeleton.setForces, world.step, self.joints.moved
+            self._load = partial(guide_force, frame.guide.rows, body, applied, forces)
+        push, step, moved, get_time = self.joints.push, world.step, self.joints.moved, world.getTime
+        self._time = np.zeros(1)
+        first, time = memoryview(forces), memoryview(self._time)
 
-        def advance() -> None:
-            self._sane = onto_joints()
-            if self._sane:
+        def dart() -> None:
+            if isnan(first[0]):
+                body[:] = np.nan
+            else:
                 push(forces)
                 step()
                 moved()
-            else:
-                body[:] = np.nan
+            time[0] = get_time()
 
-        self._advance = advance
+        self._dart = dart
 
     def write(self) -> None:
         """Put the body into `body`."""
-        self._sane = True
         self.world.reset()
         self.joints.write()
 
@@ -60,20 +64,29 @@ class DartBackend(RigidBodyBackend):
 
     def advance(self) -> None:
         """Advance by one physics step."""
-        self._advance()
+        self._load()
+        self._dart()
+
+    def engine_acts(self) -> Acts:
+        """Return what is ours before DART steps, and what DART does as one act of Python's."""
+        return [self._load, self._dart]
 
     def engine_time(self) -> float:
         """Return DART's time, s."""
         return float(self.world.getTime())
 
+    def clock_act(self, clock: Array) -> Callable[[], object]:
+        """Return the kernel that copies the time that DART told when it had stepped into `clock` (1,)."""
+        return partial(copy, self._time, clock)
+
     def snapshot(self) -> object:
         """Return joint coordinates and rates, DART's time and our arrays."""
         skeleton = self.joints.skeleton
-        return (skeleton.getPositions(), skeleton.getVelocities()), self.world.getTime(), self._sane, save(self.arrays)
+        return (skeleton.getPositions(), skeleton.getVelocities()), self.world.getTime(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        coordinates, time, self._sane, arrays = snapshot
+        coordinates, time, arrays = snapshot
         put_back(arrays, self.arrays)
         self.world.setTime(time)
         self.joints.place()

@@ -24,21 +24,20 @@ class FreeJoint:
 
     Attributes:
         skeleton: DART's.
+        push: its joints' forces, until the step is over.
         kept: (4,) how DART's body axes are turned in ours, w, x, y, z.
     """
 
     def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
         self.skeleton = dartpy.dynamics.Skeleton("platform")
-        _, self._link = self.skeleton.createFreeJointAndBodyNodePair()
+        joint, self._link = self.skeleton.createFreeJointAndBodyNodePair()
         self._frame, self._body, self._step = frame, body, step
         self.kept = np.array(FACING)
         self.place()
         world.addSkeleton(self.skeleton)
-        self._get_q, self._get_u, self._set_q = (
-            self.skeleton.getPositions,
-            self.skeleton.getVelocities,
-            self.skeleton.setPositions,
-        )
+        # The joint is the only one, and quicker than the skeleton.
+        self.push, self._set_q = joint.setForces, joint.setPositions
+        self._get_q, self._get_u = joint.getPositions, joint.getVelocities
 
     def place(self) -> None:
         """Turn DART's body axes as `kept` says."""
@@ -72,16 +71,19 @@ class BallJoint:
 
     Attributes:
         skeleton: DART's.
+        push: its joints' forces, until the step is over.
         kept: (7,) how DART's body axes are turned in ours, w, x, y, z, and where the ball is, world.
     """
 
     def __init__(self, world: Any, frame: BodyFrame, body: Array, step: float) -> None:
         self.skeleton = dartpy.dynamics.Skeleton("platform")
-        _, self._link = self.skeleton.createBallJointAndBodyNodePair()
+        joint, self._link = self.skeleton.createBallJointAndBodyNodePair()
         self._frame, self._body, self._step = frame, body, step
         self.kept = np.zeros(7)
         self._face()
         world.addSkeleton(self.skeleton)
+        self.push, self._set_q, self._set_u = joint.setForces, joint.setPositions, joint.setVelocities
+        self._get_q, self._get_u = joint.getPositions, joint.getVelocities
 
     def place(self) -> None:
         """Turn DART's body axes and put the ball as `kept` says."""
@@ -100,13 +102,13 @@ class BallJoint:
 
     def moved(self) -> None:
         """Read the body into `body` after a step."""
-        q, u = self.skeleton.getPositions(), self.skeleton.getVelocities()
+        q, u = self._get_q(), self._get_u()
         if follow_ball(self.kept, self._step, q, u, self._body):
             self._face()
             write_rotation(self.kept, self._body, q)
             along_axes(self.kept, self._body, self._body[10:], u)
-            self.skeleton.setVelocities(u)
-        self.skeleton.setPositions(q)
+            self._set_u(u)
+        self._set_q(q)
 
     def _face(self) -> None:
         """Turn DART's body axes anew."""
@@ -119,6 +121,7 @@ class GuideJoints:
 
     Attributes:
         skeleton: DART's.
+        push: its joints' forces, until the step is over.
         kept: (3,) where the slides measure from, world.
     """
 
@@ -135,6 +138,7 @@ class GuideJoints:
         chain(self.skeleton, kinds, np.eye(3)[directions], frame.mass, frame.center, axes * frame.moments @ axes.T)
         world.addSkeleton(self.skeleton)
         self._read = partial(from_coordinates, guide.packed, guide.rows, self.kept)
+        self.push = self.skeleton.setForces
         self._get_q, self._get_u = self.skeleton.getPositions, self.skeleton.getVelocities
 
     def place(self) -> None:

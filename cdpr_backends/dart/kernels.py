@@ -33,28 +33,29 @@ NEAR = 0.2
 
 
 @kernel
-def sane(body: Array, applied: Array) -> bool:
-    """Whether DART can be trusted with this motion (13,) and this wrench (6,); not so with NaN."""
+def only_sane(body: Array, applied: Array, forces: Array) -> None:
+    """Write NaN for the first of forces (n,) where DART cannot be trusted with this motion (13,) and wrench (6,)."""
     largest = 0.0
     for i in range(6):
         largest += abs(applied[i]) + abs(body[7 + i])
-    return largest < SANE
+    if not largest < SANE:
+        forces[0] = math.nan
 
 
 @kernel
-def free_joint_force(body: Array, applied: Array, forces: Array) -> bool:
-    """Write the free joint's forces (moment, then force, world axes) and return whether they are sane."""
+def free_joint_force(body: Array, applied: Array, forces: Array) -> None:
+    """Write the free joint's forces (moment, then force, world axes), or NaN, see `only_sane`."""
     for i in range(3):
         forces[i] = applied[3 + i]
         forces[3 + i] = applied[i]
-    return sane(body, applied)
+    only_sane(body, applied, forces)
 
 
 @kernel
-def guide_force(rows: IntArray, body: Array, applied: Array, forces: Array) -> bool:
-    """Write the forces (n,) along the guide's coordinates and return whether they are sane."""
+def guide_force(rows: IntArray, body: Array, applied: Array, forces: Array) -> None:
+    """Write the forces (n,) along the guide's coordinates, or NaN, see `only_sane`."""
     onto_coordinates(rows, applied, forces)
-    return sane(body, applied)
+    only_sane(body, applied, forces)
 
 
 @kernel
@@ -110,10 +111,10 @@ def along_axes(kept: Array, body: Array, v: Array, turned: Array) -> None:
 
 
 @kernel
-def ball_joint_force(kept: Array, body: Array, applied: Array, forces: Array) -> bool:
-    """Write the moment of what is applied (6,) along DART's body axes (3,) and return whether it is sane."""
+def ball_joint_force(kept: Array, body: Array, applied: Array, forces: Array) -> None:
+    """Write the moment of what is applied (6,) along DART's body axes (3,), or NaN, see `only_sane`."""
     along_axes(kept, body, applied[3:], forces)
-    return sane(body, applied)
+    only_sane(body, applied, forces)
 
 
 @kernel

@@ -28,7 +28,6 @@ class DartUps(UpsBackend):
 
     def write(self) -> None:
         """Make the world with the body in `body`."""
-        self._sane = True
         world = make_world(self.gravity, self.physics_step)
         joint = FreeJoint(world, self.frame, self.body, self.physics_step)
         joint.write()
@@ -56,8 +55,8 @@ class DartUps(UpsBackend):
 
     def advance(self) -> None:
         """Advance by one physics step."""
-        self._sane = free_joint_force(self.body, self.applied, self._forces) and bool(np.isfinite(self.command).all())
-        if not self._sane:
+        free_joint_force(self.body, self.applied, self._forces)
+        if np.isnan(self._forces[0]) or not np.isfinite(self.command).all():
             self.body[:] = np.nan
             return
         self._skeletons[0].setForces(self._forces)
@@ -76,11 +75,11 @@ class DartUps(UpsBackend):
         """Return the world as it was built, joint coordinates and rates, DART's time and our arrays."""
         built = self._world, self._joint, self._skeletons, self._joint.kept.copy()
         motion = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._skeletons]
-        return built, motion, self._world.getTime(), self._sane, save(self.arrays)
+        return built, motion, self._world.getTime(), save(self.arrays)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        (world, joint, skeletons, kept), motion, time, self._sane, arrays = snapshot
+        (world, joint, skeletons, kept), motion, time, arrays = snapshot
         self._use(world, joint, skeletons)
         joint.kept[:] = kept
         joint.place()

@@ -9,28 +9,24 @@ from typing import Any
 import mujoco
 
 from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.backend import Acts
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import PLATFORM, World, specify
+from cdpr_backends.mujoco.world import PLATFORM, InWorld, World, specify
 
 
-class MujocoBackend(RigidBodyBackend):
+class MujocoBackend(InWorld, RigidBodyBackend):
     """A body under the wrench of cdpr's cable kernel."""
 
     def build(self) -> None:
         """Make the world."""
         self._world = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
         self._read = world.reader(self.body)
+        self._step: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
+        self._apply: list[Callable[[], None]] = []
         if self.frame.guide is None:
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's own array, kept until rewritten
-            self._advance: Callable[[], None] = partial(mujoco.mj_step, world.model, world.data)
         else:
-            apply = world.applier(self.applied)
-
-            def advance() -> None:
-                apply()
-                mujoco.mj_step(world.model, world.data)
-
-            self._advance = advance
+            self._apply = [world.applier(self.applied)]
 
     def write(self) -> None:
         """Put the body into `body`."""
@@ -42,11 +38,14 @@ class MujocoBackend(RigidBodyBackend):
 
     def advance(self) -> None:
         """Advance by one physics step."""
-        self._advance()
+        for apply in self._apply:
+            apply()
+        self._step()
 
-    def engine_time(self) -> float:
-        """Return MuJoCo's time, s."""
-        return float(self._world.data.time)
+    def engine_acts(self) -> Acts:
+        """Return the step and what stands before and after it, all compiled where MuJoCo can be called directly."""
+        direct = self._world.direct
+        return [*self._apply, self._step if direct is None else direct.step, self._read]
 
     def snapshot(self) -> object:
         """Return MuJoCo's state and our arrays."""

@@ -10,12 +10,11 @@ import numpy as np
 from cdpr.mechanics.body_frame import BodyFrame, applied_wrench, from_platform, to_platform
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import put_back, save
-from cdpr_backends.mujoco.world import World, specify
+from cdpr_backends.mujoco.world import InWorld, World, specify
 
 
-class MujocoTendons(Backend):
+class MujocoTendons(InWorld):
     """The body held by spatial tendons: MuJoCo evaluates the cables, at every stage of its integrator."""
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -55,10 +54,6 @@ class MujocoTendons(Backend):
         if self._bad_command.number:  # MuJoCo has put zeros in place of the commands
             self._bad_command.number = 0
             self.state[:] = np.nan
-
-    def engine_time(self) -> float:
-        """Return MuJoCo's time, s."""
-        return float(self._world.data.time)
 
     def snapshot(self) -> object:
         """Return MuJoCo's state and our arrays."""

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
+from typing import NoReturn
 
 import mujoco
 import numpy as np
 
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.guide import from_coordinates, onto_coordinates
+from cdpr.model.kernels import copy
 from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr_backends.mujoco.direct import Direct, direct
 from cdpr_backends.mujoco.kernels import read_ball, read_free_joint, write_ball, write_free_joint
 
 # Otherwise MuJoCo prints what it finds bad in a state and appends it to MUJOCO_LOG.TXT in the user's folder. The guards
@@ -65,6 +69,11 @@ class World:
             return partial(read_ball, self._home, data.qpos, data.qvel, body)
         return partial(from_coordinates, guide.packed, guide.rows, self._home, data.qpos, data.qvel, body)
 
+    @cached_property
+    def direct(self) -> Direct | None:
+        """How compiled code steps them; None where only the binding can."""
+        return direct(self.model, self.data)
+
     def save(self) -> tuple[Array, Array]:
         """Return where the slides measure from, and all that MuJoCo's next step depends on."""
         engine = np.zeros(mujoco.mj_stateSize(self.model, INTEGRATION))
@@ -82,10 +91,30 @@ class World:
         """Return the function that applies `applied` (6,), about the body frame's origin, until it is called again."""
         guide, data = self.frame.guide, self.data
         if guide is None:
-            return partial(np.copyto, data.xfrc_applied[PLATFORM], applied)
+            return partial(copy, applied, data.xfrc_applied[PLATFORM])
         if guide.spherical:  # a moment alone acts alike wherever it is applied
-            return partial(np.copyto, data.xfrc_applied[PLATFORM, 3:], applied[3:])
+            return partial(copy, applied[3:], data.xfrc_applied[PLATFORM, 3:])
         return partial(onto_coordinates, guide.rows, applied, data.qfrc_applied)
+
+
+class InWorld(Backend):
+    """A plant in a world that stays the same one."""
+
+    _world: World
+
+    def engine_time(self) -> float:
+        """Return MuJoCo's time, s."""
+        return float(self._world.data.time)
+
+    def clock_act(self, clock: Array) -> Callable[[], object]:
+        """Return what reads MuJoCo's time into `clock` (1,)."""
+        direct = self._world.direct
+        return super().clock_act(clock) if direct is None else direct.clock(clock)
+
+    def refuse(self, code: int) -> NoReturn:
+        """Raise what the binding would have raised in place of a step that failed."""
+        direct = self._world.direct
+        raise mujoco.FatalError(f"error {code}" if direct is None else direct.refusal())
 
 
 def specify(frame: BodyFrame, gravity: Array, step: float, integrator: str) -> mujoco.MjSpec:

@@ -1,4 +1,4 @@
-"""A Chromium of the system, driven by Playwright, and the speed at which it draws a page."""
+"""A Chromium of the system, driven by Playwright."""
 
 from __future__ import annotations
 
@@ -19,19 +19,6 @@ FLAGS = (
     "--disable-dev-shm-usage",
 )
 NAMES = ("chromium", "chromium-browser", "google-chrome")
-
-# Frames that are drawn in so many milliseconds of playing, a second.
-FRAMES = """async (span) => {
-  cdpr.play(true);
-  let count = 0;
-  const start = performance.now();
-  await new Promise((done) => {
-    const next = () => { count++; if (performance.now() - start < span) requestAnimationFrame(next); else done(); };
-    requestAnimationFrame(next);
-  });
-  cdpr.play(false);
-  return 1000 * count / (performance.now() - start);
-}"""
 
 
 def executable() -> str | None:

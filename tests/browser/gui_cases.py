@@ -23,7 +23,7 @@ cables:                                              # m: A_i in the world, B_i 
 SCENARIO = """\
 # It rises and comes back to rest.
 robot: seven.yaml                  # beside this file
-simulation: {duration: 6.0, control_step: 0.001, physics_step: 0.001}
+simulation: {duration: 30.0, control_step: 0.001, physics_step: 0.001}
 trajectory:
   type: quintic
   duration: 1.0                    # s

@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 import pytest
-from chromium import browser, executable
+from browser_pages import PHONE, READY
 from study_cases import write_study
 
 from cdpr.report.pages.study import write_study as write_page
 from cdpr.study import load_study, run_study
 
 pytestmark = pytest.mark.browser
-pytest.importorskip("playwright", reason="playwright is not installed: pip install 'cdpr[test]'")
 pytest.importorskip("matplotlib", reason="pages of studies need matplotlib: pip install 'cdpr[plot]'")
-if executable() is None:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
 
-READY = "() => window.cdpr !== undefined && !window.cdpr.waiting"
 AXES = """keep: all
 axes:
   - {key: solver.type, values: [qp, lp]}
   - {key: controller.kp, values: [50, 100, 200]}
 """
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with browser() as found:
-        yield found
 
 
 @pytest.fixture(scope="module")
@@ -43,18 +33,8 @@ def study_page(results):
 
 
 @pytest.fixture
-def page(chromium, study_page, request):
-    context = chromium.new_context(**{"viewport": {"width": 1200, "height": 800}, **getattr(request, "param", {})})
-    found = context.new_page()
-    told = []
-    found.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
-    found.on("pageerror", lambda error: told.append(str(error)))
-    found.on("request", lambda asked: told.append(asked.url) if asked.url != study_page.as_uri() else None)
-    found.goto(study_page.as_uri())
-    found.wait_for_function(READY, polling=50)
-    yield found
-    context.close()
-    assert told == []  # no error, no request
+def page(open_page, study_page, request):
+    return open_page(study_page.as_uri(), **getattr(request, "param", {}))
 
 
 def test_the_cases_play_over_one_another(page):
@@ -85,9 +65,6 @@ def test_figures_fill_their_cards(page):
         card = page.locator(f"#{key}").bounding_box()
         drawing = page.locator(f"#{key} svg").bounding_box()
         assert drawing["width"] > 0.9 * card["width"]
-
-
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
 
 
 @pytest.mark.parametrize("page", [PHONE, {"color_scheme": "dark"}], indirect=True)

@@ -25,6 +25,7 @@ pytest.importorskip("fmpy")
 
 SCENARIO = ROOT / "scenarios/caroca.yaml"
 TIMEOUT = 0.5  # s of wall time, given to the FMU
+PATIENCE = 10.0  # s that a busy machine may take besides; what hangs does so for ever
 START = 0.1  # s of simulated time at which it misbehaves
 
 SAYS = {
@@ -91,7 +92,7 @@ def test_a_fault_is_an_error_in_time(options, fault, fmi, tmp_path):
     assert left() == before
     assert os.getcwd() == here
     kept = caught.value.run
-    assert spent - kept.timings["setup_s"] < TIMEOUT + 1.0
+    assert spent - kept.timings["setup_s"] < TIMEOUT + PATIENCE
     assert kept.status == "failed"
     assert len(kept.rows) == 101  # 0 to 0.1 s
     logged = load_run(tmp_path / "run")
@@ -116,11 +117,11 @@ def test_what_returns_is_told_in_this_process_too(options, fault):
 def test_a_fault_in_the_first_step_is_not_waited_for_twice(options):
     chosen = options("hang")
     chosen["parameters"]["fault_time"] = 0.0
-    chosen["step_timeout"] = 2.0
+    chosen["step_timeout"] = PATIENCE
     began = monotonic()
-    with pytest.raises(BackendDied, match="took more than 2 s"):
+    with pytest.raises(BackendDied, match="took more than 10 s"):
         run(chosen)
-    assert monotonic() - began < 2 * 2.0 + 1.0  # of which a part is for starting
+    assert monotonic() - began < 2 * PATIENCE
 
 
 def command(options, *more):

@@ -21,7 +21,7 @@ from cdpr.errors import OutputError
 from cdpr.fmu.run import folder as folders
 from cdpr.fmu.run.folder import PREFIX, Folder, sweep
 
-GONE = 10.0  # s in which a process must be gone; it takes milliseconds
+GONE = 60.0  # s in which a process must be gone; it takes milliseconds, on a quiet machine
 # A library that hangs while it is loaded: Python's lock is held meanwhile, so that no thread of the process runs.
 HANGS = "__attribute__((constructor)) static void hang(void) { for (volatile int on = 1; on;) {} }"
 PARENT = """

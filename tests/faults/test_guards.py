@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from cdpr.simulation.build import build
 from cdpr.simulation.faults import FAULTS as FAULT_TEXTS
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, observing
+from cdpr_backends.reference import ReferenceBackend
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 MOVING = 20  # steps; at rest in its initial pose a reset body differs from a sound one by its clock only
@@ -178,3 +180,29 @@ def test_a_diverged_run_is_kept_and_told(tmp_path):
     assert loaded.status == "diverged"
     assert loaded.message == run.message
     np.testing.assert_array_equal(loaded.rows, run.rows)
+
+
+@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+def test_a_slack_robot_that_swings_about_what_holds_it_raises_no_alarm(backend):
+    """No cable pulls, the centre of mass lies off the ball: weight alone turns the table, through the ball's force."""
+    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
+    knock = {"type": "wrench", "time": 0.031, "duration": 0.003, "moment": [0.16, 0.64, -1.62]}
+    run = cdpr.simulate(
+        ROOT / "scenarios" / "spherical.yaml",
+        backend=backend,
+        overrides={
+            "simulation": {"duration": 0.2, "physics_step": 0.0005},
+            "events": [{"type": "emergency_stop", "time": 0.03, "category": 0}, knock],
+        },
+    )
+    assert run.status == "finished"
+    assert run.tension[50:].max() == 0.0
+
+
+def test_a_clock_that_is_no_number_is_off():
+    class Lost(ReferenceBackend):
+        def engine_time(self):
+            return math.nan if self.state[7:10].any() else 0.0
+
+    with pytest.raises(Diverged, match="clock reads nan s"):
+        cdpr.simulate(CAROCA, backend=Lost)

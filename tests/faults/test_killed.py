@@ -31,22 +31,25 @@ SLACK = 0.1  # s, of the scheduler
 COUNTED = """
 import mmap, struct, sys
 import cdpr
+from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 
 file = open(sys.argv[1], "r+b")
 counter = mmap.mmap(file.fileno(), 8)
 steps = -1  # the warm-up is none
-control = ComputedTorque.control
 
-def counted(self, *arguments):
-    global steps
-    steps += 1
-    counter[:8] = struct.pack("q", steps)
-    control(self, *arguments)
+class Counted(ComputedTorque):
+    Options = ComputedTorqueOptions
 
-ComputedTorque.control = counted
+    def control(self, *arguments):
+        global steps
+        steps += 1
+        counter[:8] = struct.pack("q", steps)
+        super().control(*arguments)
+
 overrides = {"simulation.duration": 3600.0, "simulation.control_step": float(sys.argv[4])}
-cdpr.simulate(sys.argv[2], out=sys.argv[3], overrides=overrides, real_time=sys.argv[5] == "real-time")
+real_time = sys.argv[5] == "real-time"
+cdpr.simulate(sys.argv[2], controller=Counted, out=sys.argv[3], overrides=overrides, real_time=real_time)
 """
 
 

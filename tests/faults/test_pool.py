@@ -179,7 +179,7 @@ def test_workers_end_with_their_parent(number, tmp_path):
     assert not gone(pid)
     parent.send_signal(number)
     parent.communicate()
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while not gone(pid):
         assert time.monotonic() < deadline
         time.sleep(0.02)

@@ -193,7 +193,7 @@ HASHES = """
 import hashlib, sys, cdpr
 scenario, out, *backends = sys.argv[1:]
 for backend in backends:
-    run = cdpr.simulate(scenario, backend=backend, overrides={"simulation.duration": 1.0}, out=f"{out}-{backend}")
+    run = cdpr.simulate(scenario, backend=backend, overrides={"simulation.duration": 0.5}, out=f"{out}-{backend}")
     print(backend, hashlib.sha256(run.rows.tobytes()).hexdigest(), end=" ")
     print(hashlib.sha256(open(f"{out}-{backend}/log.mcap", "rb").read()).hexdigest())
 """
@@ -220,5 +220,5 @@ def two_processes(tmp_path_factory):
 def test_bit_identical_in_two_processes(backend, two_processes):
     outputs = [hashes[backend] for hashes in two_processes]
     assert outputs[0] == outputs[1]
-    here = closed_loop({"simulation.duration": 1.0}, backend=backend)
+    here = closed_loop({"simulation.duration": 0.5}, backend=backend)
     assert hashlib.sha256(here.rows.tobytes()).hexdigest() == outputs[0][0]

@@ -109,13 +109,12 @@ COLUMN = """    Column("speed", 1, "m/s", "Speed of the origin"),
 """
 
 MEASURED = """
-        speed, velocity, distribute_only = self.view("speed"), self.view("velocity"), distribute
+        speed, velocity = self.view("speed"), self.view("velocity")
 
-        def measure_and_distribute() -> None:
+        def measure() -> None:
             speed[0] = np.sqrt(velocity @ velocity)
-            distribute_only()
 
-        distribute = measure_and_distribute
+        acts.append(Act("geometry", measure))
 """
 
 
@@ -202,7 +201,7 @@ def test_a_column(tree):
     """A line in the table, and the lines that compute it."""
     folder, add, run = tree
     add(None, "", "cdpr/columns.py", named=("\n" + COLUMN, "LATER: tuple[Column, ...] = ("))
-    place = "            distribute = self._exerting(distribute)\n"  # what completes a sample
+    place = "            acts += self._exerting()\n"  # what completes a sample
     add(None, "", "cdpr/simulation/sample.py", written=(MEASURED, place))
     scenario = ROOT / "scenarios" / "caroca.yaml"
     short = ("--set", "simulation.duration=0.02", "--no-report")

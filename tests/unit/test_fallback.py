@@ -13,7 +13,7 @@ from cdpr import Infeasible, Unanswered, load_run, simulate
 from cdpr.cli import run as run_command
 from cdpr.errors import ExitCode
 from cdpr.log.run import Event
-from cdpr.report.pages.tables import banner
+from cdpr.report.pages.tables import ending
 from cdpr.report.text.reservations import fallback
 from cdpr.tension.policy import FALLBACK
 from cdpr.tension.status import Status
@@ -29,7 +29,7 @@ def test_a_solver_without_an_answer_stops_a_run_that_is_not_infeasible(tmp_path)
     assert isinstance(stop.value, Infeasible)  # who catches that goes on to
     assert stop.value.exit_code == ExitCode.INFEASIBLE
     assert load_run(tmp_path / "run").status == stop.value.run.status == "unanswered"
-    assert "Stopped where the solver gave no valid answer" in banner(stop.value.run)
+    assert "Stopped where the solver gave no valid answer" in ending(stop.value.run)
     with pytest.raises(Infeasible, match="no tensions within the limits balance") as none:
         simulate(SCENARIO, overrides=asked | {"robot.platform.mass": 5000.0})
     assert none.value.run.status == "infeasible"

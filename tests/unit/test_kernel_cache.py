@@ -227,6 +227,23 @@ def test_what_has_no_file_is_not_kept(store):
     assert not list(store.iterdir())
 
 
+@compiled
+def test_of_what_lies_on_disk_the_code_for_compilers_is_read_when_one_asks(store):
+    jit.kernel(kernels.rotate.py_func)(*TURN)
+    found = jit.kernel(kernels.rotate.py_func)
+    assert found(*TURN) == kernels.rotate(*TURN)
+    assert loaded(found) == [1]
+    ((signature, entry),) = found.overloads.items()
+    assert entry.library._shared_module is None
+    assert entry.library.get_pointer_to_function("no such name") == 0
+    space = {"found": found}
+    exec("def back(q, v):\n    return found((q[0], -q[1], -q[2], -q[3]), found(q, v))", space)
+    back = numba.njit(space["back"])
+    assert np.allclose(back(*TURN), TURN[1], atol=1e-15)
+    assert entry.library._shared_module is not None
+    assert signature == entry.signature.args
+
+
 # A kernel that others call where its code is, by way of one that is copied into its callers.
 SHARED = """
 from cdpr.model.jit import apart, kernel

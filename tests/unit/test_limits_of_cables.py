@@ -17,7 +17,7 @@ from cdpr.errors import ExitCode
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Reach, plain_columns
-from cdpr.report.pages.tables import banner
+from cdpr.report.pages.tables import ending
 from cdpr.tension.checks import true_margin
 
 SCENARIO = ROOT / "scenarios" / "caroca.yaml"
@@ -143,7 +143,7 @@ def test_a_run_counts_them_and_says_so(more, tmp_path):
     (event,) = [event for event in run.events if event.kind == "limit"]
     assert event.time == pytest.approx(0.001 * np.argmax(wrong))
     assert event.text.startswith("cables wound faster than allowed: cable_2 up to 0.")
-    assert f"but {wrong.sum()} of 1001 samples had cables wound faster than allowed" in banner(run)
+    assert f"but {wrong.sum()} of 1001 samples had cables wound faster than allowed" in ending(run)
     assert load_run(tmp_path / "run").header.bounds == run.header.bounds
     assert "beyond_limits_steps" not in simulate(SCENARIO, overrides={"simulation.duration": 0.01}).summary()
 
@@ -156,7 +156,7 @@ def test_the_scenario_may_say_to_stop(tmp_path):
     assert isinstance(stop.value, Infeasible)  # who catches that goes on to
     assert load_run(tmp_path / "run").status == stop.value.run.status == "beyond_limits"
     assert stop.value.run.summary()["infeasible_steps"] == 0  # each sample had tensions that balance its wrench
-    assert "Stopped where a cable left its limits" in banner(stop.value.run)
+    assert "Stopped where a cable left its limits" in ending(stop.value.run)
     assert stop.value.exit_code == ExitCode.INFEASIBLE
     rate = np.abs(stop.value.run.rate[:, 1])
     assert rate[-1] > 0.2
@@ -215,10 +215,10 @@ def test_no_answer_and_no_admissible_tensions_are_two_sentences():
     assert gave_up.summary()["infeasible_steps"] == 0
     missed = gave_up.summary()["unanswered_steps"]
     assert missed > 50
-    assert f"at {missed} of 201 samples solver closed_form gave no valid answer" in banner(gave_up)
+    assert f"at {missed} of 201 samples solver closed_form gave no valid answer" in ending(gave_up)
     none = simulate(SCENARIO, overrides={"simulation.duration": 0.2, "robot.platform.mass": 5000.0})
     assert none.summary()["unanswered_steps"] == 0
-    assert f"{none.summary()['infeasible_steps']} of 201 samples had no admissible tensions" in banner(none)
+    assert f"{none.summary()['infeasible_steps']} of 201 samples had no admissible tensions" in ending(none)
     for run in (gave_up, none):
-        assert "the fallback alone gave the tensions at" in banner(run)
-        assert banner(run).count("the nearest wrench within the limits instead") == 1
+        assert "the fallback alone gave the tensions at" in ending(run)
+        assert ending(run).count("the nearest wrench within the limits instead") == 1

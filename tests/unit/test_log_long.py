@@ -1,10 +1,8 @@
-"""Runs whose rows stand in the log alone, and runs of which the log keeps some samples."""
+"""Runs whose rows stand in the log alone."""
 
 from __future__ import annotations
 
-import json
 import os
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,43 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
+from long_log_cases import CAROCA, SHORT, THINNED, all_on_disk, log_of, simulate_whole, told
 
 import cdpr
-from cdpr.compare.finished import compare_finished
-from cdpr.errors import CdprError, LogError, ScenarioError
-from cdpr.log import reader as reader_module
-from cdpr.log import recorder as recorder_module
-from cdpr.log import summary as summary_module
+from cdpr.errors import LogError
 from cdpr.log.export import export
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
-from cdpr.log.reader import load_run, scan
+from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
-from cdpr.log.repair import repair
 from cdpr.log.rows import LogRows
 from cdpr.log.run import Run
-from cdpr.log.summary import SUMMED, Tally
 from cdpr.report.pages.run import render
-from cdpr.report.plots import histories
-from cdpr.report.text.compare import lines, subject
-
-CAROCA = Path(__file__).parent.parent.parent / "scenarios" / "caroca.yaml"
-EVENTS = [
-    {"type": "cable_jam", "time": 0.503, "cable": "cable_3", "detected_after": 0.1},
-    {"type": "limits", "time": 1.002, "max": 60.0},  # no tensions below that hold the platform
-    {"type": "limits", "time": 1.057, "max": 650.0},
-]
-SHORT: dict[str, Any] = {"simulation.duration": 1.505, "events": EVENTS}
-THINNED = {**SHORT, "log.step": 0.01}
-EVERY = 10
-END = 1505 * 0.001  # s
-
-
-def all_on_disk(patch: pytest.MonkeyPatch) -> None:
-    """Every logged run counts as long; no more than a few blocks are looked at together."""
-    for module in (recorder_module, reader_module):
-        patch.setattr(module, "IN_MEMORY", 0)
-    for module in (summary_module, histories):
-        patch.setattr(module, "PIECE", 300)
 
 
 @pytest.fixture
@@ -58,26 +30,7 @@ def on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """A run that stays in memory, with a fault and samples without valid tensions."""
-    run = cdpr.simulate(CAROCA, overrides=SHORT, out=tmp_path_factory.mktemp("whole") / "run")
-    assert run.summary()["infeasible_steps"] > 0
-    assert isinstance(run.rows, np.ndarray)
-    return run
-
-
-@pytest.fixture(scope="module")
-def thin(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """The same run of which every tenth sample is kept."""
-    return cdpr.simulate(CAROCA, overrides=THINNED, out=tmp_path_factory.mktemp("thin") / "run")
-
-
-def told(run: Run) -> dict[str, Any]:
-    """The summary without what the clock on the wall says."""
-    return {key: value for key, value in run.summary().items() if key != "real_time_factor"}
-
-
-def log_of(run: Run) -> Path:
-    return Path(str(run.folder)) / "log.mcap"
+    return simulate_whole(tmp_path_factory.mktemp("whole"))
 
 
 def test_a_run_on_disk_is_the_same_run(whole: Run, on_disk: None, tmp_path: Path) -> None:
@@ -155,159 +108,6 @@ def test_a_long_logged_run_keeps_few_rows_in_memory(tmp_path: Path) -> None:
         assert same_bits(kept[k * PICTURE_ROWS : (k + 1) * PICTURE_ROWS, 1:], np.ascontiguousarray(block[:, 1:]))
 
 
-@pytest.mark.parametrize("cut", [7, 256, 1000, 5000])
-def test_the_summary_does_not_depend_on_the_pieces(cut: int) -> None:
-    header = make_header(4)
-    rows = make_rows(header, 2 * SUMMED + 345)
-    one, many = Tally(header, len(rows)), Tally(header, len(rows))
-    one.add(rows)
-    for first in range(0, len(rows), cut):
-        many.add(rows[first : first + cut])
-    assert many.figures() == one.figures()
-    assert same_bits(many.status, one.status)
-    run = Run(header, rows)
-    for name, error in (("position_error_m", run.position_error), ("orientation_error_rad", run.orientation_error)):
-        assert one.figures()[name]["rms"] == pytest.approx(np.sqrt(np.mean(np.sum(error**2, axis=1))), rel=1e-14)
-
-
-def test_the_summary_is_that_of_plain_formulas() -> None:
-    header = make_header(4)
-    run = Run(header, make_rows(header, 2345))
-    found = run.summary()
-    norms = np.linalg.norm(run.position_error, axis=1)
-    assert found["position_error_m"] == {"max": norms.max(), "rms": np.sqrt(np.mean(norms**2)), "final": norms[-1]}
-    steps = np.abs(np.diff(run.tension, axis=0))
-    assert found["tension_N"] == {
-        "min": run.tension.min(),
-        "max": run.tension.max(),
-        "largest_step": steps.max(),
-    }
-    assert found["energy_J"]["residual_max"] == np.abs(run.energy_residual).max()
-    assert (found["residual_max_N"], found["margin_min_N"]) == (run.residual.max(), run.margin.min())
-    assert found["infeasible_steps"] + found["unanswered_steps"] == np.count_nonzero(run.solver_status)
-
-
-def test_nan_is_not_lost_between_pieces() -> None:
-    header = make_header(2)
-    rows = make_rows(header, 30)
-    rows[12, header.layout.columns["residual"]] = np.nan
-    tally = Tally(header, 30)
-    for first in range(0, 30, 10):
-        tally.add(rows[first : first + 10])
-    assert np.isnan(tally.figures()["residual_max_N"])
-
-
-@pytest.mark.parametrize("disk", [False, True])
-def test_a_thinned_run_holds_the_samples_of_its_grid_and_the_last(
-    whole: Run, disk: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if disk:
-        all_on_disk(monkeypatch)
-    expected = np.concatenate([whole.rows[::EVERY], whole.rows[-1:]])
-    run = cdpr.simulate(CAROCA, overrides=THINNED, out=tmp_path / "run")
-    loaded = load_run(tmp_path / "run")
-    in_memory = cdpr.simulate(CAROCA, overrides=THINNED)
-    for one in (run, loaded, in_memory):
-        assert isinstance(one.rows, LogRows) == (disk and one is not in_memory)
-        assert same_bits(np.array(one.rows), expected)
-        counted = {"log_step_s": 0.01, "logged_samples": 152}
-        assert told(one) == told(whole) | counted
-        assert one.events == whole.events
-    assert same_bits(run.time[-2:], np.array([1.5, END]))
-    assert same_bits(run.acceleration[:-1], np.diff(run.velocity, axis=0) / np.diff(run.time)[:, None])
-    # A tenth of the rows; the pictures for viewers have a rate of their own.
-    assert log_of(run).stat().st_size < log_of(whole).stat().st_size / 7
-
-
-def test_a_thinned_log_alone_says_what_it_counts(thin: Run, tmp_path: Path) -> None:
-    (tmp_path / "alone.mcap").write_bytes(log_of(thin).read_bytes())
-    found = load_run(tmp_path / "alone.mcap").summary()
-    assert (found["samples"], found["logged_samples"], found["simulated_s"]) == (152, 152, END)
-
-
-def test_other_programs_read_a_thinned_log(thin: Run) -> None:
-    from mcap.reader import make_reader
-
-    with log_of(thin).open("rb") as file:
-        reader = make_reader(file, validate_crcs=True)
-        summary = reader.get_summary()
-        times = [m.log_time for _, c, m in reader.iter_messages(topics=["/clock"])]
-        frames = [m.log_time for _, c, m in reader.iter_messages(topics=["/tf"])]
-    assert times == [*range(0, 1_500_000_001, 10_000_000), 1_505_000_000]
-    assert summary.statistics.message_end_time == times[-1]
-    assert frames == times[:-1:2]  # at most 60 a second
-
-
-def test_every_cut_of_a_thinned_log_gives_its_beginning(thin: Run, tmp_path: Path) -> None:
-    data = log_of(thin).read_bytes()
-    torn = tmp_path / "log.mcap"
-    whole_rows = np.array(thin.rows)
-    for size in np.linspace(len(data) // 3, len(data) - 1, 12).astype(int):
-        torn.write_bytes(data[:size])
-        found = scan(torn)
-        assert found.problem is not None
-        assert same_bits(np.array(found.rows), whole_rows[: len(found.rows)])
-    repair(torn)
-    again = scan(torn)
-    assert again.problem is None
-    assert same_bits(np.array(again.rows), whole_rows)
-
-
-def test_a_thinned_log_is_the_same_however_it_was_flushed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recorder_module, "IN_MEMORY", 0)
-    monkeypatch.setattr(recorder_module, "BLOCK_SECONDS", -1.0)  # write at each flush
-    header = make_header(2, log_every=3)
-    rows = make_rows(header, 3 * PICTURE_ROWS + 50)
-    kept = rows[::3] if (len(rows) - 1) % 3 == 0 else np.concatenate([rows[::3], rows[-1:]])
-    recorder = Recorder(header, len(rows) - 1, tmp_path, marks=[5000])
-    random = np.random.default_rng(0)
-    stop = 0
-    while stop < len(rows):
-        first, stop = stop, min(stop + int(random.integers(1, BLOCK)), (stop // BLOCK + 1) * BLOCK, len(rows))
-        recorder.rows[first % PICTURE_ROWS :][: stop - first] = rows[first:stop]
-        recorder.flush(stop)
-    for _ in range(2):
-        assert same_bits(np.array(recorder.close(len(rows))), kept)
-    whole_log = write_log(tmp_path / "whole.mcap", header, np.ascontiguousarray(kept))
-    assert (tmp_path / "log.mcap").read_bytes() == whole_log.read_bytes()
-    assert same_bits(recorder.marked[5000], rows[5000])
-    assert same_bits(recorder.status, rows[:, header.layout.columns["status"].start].astype(np.int8))
-
-
-def test_a_thinned_run_that_stops_keeps_the_sample_that_tells_why(tmp_path: Path) -> None:
-    changes = {**THINNED, "solver.infeasible": "stop"}
-    with pytest.raises(cdpr.Infeasible) as caught:
-        cdpr.simulate(CAROCA, overrides=changes, out=tmp_path / "run")
-    run = caught.value.run
-    assert isinstance(run, Run)
-    assert (run.time[-1], run.solver_status[-1]) == (1002 * 0.001, 1.0)
-    assert run.summary()["samples"] == 1003
-    loaded = load_run(tmp_path / "run")
-    assert same_bits(np.array(loaded.rows), np.array(run.rows))
-    assert told(loaded) == told(run)
-
-
-def test_a_killed_thinned_run_counts_what_is_in_its_log(tmp_path: Path) -> None:
-    run = cdpr.simulate(CAROCA, overrides=THINNED, out=tmp_path / "run")
-    about = json.loads((tmp_path / "run" / "run.json").read_text())
-    about |= {"status": "running", "summary": {"samples": 0, "simulated_s": 0.0, "infeasible_steps": 0}}
-    (tmp_path / "run" / "run.json").write_text(json.dumps(about))
-    log_of(run).write_bytes(log_of(run).read_bytes()[:-2000])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        assert load_run(tmp_path / "run").summary()["samples"] > 100
-    repair(tmp_path / "run")
-    found = load_run(tmp_path / "run")
-    assert (found.status, found.summary()["samples"]) == ("interrupted", len(found.rows))
-
-
-def test_unthinned_logs_and_headers_are_those_of_before(whole: Run, thin: Run) -> None:
-    assert "log_every" not in whole.header.to_dict()
-    assert "log:" not in whole.header.scenario_yaml
-    assert thin.header.to_dict()["log_every"] == EVERY
-    assert replace(thin.header, log_every=1, scenario_yaml=whole.header.scenario_yaml) == whole.header
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [pytest.param(SHORT, id="whole"), pytest.param(THINNED, id="thinned")])
 def test_report_and_exports_of_a_run_on_disk_are_the_same(
@@ -341,22 +141,6 @@ def test_an_npz_is_what_numpy_writes(whole: Run, tmp_path: Path) -> None:
     assert same_bits(arrays["tension"], np.ascontiguousarray(whole.tension))
 
 
-def test_runs_of_different_log_steps_are_not_compared(whole: Run, thin: Run) -> None:
-    with pytest.raises(CdprError, match=r"other log step \(0\.01 instead of 0\.001\)"):
-        compare_finished([str(whole.folder), str(thin.folder)])
-
-
-def test_runs_of_one_log_step_are_compared(thin: Run, tmp_path: Path) -> None:
-    cdpr.simulate(CAROCA, overrides=THINNED, out=tmp_path / "again")
-    found = compare_finished([str(thin.folder), str(tmp_path / "again")])
-    assert found.figures["duration_s"] == END
-    assert "compared are 152 of 1506 samples" in subject(found.figures)
-    text = "\n".join(lines(found.figures))
-    assert "not in the samples that are compared, so perhaps not put to the test" in " ".join(text.split())
-    assert "does not happen" not in text
-    assert [row["outcome"] for group in found.figures["groups"] for row in group["engines"]] == ["agrees"]
-
-
 @pytest.mark.parametrize("edit", ["position", "tension", "rows"])
 @pytest.mark.parametrize("which", ["memory", "loaded", "disk"])
 def test_a_result_cannot_be_edited(which: str, edit: str, whole: Run, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -365,27 +149,6 @@ def test_a_result_cannot_be_edited(which: str, edit: str, whole: Run, monkeypatc
     run = whole if which == "memory" else load_run(str(whole.folder))
     with pytest.raises((ValueError, TypeError), match=r"read-only|does not support item assignment"):
         getattr(run, edit)[0] = 7.0
-
-
-@pytest.mark.parametrize(
-    ("step", "words"),
-    [
-        (0.0015, "log.step: must be an integer multiple of control_step, 0.001 (s), got 0.0015; nearest: 0.001 or"),
-        (0.0, "log.step"),
-        (-0.01, "log.step"),
-        ("often", "log.step"),
-    ],
-)
-def test_a_log_step_is_a_whole_multiple_of_the_control_step(step: object, words: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        cdpr.load_scenario(CAROCA, overrides={"log.step": step})
-    assert len(caught.value.problems) == 1
-    assert words in str(caught.value.problems[0])
-
-
-def test_a_log_step_beyond_the_run_keeps_its_ends() -> None:
-    run = cdpr.simulate(CAROCA, overrides={"simulation.duration": 0.05, "log.step": 1e9})
-    assert run.time.tolist() == [0.0, 0.05]
 
 
 @pytest.mark.parametrize("log", [False, True])

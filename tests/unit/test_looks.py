@@ -317,12 +317,10 @@ def test_the_sketch_shows_it(tmp_path, shape):
     (tmp_path / "tool.stl").write_bytes(binary(CORNERS))
     changes = [f"platform.shape={shape}", "platform.colour='#abcdef'", "frame={colour: '#123456', shape: posts}"]
     robot = load_robot(str(tmp_path / "r.yaml"), text=ROBOT.read_text(), overrides=changes)
-    chart = draw(pictures(Subject.of_robot(robot), np.zeros(1), robot.home[None, :3], robot.home[None, 3:]))
-    (axes,) = chart.axes
-    looks = [patch.get_facecolor()[:3] for patch in axes.patches]
-    wanted = tuple(int("abcdef"[i : i + 2], 16) / 255 for i in (0, 2, 4))
-    assert any(look == pytest.approx(wanted) for look in looks)
-    assert any(line.get_color() == "#123456" for line in axes.lines)
+    drawn = draw(pictures(Subject.of_robot(robot), np.zeros(1), robot.home[None, :3], robot.home[None, 3:]))
+    text = drawn.markup("robot")
+    assert "fill: #abcdef" in text
+    assert "stroke: #123456" in text
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+from cdpr.cli import cli
 from cdpr.errors import PluginError
 from cdpr.plugins import INTERFACE_VERSION, PluginInfo, hookimpl
 from cdpr.plugins.registry import Registered, collect, registry
@@ -175,3 +176,21 @@ def test_what_does_not_compute_loads_nothing_heavy(code, heavy):
     probe = f"{code}\nimport sys\nprint('LOADED', sorted(set({heavy!r}) & set(sys.modules)))"
     output = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert output.splitlines()[-1] == "LOADED []"
+
+
+# What a run of ideal cables on our own backend does without: whole rooms, and what numba needs to compile.
+UNUSED_BY_A_RUN = (
+    "scipy.linalg", "numba.np.linalg", "rich", "multiprocessing",
+    "cdpr.fmu.export", "cdpr.fmu.run", "cdpr.fmu.read.archive", "cdpr.simulation.simulation", "cdpr.gui",
+    "cdpr.report.pages", "cdpr.report.figures", "cdpr.compare", "cdpr.study",
+)  # fmt: skip
+
+
+def test_a_run_of_compiled_parts_loads_only_what_it_needs(tmp_path):
+    words = ["run", "scenarios/caroca.yaml", "--set", "simulation.duration=0.01", "--no-report", "--out"]
+    main = "from cdpr.cli import cli; cli.main({!r}, standalone_mode=False)"
+    cli.main([*words, str(tmp_path / "first")], standalone_mode=False)  # kernels that are not there are compiled here
+    test_what_does_not_compute_loads_nothing_heavy(
+        main.format([*words, str(tmp_path / "second")]),
+        tuple(name for name in (*HEAVY, *UNUSED_BY_A_RUN) if name not in ("numba", "scipy")),
+    )

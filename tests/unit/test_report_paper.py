@@ -88,9 +88,13 @@ def test_the_same_run_gives_the_same_bytes(run, tmp_path, kind, monkeypatch):
         ("3.5", 3.5),
     ],
 )
-def test_it_is_as_wide_as_asked(run, tmp_path, width, inches):
+def test_it_is_as_wide_as_asked(run, width, inches):
+    assert run.plot("tension", "position", width=width).get_figwidth() == pytest.approx(inches)
+
+
+@pytest.mark.parametrize(("width", "inches"), [("ieee", 3.5), ("ieee-wide", 7.16)])
+def test_its_file_is_as_wide_as_the_figure(run, tmp_path, width, inches):
     figure = run.plot("tension", "position", width=width)
-    assert figure.get_figwidth() == pytest.approx(inches)
     (box,) = re.findall(rb"/MediaBox \[ ?0 0 ([0-9.]+) [0-9.]+ ?\]", saved(figure, tmp_path, "pdf"))
     assert float(box) * POINT == pytest.approx(inches, abs=1e-3)
 
@@ -183,6 +187,8 @@ def test_any_run_goes_on_paper(case, tmp_path):
 
 
 def test_the_command_line_draws_figures_of_a_run(tmp_path):
+    from matplotlib import figure as plain
+
     cdpr.simulate("caroca", out=tmp_path / "run", overrides={"simulation.duration": 0.1})
     out = tmp_path / "tension.pdf"
     what = ("view", tmp_path / "run", "--figure", "tension,position_error", "--cables", "1,cable_3", "--out")
@@ -195,6 +201,14 @@ def test_the_command_line_draws_figures_of_a_run(tmp_path):
     (tmp_path / "mine.pdf").write_text("%PDF-1.7 precious")
     assert "is no figure in PDF" in cdpr_here(*what, tmp_path / "mine.pdf", code=8).stderr
     assert (tmp_path / "mine.pdf").read_text() == "%PDF-1.7 precious"
+    for suffix in ("pdf", "svg", "png"):
+        theirs = tmp_path / f"theirs.{suffix}"
+        plain.Figure().savefig(theirs)
+        before = theirs.read_bytes()
+        assert f"is no figure in {suffix.upper()} that cdpr drew" in cdpr_here(*what, theirs, code=8).stderr
+        assert theirs.read_bytes() == before
+        assert cdpr_here(*what, tmp_path / f"ours.{suffix}").returncode == 0
+        assert cdpr_here(*what, tmp_path / f"ours.{suffix}").returncode == 0
     assert cdpr_here(*what, tmp_path / "TENSION.PDF", "--width", "5").returncode == 0
     for empty in (("--figure", ","), ("--width", "")):
         cdpr_here(*what, tmp_path / "none.pdf", *empty, code=2)

@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -7,6 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
 from cdpr.log.event import Event
@@ -15,21 +18,34 @@ from cdpr.report.figures import run as figures
 from cdpr.report.figures import sketch
 from cdpr.report.figures.canvas import Chart, inline_svg
 from cdpr.report.figures.overlay import number_groups
-from cdpr.report.marks import AXES, CABLES, shorten
+from cdpr.report.figures.panels import stack
+from cdpr.report.figures.svg import OnPage, numbers, ticks_within
+from cdpr.report.marks import AXES, CABLES, LEAST_ERROR, shorten
 from cdpr.report.plots import run as panels
-from cdpr.report.plots.histories import roll_pitch_yaw
+from cdpr.report.plots.histories import histories, roll_pitch_yaw
+from cdpr.report.plots.pictures import pictures_of
 
 
 def _drawn(panels, run):
-    return figures.draw(run, panels(run))
+    return figures.charted(run, panels(run))
+
+
+def _on_page(panels, run):
+    return stack(run, panels(run), OnPage)
+
+
+def sketched(run):
+    return sketch.draw(pictures_of(histories(run).outline))
 
 
 PANELS = ("pose", "velocity", "acceleration", "errors", "tensions", "cables", "distribution", "energy")
 drawings = {name: partial(_drawn, getattr(panels, name)) for name in PANELS}
 plots = SimpleNamespace(overview=lambda run: run.plot(), **drawings)
+pages = SimpleNamespace(**{name: partial(_on_page, getattr(panels, name)) for name in PANELS})
 
 FIGURES = (
-    sketch.robot,
+    sketched,
+    *vars(pages).values(),
     plots.overview,
     plots.pose,
     plots.velocity,
@@ -42,9 +58,13 @@ FIGURES = (
 )
 
 
-def texts(figure: Chart) -> list[str]:
+def markup(figure: Chart | OnPage) -> str:
+    return figure.markup("test") if isinstance(figure, OnPage) else inline_svg(figure, "test", "test")
+
+
+def texts(figure: Chart | OnPage) -> list[str]:
     """Everything written in a figure."""
-    root = ElementTree.fromstring(inline_svg(figure, "test", "test"))
+    root = ElementTree.fromstring(markup(figure))
     return ["".join(node.itertext()).strip() for node in root.iter("{http://www.w3.org/2000/svg}text")]
 
 
@@ -63,7 +83,7 @@ def texts(figure: Chart) -> list[str]:
         (plots.cables, ["cable length (m)", "length rate (m/s)", "cable_1", "cable_8"]),
         (plots.distribution, ["margin (N)", "residual (N)", "at a limit (0 N)", "10⁻¹²"]),
         (
-            sketch.robot,
+            sketched,
             ["x", "y", "z", "axes, 1 m long", "start, 0 s", "end, 4 s", "8: cable_8", "desired path"],
         ),
     ],
@@ -71,8 +91,19 @@ def texts(figure: Chart) -> list[str]:
 def test_quantities_units_and_names_are_written(draw, labels: list[str]) -> None:
     written = texts(draw(make_run()))
     assert not set(labels) - set(written)
-    if draw is not sketch.robot:
+    if draw is not sketched:
         assert "time (s)" in written
+
+
+@pytest.mark.parametrize("name", PANELS)
+@pytest.mark.parametrize("case", ["whole", "infeasible", "diverged"])
+def test_pages_say_what_figures_of_the_library_say(name, case) -> None:
+    """The same words at the same ticks, whatever draws them; a common power of ten is written in another way."""
+    run = {"whole": make_run, "infeasible": infeasible_run, "diverged": diverged_run}[case]()
+    plain = [
+        [text for text in texts(of[name](run)) if "e" not in text and "×" not in text] for of in (drawings, vars(pages))
+    ]
+    assert sorted(plain[0]) == sorted(plain[1])
 
 
 def test_errors_are_drawn_in_millimetres_and_milliradians() -> None:
@@ -166,6 +197,16 @@ def test_a_constant_quantity_is_not_blown_up_to_its_round_off() -> None:
     assert high - low >= 1e-3
 
 
+def test_errors_of_round_off_are_not_blown_up() -> None:
+    run = make_run()
+    table, columns = run.rows.copy(), run.header.layout.columns
+    for name in ("position", "orientation"):
+        table[:, columns[name]] = table[:, columns[f"desired_{name}"]]
+    table[:, columns["position"]] += 1e-15 * np.arange(3)
+    for axes in plots.errors(replace(run, rows=table)).axes[:2]:
+        assert np.ptp(axes.get_ylim()) >= LEAST_ERROR
+
+
 def test_failed_steps_are_shaded_in_every_panel_and_named() -> None:
     run = infeasible_run()
     figure = plots.pose(run)
@@ -205,7 +246,8 @@ def test_a_diverging_end_does_not_flatten_what_led_to_it() -> None:
 def test_any_last_value_can_be_drawn(last: float) -> None:
     run = diverged_run(last)
     for k, draw in enumerate(FIGURES):
-        inline_svg(draw(replace(run, status="failed") if k % 2 else run), "key", "label")
+        text = markup(draw(replace(run, status="failed") if k % 2 else run))
+        assert not re.search(r"\b(nan|inf)\b", re.sub(r">[^<]*<|aria-label=\"[^\"]*\"", "", text))
 
 
 def test_attitude_has_no_jump_of_a_turn() -> None:
@@ -237,7 +279,7 @@ def test_a_planar_robot_is_seen_square_on() -> None:
     table = run.rows.copy()
     for name in ("position", "desired_position"):
         table[:, run.header.layout.columns[name].start + 1] = 0.0
-    written = texts(sketch.robot(replace(run, header=replace(run.header, anchors=anchors), rows=table)))
+    written = texts(sketched(replace(run, header=replace(run.header, anchors=anchors), rows=table)))
     assert {"x", "z"} <= set(written)
     assert "y" not in written
 
@@ -245,8 +287,8 @@ def test_a_planar_robot_is_seen_square_on() -> None:
 @pytest.mark.parametrize("shape", [None, {"sphere": 0.2}, {"box": [0.2, 0.2, 0.2]}])
 def test_every_shape_of_a_platform_can_be_drawn(shape) -> None:
     run = make_run(rows=10)
-    patches = sketch.robot(replace(run, header=replace(run.header, shape=shape))).axes[0].patches
-    assert len(patches) == {"None": 0, "sphere": 2, "box": 9}[next(iter(shape)) if shape else "None"]
+    text = markup(sketched(replace(run, header=replace(run.header, shape=shape))))
+    assert text.count('z" style=') == {"None": 0, "sphere": 2, "box": 9}[next(iter(shape)) if shape else "None"]
 
 
 def test_long_names_keep_their_ends() -> None:
@@ -297,5 +339,46 @@ def test_a_run_without_a_sample_has_empty_figures() -> None:
 def test_a_broken_cable_is_gone_at_the_end():
     run = make_run()
     gone = replace(run, header=replace(run.header, broken=((1, 0.1),)))
-    whole, seven = (len(sketch.robot(each).axes[0].lines) for each in (run, gone))
+    whole, seven = (markup(sketched(each)).count("stroke-linecap") for each in (run, gone))
     assert seven == whole - 1
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "most", "ticks"),
+    [
+        (0.0, 4.0, 9, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0]),
+        (-1.2, 1.2, 6, [-1.0, -0.5, 0.0, 0.5, 1.0]),
+        (0.0, 7.0, 6, [0.0, 2.0, 4.0, 6.0]),
+        (3.0, 3.0, 6, []),
+        (np.nan, 1.0, 6, []),
+        (0.0, np.inf, 6, []),
+        (5e-324, 1e-323, 6, []),
+    ],
+)
+def test_ticks_are_round_numbers_within(low, high, most, ticks) -> None:
+    assert ticks_within(low, high, most) == pytest.approx(ticks)
+
+
+@given(st.floats(-1e300, 1e300), st.floats(1e-12, 1e300), st.integers(2, 12))
+def test_ticks_of_any_range_are_few_and_inside(low, width, most) -> None:
+    high = low + width
+    found = ticks_within(low, high, most)
+    assert len(found) <= most + 1
+    slack = 1e-8 * (high - low)
+    assert all(low - slack <= tick <= high + slack for tick in found)
+
+
+def test_numbers_share_their_digits_and_a_power_where_they_are_far_from_one() -> None:
+    assert numbers([0.0, 0.25, 0.5], range(-4, 5)) == (["0.00", "0.25", "0.50"], "")
+    assert numbers([-2e-7, 0.0, 2e-7], range(-4, 5)) == (["−2", "0", "2"], "×10⁻⁷")
+    assert numbers([1e6, 1.5e6], range(-4, 5)) == (["1.0", "1.5"], "×10⁶")
+    assert numbers([], range(-4, 5)) == ([], "")
+
+
+def test_a_line_with_gaps_is_drawn_in_pieces_and_without_points_that_change_nothing() -> None:
+    sheet = OnPage(2.0, 1.0)
+    frame = sheet.frame((0.0, 0.0, 2.0, 1.0))
+    frame.scale(x=(0.0, 144.0), y=(72.0, 0.0))
+    frame.line([0, 10, 20, 30, np.nan, 40, 50, 60, 70], [0, 10, 20, 0, 0, 5, 5, np.inf, 7], {"color": "#000000"})
+    (path,) = re.findall(' d="([^"]*)"', sheet.markup("test"))
+    assert path == "M0 0L20 20L30 0M40 5L50 5M70 7h0"

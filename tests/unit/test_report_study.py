@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,14 @@ import pytest
 from study_cases import write_study
 from test_report_cases import diverged_run, make_run
 
+from cdpr.cli.study import _report
 from cdpr.report.figures.study_layout import MOST_PLACES, layouts, panels, thinned
-from cdpr.report.marks import CABLES
+from cdpr.report.marks import CABLES, LEAST_ERROR
 from cdpr.report.pages.study import render
 from cdpr.report.pages.study_cases import MOST, choose, player
 from cdpr.report.plots.cases import BEYOND, overlay
-from cdpr.report.text.study import FIGURES
+from cdpr.report.plots.panel import LEAST_SHARE
+from cdpr.report.text.study import FIGURES, LEAST_FORCE
 from cdpr.simulation.cases import Outcome
 from cdpr.study import Results, load_study, run_study
 from cdpr.study.table import make_table
@@ -127,6 +130,41 @@ def test_curves_upon_one_another_are_all_seen(tmp_path, count):
         assert seen > SEEN, colour
 
 
+TWO = "  - {key: controller.kp, values: [100, 200]}\n"
+
+
+@pytest.mark.parametrize(
+    ("what", "values", "least"),  # in the unit of the figure
+    [
+        (TENSION, (610.0, 610.0 + 3e-13), 610.0 * LEAST_SHARE),
+        (TENSION, (1e-12, 4e-11), LEAST_FORCE),  # whose ratio would make a logarithmic scale
+        (ERROR, (2e-13, 3e-13), LEAST_ERROR),
+        (ERROR, (0.0, 5e-16), LEAST_ERROR),
+    ],
+)
+def test_round_off_is_not_zoomed_into(tmp_path, what, values, least):
+    pytest.importorskip("matplotlib")
+    assert np.subtract(*reversed(axis_of(tmp_path, what, values))) >= least * (1.0 - 1e-9)
+
+
+def test_what_differs_fills_its_axis(tmp_path):
+    pytest.importorskip("matplotlib")
+    for what, values in ((TENSION, (610.0, 610.5)), (ERROR, (1e-3, 2e-3)), (TENSION, (1.0, 100.0))):
+        low, high = axis_of(tmp_path, what, values)
+        shown, whole = (np.log(values), np.log([low, high])) if values[1] > 30.0 * values[0] else (values, [low, high])
+        assert np.ptp(shown) > 0.8 * np.ptp(whole)
+
+
+def axis_of(tmp_path, what, values):
+    """The range of the axis on which two cases have these values of a figure."""
+    from cdpr.report.figures.study import multiples
+
+    found = results(tmp_path, "axes:\n" + TWO)
+    pairs = zip(found.table.records(), values, strict=True)
+    records = [{**record, what.column: value / what.scale} for record, value in pairs]
+    return multiples(layouts(found.study.blocks[0])[0], records, what).axes[0].get_ylim()
+
+
 def test_figures_are_as_wide_as_their_cards(tmp_path):
     pytest.importorskip("matplotlib")
     from cdpr.report.figures.study import WIDTH, multiples
@@ -172,12 +210,12 @@ def kept_study(tmp_path, text):
 
 
 @pytest.fixture(scope="module")
-def few(tmp_path_factory):
+def few(warm_workers, tmp_path_factory):
     return kept_study(tmp_path_factory.mktemp("few"), KP)
 
 
 @pytest.fixture(scope="module")
-def many(tmp_path_factory):
+def many(warm_workers, tmp_path_factory):
     return kept_study(tmp_path_factory.mktemp("many"), KD + KP)
 
 
@@ -255,6 +293,20 @@ def test_a_run_that_diverges_flattens_no_other():
     reached, most = np.nanmax(drawn), 1e3 * np.linalg.norm(before, axis=1).max()
     assert reached <= BEYOND * most
     assert np.nanmax(1e3 * np.linalg.norm(wild.position_error, axis=1)) > BEYOND * most
+
+
+def test_without_matplotlib_the_page_has_its_table_and_names_the_remedy(few, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "cdpr.report.figures.canvas", raising=False)
+    _report(few)
+    told = capsys.readouterr().err
+    assert told.startswith("study.html has no figures: ")
+    assert told.endswith("pip install 'cdpr[plot]'\n")
+    html = (few.folder / "study.html").read_text()
+    assert "pip install &#x27;cdpr[plot]&#x27;" in html
+    assert 'id="stage"' in html
+    assert all(case.id in html for case in few.study.cases)
+    assert 'id="block1figure1_1"' not in html
 
 
 def test_names_are_escaped(tmp_path):

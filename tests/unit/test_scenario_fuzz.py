@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from conftest import EXAMPLES
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_scenario_base import PLUGINS, TEXTS
@@ -53,7 +54,7 @@ VALUES = st.recursive(
     max_leaves=8,
 )
 
-many = settings(max_examples=120, suppress_health_check=[HealthCheck.too_slow])
+many = settings(max_examples=3 * EXAMPLES, suppress_health_check=[HealthCheck.too_slow])
 
 
 def outcome(text: str, overrides=()) -> None:

@@ -361,6 +361,29 @@ def test_loading_imports_no_engine_and_nothing_slow():
     assert done.stdout == "[]\n"
 
 
+def test_models_are_made_into_validators_when_first_used():
+    """Most of them, of events, motions and parts, a run never needs."""
+    code = (
+        "import cdpr.scenario.loader; from cdpr.plugins.registry import registry; registry();"
+        "from cdpr.fields import Section; from cdpr.plugins.info import PluginOptions;"
+        "below = lambda kind: {kind}.union(*map(below, kind.__subclasses__()));"
+        "print(sum(each.__pydantic_complete__ for each in below(Section) | below(PluginOptions)),"
+        "len(below(Section) | below(PluginOptions)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    made, known = map(int, done.stdout.split())
+    assert known > 60
+    assert made < 10  # of some, an object stands in a default
+
+
+def test_what_is_not_changed_is_not_checked_again(monkeypatch):
+    loaded = load_scenario(SCENARIOS / "caroca.yaml")
+    monkeypatch.setattr("cdpr.scenario.scenario.build_scenario", None)
+    same = loaded.with_changes({}, plugins=loaded.plugins)
+    assert same == loaded
+    assert same is not loaded  # each keeps its own motion, which has a buffer
+
+
 def test_orientations_stand_alone():
     assert np.array_equal(Orientation(rpy=(0.0, 0.0, 0.0)).quaternion(), [1, 0, 0, 0])
     assert problems(changed(BASE, "{quaternion: [1, 0, 0, 0]}", "{roll: 1}"))

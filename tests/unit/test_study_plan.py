@@ -202,7 +202,7 @@ def test_every_case_has_a_seed_of_its_own(tmp_path):
             "zip: the axis holds 1, 2 twice",
         ),
         ("blocks: [{name: a}, {name: a}]", "blocks[1].name: another block has this name"),
-        ("blocks: [{name: a, scenario: nowhere.yaml}]", "there is no file"),
+        ("blocks: [{name: a, scenario: nowhere.yaml}]", "study.yaml:3:30: blocks[0].scenario: there is no file"),
         ("axes: [{key: controller.kp, range: {start: 1, stop: 1000000, step: 1}}]", "at most 100000"),
         (
             "axes: [{key: controller.kp, range: {start: 1, stop: 1000, step: 1}}, "

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
+from counted import calls
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
@@ -59,16 +58,15 @@ def test_many_points_are_those_of_a_quintic_spline():
     np.testing.assert_allclose(a, spline(times, 2), atol=1e-8)
 
 
-def test_a_large_table_is_fast_and_right():
+def test_a_large_table_is_right_and_no_loop_of_python():
     times = np.arange(100_000) * 0.01
     share = np.sin(0.3 * times)
     x = np.stack([share, 2 * share, 1000 + share], axis=1)
     half = 0.5 * times
     q = np.stack([np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)], axis=1)  # 1 rad/s about z
     interpolate(times[:3], x[:3], q[:3])  # compiles
-    began = time.process_time()
-    motion = interpolate(times, x, q)
-    assert time.process_time() - began < 5.0  # s of CPU, whatever else the machine does
+    motion, count = calls(lambda: interpolate(times, x, q))
+    assert count < 0.1 * len(times)  # 1100, however many
     for t in (100.0, 333.3333, 777.777):
         sample = motion.sample(t)
         np.testing.assert_allclose(sample[:3] - [0, 0, 1000], np.sin(0.3 * t) * np.array([1, 2, 1]), atol=1e-9)

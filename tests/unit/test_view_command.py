@@ -11,6 +11,7 @@ from command_line import cdpr_here
 from conftest import ROOT
 
 import cdpr
+from cdpr.report.pages.page import is_page
 
 SCENARIOS = ROOT / "scenarios"
 
@@ -128,8 +129,31 @@ def test_only_a_page_is_written_over(tmp_path):
     robot.write_text((SCENARIOS / "robots" / "cogiro.yaml").read_text())
     before = robot.read_bytes()
     done = cdpr_here("view", robot, "--no-open", "--out", robot, code=8)
-    assert "robot.yaml' is there already and is no page: it is not written over" in done.stderr
+    assert "robot.yaml' is there already and is no page that cdpr wrote: it is not written over" in done.stderr
     assert robot.read_bytes() == before
     for _ in range(2):
         cdpr_here("view", robot, "--no-open", "--out", tmp_path)
-    assert page.read_bytes().startswith(b"<!DOCTYPE html>")
+    assert is_page(page.read_bytes())
+
+
+@pytest.mark.parametrize("others", ["begins", "holds one of ours", "names another"])
+def test_pages_of_others_stay(tmp_path, others):
+    """A page that somebody wrote begins as ours do, may show one of ours, and says of whom it is, or not."""
+    page = tmp_path / "notes.html"
+    cdpr_here("view", SCENARIOS / "robots" / "cogiro.yaml", "--no-open", "--out", page)
+    ours = page.read_text()
+    mark = '<meta name="generator" content="cdpr">'
+    assert ours.count(mark) == 1
+    head = "<!DOCTYPE html>\n<html>\n<head>\n"
+    page.write_text(
+        {
+            "begins": f"{head}<title>my notes</title>\n",
+            "holds one of ours": f"{head}<title>my notes</title></head><body>{ours}</body>",
+            "names another": ours.replace(mark, '<meta name="generator" content="Hugo">'),
+        }[others]
+    )
+    before = page.read_bytes()
+    done = cdpr_here("view", SCENARIOS / "robots" / "cogiro.yaml", "--no-open", "--out", page, code=8)
+    assert "notes.html' is there already and is no page that cdpr wrote" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert page.read_bytes() == before

@@ -9,6 +9,7 @@ import os
 import uuid
 import zipfile
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 
 from cdpr.errors import OutputError
@@ -93,9 +94,15 @@ def assemble(model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence
     }
     if flags:
         entries[f"binaries/{platform_folder(fmi)}/{IDENTIFIER}.so"] = library(files, flags)
+    return _zipped(tuple(entries.items()))
+
+
+@lru_cache(maxsize=16)
+def _zipped(entries: tuple[tuple[str, bytes], ...]) -> bytes:
+    """Return names and contents as an archive; packing them takes most of an export, and a study repeats its robots."""
     result = io.BytesIO()
     with zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in entries.items():
+        for name, content in entries:
             info = zipfile.ZipInfo(name, EPOCH)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.create_system = 3  # Unix, wherever it is made

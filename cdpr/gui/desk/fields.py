@@ -123,6 +123,30 @@ def choice(value: str, text: str = "", missing: str | None = None) -> dict[str, 
     return {"value": value, "label": label_of(value), "help": text, "missing": missing}
 
 
+def entry(
+    path: Path,
+    kind: str,
+    value: Any,
+    *,
+    given: bool,
+    optional: bool,
+    label: str | None = None,
+    unit: str = "",
+    text: str = "",
+) -> Field:
+    """Return what all fields have; they are called as the last key of `path` unless `label` says otherwise."""
+    return {
+        "path": dotted(path),
+        "label": label or (label_of(path[-1]) if path else ""),
+        "unit": unit,
+        "help": text,
+        "kind": kind,
+        "value": value,
+        "given": given,
+        "optional": optional,
+    }
+
+
 class Maker:
     """Makes fields of what a schema says and a file holds.
 
@@ -147,16 +171,8 @@ class Maker:
             kind = "yaml"
         if known is MISSING or known is None:
             known = node.get("default", MISSING)
-        field: Field = {
-            "path": dotted(path),
-            "label": label_of(path[-1]) if path else "",
-            "unit": node.get("unit", ""),
-            "help": node.get("description", ""),
-            "kind": kind,
-            "value": None,
-            "given": given,
-            "optional": not needed,
-        }
+        unit, text = node.get("unit", ""), node.get("description", "")
+        field = entry(path, kind, None, given=given, optional=not needed, unit=unit, text=text)
         if kind == "section":
             return field | self._section(node, path, data, known)
         if kind == "list":
@@ -197,16 +213,7 @@ class Maker:
 
     def odd(self, path: Path, value: Any) -> Field:
         """Return the field of something that has no place here."""
-        return {
-            "path": dotted(path),
-            "label": label_of(path[-1]),
-            "unit": "",
-            "help": "",
-            "kind": "yaml",
-            "value": flow(value),
-            "given": True,
-            "optional": True,
-        }
+        return entry(path, "yaml", flow(value), given=True, optional=True)
 
     def _section(self, node: Schema, path: Path, data: Any, known: Any) -> Field:
         forms = branches(node, self.root)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.gui.desk.believed import cables_in_place
-from cdpr.gui.desk.fields import MISSING, Field, Maker, Schema, at, choice, every, resolve
+from cdpr.gui.desk.fields import MISSING, Field, Maker, Schema, at, choice, entry, every, resolve
 from cdpr.gui.desk.starts import Starts
 from cdpr.gui.desk.table import cable_table
 from cdpr.plugins.registry import Registry, Role
@@ -100,17 +100,9 @@ def _robot(subject: Subject, maker: Maker) -> list[Field]:
     made: list[Field] = []
     if subject.robot_file or not isinstance(robot, dict):
         about = SCHEMA["properties"]["robot"]["description"]
+        file = subject.robot_file or None
         made.append(
-            {
-                "path": "robot",
-                "label": "robot file",
-                "unit": "",
-                "help": about,
-                "kind": "text",
-                "value": subject.robot_file or None,
-                "given": bool(subject.robot_file),
-                "optional": False,
-            }
+            entry(("robot",), "text", file, given=file is not None, optional=False, label="robot file", text=about)
         )
     if not isinstance(robot, dict):
         return made

@@ -12,6 +12,7 @@ from cdpr.gui.desk.fields import (
     at,
     branches,
     choice,
+    entry,
     kind_of,
     label_of,
     resolve,
@@ -55,18 +56,9 @@ def cable_table(maker: Maker, path: Path, given: Any, robot: Any, known: Any) ->
     for column in columns:
         said = any(row["cells"].get(column["key"], {}).get("given") for row in rows)
         column["shown"] = said or column["key"] in COMMON
-    return {
-        "path": dotted(path),
-        "label": label_of(path[-1]),
-        "unit": "",
-        "help": "the cables: A_i on the frame, B_i on the platform; what is not said of one is that of all",
-        "kind": "table",
-        "value": len(rows),
-        "given": given is not MISSING,
-        "optional": False,
-        "columns": columns,
-        "rows": rows,
-    }
+    text = "the cables: A_i on the frame, B_i on the platform; what is not said of one is that of all"
+    field = entry(path, "table", len(rows), given=given is not MISSING, optional=False, text=text)
+    return field | {"columns": columns, "rows": rows}
 
 
 def _columns(node: Schema, maker: Maker, before: str, *, optional: bool) -> list[dict[str, Any]]:

@@ -20,9 +20,10 @@ class Told {
     this.live = live;
     this.tabs = new Tabs(list, home, "told");
     this.numbers = make("table", { className: "numbers", "aria-label": "Numbers" });
+    this.tensions = make("table", { className: "numbers", "aria-label": "Tensions" });
     this.events = make("ol", { className: "events" });
     this.messages = make("ol", { className: "messages", "aria-live": "polite" });
-    this.tabs.panel("numbers", "Numbers").append(this.numbers);
+    this.tabs.panel("numbers", "Numbers").append(this.numbers, this.tensions);
     this.tabs.panel("events", "Events").append(this.events);
     this.tabs.panel("messages", "Messages").append(this.messages);
     this.unread = 0;
@@ -41,15 +42,19 @@ class Told {
     const pose = make("tbody", {}, make("tr", {}, make("td"), ...heads, make("td")),
       row("p", "position", "m", xyz), row("dp", "desired", "m", xyz), row("a", "attitude", "deg", xyz),
       row("da", "desired", "deg", xyz), row("force", "force", "N", xyz));
-    this.bars = cables.map(() => make("i"));
-    const each = make("tbody", {}, ...cables.map((name, i) => {
-      const line = row(`cable${i}`, `${i + 1} ${name}`, "N", [0]);
-      line.insertBefore(make("td", { colspan: 2, className: "gauge" }, this.bars[i]), line.lastChild);
-      line.addEventListener("pointerenter", () => this.live.select(i));
-      line.addEventListener("pointerleave", () => this.live.select(null));
-      return line;
-    }));
-    this.numbers.replaceChildren(pose, each);
+    this.numbers.replaceChildren(pose);
+    this.cables = cables.map((name, i) => {
+      const cells = [make("th", { scope: "row", text: `${i + 1} ${name}`, title: name }), make("td", { className: "n gauge" }), make("td", { className: "unit" })];
+      for (const cell of cells) {
+        cell.addEventListener("pointerenter", () => this.live.select(i));
+        cell.addEventListener("pointerleave", () => this.live.select(null));
+      }
+      return cells;
+    });
+    const pair = (i) => make("tr", {}, ...this.cables.slice(i, i + 2).flat()); // two a line, so that eight are seen at once
+    this.tensions.replaceChildren(make("tbody", {}, ...cables.map((_, i) => i).filter((i) => i % 2 === 0).map(pair)));
+    this.jammed = new Set();
+    this.counted = 0;
   }
 
   // At most ten times a second: nobody reads faster.
@@ -67,11 +72,12 @@ class Told {
     put("a", degrees(frame.q), 2);
     put("da", degrees(frame.dq), 2);
     put("force", frame.force, 1);
-    this.bars.forEach((bar, i) => {
-      const tension = frame.tension?.[i], { broken } = this.live.data.states;
-      const gone = frame.state?.[i] === broken;
-      say(this.cells[`cable${i}`][0], gone ? "broken" : tension === null || tension === undefined ? "–" : tension.toFixed(1));
-      bar.style.width = gone || !(tension > 0) ? "0" : `${(100 * clamp(tension / most, 0, 1)).toFixed(1)}%`;
+    const { broken, slack } = this.live.data.states;
+    this.cables.forEach(([, cell, unit], i) => {
+      const tension = frame.tension?.[i], state = frame.state?.[i], gone = state === broken;
+      say(cell, gone ? "broken" : tension === null || tension === undefined ? "–" : tension.toFixed(1));
+      say(unit, gone ? "" : this.jammed.has(i) ? "jammed" : state === slack ? "slack" : "N");
+      cell.style.backgroundSize = `${gone || !(tension > 0) ? 0 : (100 * clamp(tension / most, 0, 1)).toFixed(1)}% 100%`;
     });
   }
 
@@ -84,6 +90,9 @@ class Told {
     say(document.getElementById("rtf"), Number.isFinite(status.rtf) ? status.rtf.toFixed(2) : "–");
     const parts = [status.backend, status.solver, status.controller].filter(Boolean);
     say(document.getElementById("parts"), parts.join(" · ") || "–");
+    this.jammed = new Set((status.cables || []).flatMap(({ jammed }, i) => (jammed ? [i] : [])));
+    this.counted = 0; // it comes after the last frame: numbers show that, and what has become of cables
+    this.live.wake();
     this.happened(status.events || []);
   }
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from cdpr.errors import PluginError
-from cdpr.report.marks import INK, PALE
+from cdpr.report.marks import DRAWN_BY, INK, PALE
 from cdpr.view import colours
 
 try:
@@ -108,8 +108,12 @@ PRINT: dict[str, Any] = {
     "svg.hashsalt": "cdpr",
     "savefig.dpi": 300,
 }
-# What no file says, so that the same figure has the same bytes.
-UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+# What files say of themselves: who drew them, and no date, so that the same figure has the same bytes.
+SAID: dict[str, dict[str, str | None]] = {
+    "svg": {"Creator": DRAWN_BY, "Date": None},
+    "pdf": {"Creator": DRAWN_BY, "CreationDate": None},
+    "png": {"Software": DRAWN_BY},
+}
 
 
 class Chart(Figure):
@@ -122,12 +126,12 @@ class Chart(Figure):
         """
         named = os.path.splitext(fname)[1][1:] if isinstance(fname, str | os.PathLike) else ""
         kind = str(options.get("format") or named).lower()
-        metadata = {**UNDATED.get(kind, {}), **(options.pop("metadata", None) or {})}
+        metadata = {**SAID.get(kind, {}), **(options.pop("metadata", None) or {})}
         with mpl.rc_context({**STYLE, **PRINT}), _any_letter():
             super().savefig(fname, metadata=metadata, **options)
 
     def _repr_svg_(self) -> str:
-        return inline_svg(self, "notebook", "Time histories of a run")
+        return inline_svg(self, "notebook", "Time histories of a run", both=False)
 
 
 Draw = TypeVar("Draw", bound=Callable[..., Chart])
@@ -144,10 +148,12 @@ def styled(draw: Draw) -> Draw:
     return cast(Draw, within)
 
 
-def inline_svg(figure: Figure, key: str, label: str) -> str:
+def inline_svg(figure: Figure, key: str, label: str, *, both: bool = True) -> str:
     """Return `figure` as an `<svg>` element for HTML.
 
-    `key` keeps its ids apart from those of other figures on the page; `label` is what a screen reader says.
+    `key` keeps its ids apart from those of other figures on the page; `label` is what a screen reader says. With
+    `both`, our colours are what the page says that they are on its ground; without, those of light ground, which
+    programs other than browsers understand.
     """
     buffer = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": f"cdpr {key}"}), _any_letter():
@@ -163,7 +169,8 @@ def inline_svg(figure: Figure, key: str, label: str) -> str:
     # Ids such as line2d_7 are never referred to, nor unique on a page; indents are a tenth of the file.
     text = re.sub(r' id="[a-z0-9.]+_\d+"', "", text)
     text = re.sub(r"\n +", "\n", text)
-    return re.sub(r' d="[^"]*"', _two_decimals, text)
+    text = re.sub(r' d="[^"]*"', _two_decimals, text)
+    return colours.on_either_ground(text) if both else text
 
 
 def text_width(text: str, size: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cdpr.report.figures.canvas import Chart, Line2D
+from cdpr.report.figures.surface import Sheet
 from cdpr.report.marks import shorten
 from cdpr.report.plots.panel import Entry
 
@@ -21,15 +21,14 @@ def legend_width(cables: Sequence[str]) -> float:
     return MARGIN + SAMPLE + 0.1 + LETTER * max(longest, LEAST)
 
 
-def write_legend(chart: Chart, entries: Sequence[Entry], corner: tuple[float, float]) -> None:
-    """Write a legend with its upper left corner at `corner`, in from the lower left of the figure.
+def write_legend(sheet: Sheet, entries: Sequence[Entry], corner: tuple[float, float]) -> None:
+    """Write a legend with its upper left corner at `corner`, in from the lower left of the sheet.
 
     By hand, because matplotlib's own legends would take a third of the time of a report.
     """
     x, y = corner[0] + MARGIN, corner[1] - 0.1
-    inches = chart.dpi_scale_trans
     for text, look in entries:
         sample = [x, x + 0.5 * SAMPLE, x + SAMPLE]  # a mark stands on its middle
-        chart.add_artist(Line2D(sample, [y] * 3, transform=inches, **look))
-        chart.text(x + SAMPLE + 0.1, y, text, transform=inches, va="center")
+        sheet.line(sample, [y] * 3, look)
+        sheet.text(x + SAMPLE + 0.1, y, text, {"va": "center"})
         y -= LINE

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.report.figures.canvas import Axes, Line2D, Path, PathPatch
+from cdpr.report.figures.surface import Frame
 from cdpr.report.marks import INK, events
 from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Entry
 
-CODES = (Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY)
 EVENT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": ":"}
 APART = 0.07  # of the time axis: room that the number of an event needs
 
@@ -29,22 +28,20 @@ def overlay_entries(run: Run | None, shades: Sequence[Shade]) -> list[Entry]:
 
 
 def draw_overlay(
-    axes: Axes, run: Run | None, shades: Sequence[Shade], span: tuple[float, float], *, numbered: bool
+    frame: Frame, run: Run | None, shades: Sequence[Shade], span: tuple[float, float], *, numbered: bool
 ) -> None:
     """Shade intervals over the time `span`, s; draw a line at each event of a run and, if asked, its number."""
-    across = axes.get_xaxis_transform()  # time along x, 0 to 1 from the bottom to the top
     for shade in shades:
-        corners = [corner for a, b in shade.intervals for corner in ((a, 0), (a, 1), (b, 1), (b, 0), (a, 0))]
-        shape = Path(corners, CODES * (len(corners) // len(CODES)))
-        axes.add_artist(PathPatch(shape, transform=across, facecolor=shade.colour.light, linewidth=0, zorder=0.5))
+        rings = [np.array(((a, 0.0), (a, 1.0), (b, 1.0), (b, 0.0))) for a, b in shade.intervals]
+        frame.area(rings, {"facecolor": shade.colour.light, "linewidth": 0, "zorder": 0.5}, "y")
     start, stop = span
     times = [] if run is None else [min(max(event.time, start), stop) for event in events(run)]
     if times:
         t, y = np.repeat(times, 3), np.tile([0.0, 1.0, np.nan], len(times))
-        axes.add_artist(Line2D(t, y, transform=across, zorder=1.5, **EVENT))
+        frame.line(t, y, {**EVENT, "zorder": 1.5}, "y")
     if numbered:
         for time, text in number_groups(times, APART * (stop - start)):
-            axes.text(time, 1.02, text, transform=across, ha="center", va="bottom", fontweight="bold")
+            frame.text(time, 1.02, text, {"ha": "center", "va": "bottom", "fontweight": "bold"}, "y")
 
 
 def number_groups(times: Sequence[float], apart: float) -> list[tuple[float, str]]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.log.run import Run
-from cdpr.report.figures.canvas import Chart, Line2D, text_width
+from cdpr.report.figures.canvas import Chart, text_width
+from cdpr.report.figures.chart import OnChart
 from cdpr.report.figures.overlay import draw_overlay, overlay_entries
 from cdpr.report.figures.panels import draw_panel, limit_entries
 from cdpr.report.plots.overlay import shades, span
@@ -61,25 +62,23 @@ def on_paper(run: Run, panels: Sequence[Panel], width: float) -> Chart:
     legends = [_rows(each, inner) for each in entries]
     above = [LINE * len(rows) + (numbers if i == 0 else 0.04) for i, rows in enumerate(legends)]
     height = sum(tall) + sum(above) + GAP * (len(panels) - 1) + BOTTOM
-    chart = Chart(figsize=(width, height))
+    sheet = OnChart(width, height)
     top = height
     for i, panel in enumerate(panels):
-        _write(chart, legends[i], top)
+        _write(sheet, legends[i], top)
         top -= above[i]
-        box = np.array((LEFT, top - tall[i], inner, tall[i])) / (width, height, width, height)
-        axes = chart.add_axes(tuple(box))
-        axes.tick_params(labelsize=LETTERS, labelbottom=i == len(panels) - 1)
-        draw_overlay(axes, run, under, across, numbered=i == 0)
-        axes.set_xlim(*across)
-        draw_panel(axes, run, panel, ticks=max(3, int(inner / A_TICK)))
-        axes.yaxis.set_label_coords(-(LEFT - 0.15) / inner, 0.5)
+        frame = sheet.frame((LEFT, top - tall[i], inner, tall[i]))
+        axes = frame.axes
+        draw_overlay(frame, run, under, across, numbered=i == 0)
+        frame.scale(x=across)
+        draw_panel(frame, run, panel, LEFT - 0.15, ticks=max(3, int(inner / A_TICK)))
+        if i == len(panels) - 1:
+            frame.label_time("time (s)", 0.25)
+        axes.tick_params(labelsize=LETTERS)
         for text in (axes.xaxis.label, axes.yaxis.label, axes.yaxis.get_offset_text(), *axes.texts):
             text.set_fontsize(LETTERS)
-        if i == len(panels) - 1:
-            axes.set_xlabel("time (s)", fontsize=LETTERS)
-            axes.xaxis.set_label_coords(0.5, -0.25 / tall[i])
         top -= tall[i] + GAP
-    return chart
+    return sheet.chart
 
 
 def _rows(entries: Sequence[Entry], width: float) -> list[list[Entry]]:
@@ -105,13 +104,12 @@ def _takes(entry: Entry) -> float:
     return _sample(entry) + text_width(entry[0], LETTERS)
 
 
-def _write(chart: Chart, rows: Sequence[Sequence[Entry]], top: float) -> None:
+def _write(sheet: OnChart, rows: Sequence[Sequence[Entry]], top: float) -> None:
     """Write a legend below `top`, in from the lower edge of the figure."""
-    inside = chart.dpi_scale_trans
     for row, entries in enumerate(rows):
         x, y = LEFT, top - (row + 0.5) * LINE
         for entry in entries:
             text, look = entry
-            chart.add_artist(Line2D([x, x + SAMPLE], [y, y], transform=inside, **look))
-            chart.text(x + _sample(entry), y, text, transform=inside, va="center", fontsize=LETTERS)
+            sheet.line([x, x + SAMPLE], [y, y], look)
+            sheet.text(x + _sample(entry), y, text, {"va": "center", "fontsize": LETTERS})
             x += _takes(entry) + APART

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from cdpr.log.run import Run
 from cdpr.report.figures.canvas import Chart, styled
+from cdpr.report.figures.chart import OnChart
 from cdpr.report.figures.panels import stack
 from cdpr.report.figures.paper import inches, on_paper
 from cdpr.report.marks import events
-from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Panel
 from cdpr.report.plots.pick import pick
 
@@ -23,7 +23,7 @@ def plot(
     chosen = pick(run, names or ("position", "position_error", "orientation_error", "tension"), cables)
     if across is not None:
         return on_paper(run, chosen, across)
-    return stack(run, chosen, *(() if names else _heading(run)))
+    return charted(run, chosen, *(() if names else _heading(run)))
 
 
 def _heading(run: Run) -> tuple[str, str]:
@@ -37,11 +37,6 @@ def _heading(run: Run) -> tuple[str, str]:
 
 
 @styled
-def draw(
-    run: Run | None,
-    panels: Sequence[Panel],
-    span_of: tuple[float, float] = (0.0, 0.0),
-    shades: Sequence[Shade] = (),
-) -> Chart:
-    """Draw panels under one another on the time axis of a run, with what happened in it, or over `span_of`, s."""
-    return stack(run, panels, span_of=span_of, shades=shades)
+def charted(run: Run, panels: Sequence[Panel], title: str = "", foot: str = "") -> Chart:
+    """Draw panels under one another on the time axis of a run, with what happened in it."""
+    return stack(run, panels, OnChart, title, foot).chart

@@ -9,18 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.log.files import replace
-from cdpr.log.run import Run
+from cdpr.log.files import replace_markup
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.report.figures.canvas import Axes, Chart, Line2D, Path, PathPatch, inline_svg, styled
 from cdpr.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.report.figures.panels import TOP, WIDTH
+from cdpr.report.figures.surface import Frame
+from cdpr.report.figures.svg import OnPage
 from cdpr.report.marks import AXES, DESIRED, INK, PALE, SOFT, cable_looks, shorten
 from cdpr.report.plots.decimate import extrema
-from cdpr.report.plots.histories import histories
 from cdpr.report.plots.panel import Entry
-from cdpr.report.plots.pictures import pictures_of
 from cdpr.view import Pictures, Subject, colours, solid
 from cdpr.view.shapes import CUBE, EDGES, radius_around
 
@@ -28,6 +26,7 @@ LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 # Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
 AZIMUTH, ELEVATION = np.radians(-62.0), np.radians(18.0)
 VERTICAL = 0.3  # in, margin above and below
+FAR = 1e8  # m: nothing is as large
 
 BOX: dict[str, Any] = {"color": colours.GRID.light, "linewidth": 1.0}  # around anchors, where no frame is known
 FRAME: dict[str, Any] = {"color": PALE, "linewidth": 1.2}
@@ -36,23 +35,18 @@ PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
 DESIRED_PATH: dict[str, Any] = {"color": colours.DESIRED.light, "linewidth": 1.0, "linestyle": DESIRED}
 
 
-def robot(run: Run) -> Chart:
-    """Draw the frame's anchors, cables and platform at start and end of a run, and the way between them."""
-    return draw(pictures_of(histories(run).outline))
-
-
 def write_svg(scene: Pictures, file: pathlib.Path, label: str) -> None:
     """Draw the scene into a file, whose folder must exist; OutputError where it cannot be written."""
-    replace(file, inline_svg(draw(scene), "robot", label).encode(errors="xmlcharrefreplace"))
+    replace_markup(file, draw(scene).markup(label, both=False))
 
 
-@styled
-def draw(scene: Pictures) -> Chart:
+@np.errstate(all="ignore")  # a run that diverged ends in inf and NaN
+def draw(scene: Pictures) -> OnPage:
     """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
     subject = scene.subject
     A = subject.anchors[:, :3]
     wanted = scene.position if scene.desired_position is None else scene.desired_position
-    sane = np.concatenate([A, wanted[np.isfinite(wanted).all(axis=1)]])
+    sane = np.concatenate([A, wanted[(np.abs(wanted) < FAR).all(axis=1)]])  # not where NaN either
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
     shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
@@ -71,25 +65,25 @@ def draw(scene: Pictures) -> Chart:
     labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
     right, sides = legend_width(subject.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
     height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
-    chart = Chart(figsize=(WIDTH, height))
-    axes = chart.add_axes((0.0, 0.0, 1.0 - right / WIDTH, 1.0))
-    axes.set_axis_off()
-    reach = _fit(axes, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
+    sheet = OnPage(WIDTH, height)
+    frame = sheet.frame((0.0, 0.0, WIDTH - right, height))
+    frame.bare()
+    reach = _fit(frame, hull, np.array((WIDTH - right, height)), np.array((sides, VERTICAL)))
     if len(subject.frame):
         colour = {"color": subject.colours.get("frame", FRAME["color"])}
-        _segments(axes, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | colour)
+        _segments(frame, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | colour)
     else:
-        _segments(axes, view, [(box[i], box[j]) for i, j in EDGES], **BOX)
-    entries = [_world_axes(axes, view, low, size)]
+        _segments(frame, view, [(box[i], box[j]) for i, j in EDGES], **BOX)
+    entries = [_world_axes(frame, view, low, size)]
     if rows:
-        entries += _motion(axes, scene, view, rows)
-    _write_labels(axes, labels, hull.mean(axis=0), reach)
+        entries += _motion(frame, scene, view, rows)
+    _write_labels(frame, labels, hull.mean(axis=0), reach)
     if not short:
         broken = subject.broken_by(float(scene.time[-1]) if len(scene.time) else 0.0)
         named = zip(names, subject.cables, cable_looks(subject.cables), strict=True)
         entries += [(f"{i}: {shorten(name, 23)}" + " (broken)" * (name in broken), look) for i, name, look in named]
-    write_legend(chart, entries, (WIDTH - right, height - TOP))
-    return chart
+    write_legend(sheet, entries, (WIDTH - right, height - TOP))
+    return sheet
 
 
 def _projection(extent: Array) -> Array:
@@ -108,58 +102,58 @@ def _height(points: Array, width: float) -> float:
     return float(np.clip(2.0 * VERTICAL + width * up / max(across, 1e-9), LOWEST, HIGHEST))
 
 
-def _fit(axes: Axes, points: Array, room: Array, margin: Array) -> float:
+def _fit(frame: Frame, points: Array, room: Array, margin: Array) -> float:
     """Show all points with one scale in both directions; return the length that is 0.15 in on paper, m."""
     low, high = points.min(axis=0), points.max(axis=0)
     scale = float(np.max((high - low) / (room - 2.0 * margin))) or 1.0  # m per inch
     start, stop = (low + high - scale * room) / 2, (low + high + scale * room) / 2
-    axes.set_xlim(start[0], stop[0])
-    axes.set_ylim(start[1], stop[1])
+    frame.scale(x=(start[0], stop[0]), y=(start[1], stop[1]))
     return 0.15 * scale
 
 
-def _segments(axes: Axes, view: Array, pairs: Sequence[tuple[Array, Array]], **look: Any) -> None:
+def _segments(frame: Frame, view: Array, pairs: Sequence[tuple[Array, Array]], **look: Any) -> None:
     """Draw segments in space as one line with gaps."""
     points = np.full((len(pairs), 3, 2), np.nan)
     points[:, :2] = np.array(pairs) @ view[:2].T
     x, y = points.reshape(-1, 2).T
-    axes.add_artist(Line2D(x, y, **{"solid_capstyle": "round", **look}))
+    frame.line(x, y, {"solid_capstyle": "round", **look})
 
 
-def _world_axes(axes: Axes, view: Array, corner: Array, size: float) -> Entry:
+def _world_axes(frame: Frame, view: Array, corner: Array, size: float) -> Entry:
     """Draw the directions of x, y and z, which are the scale too."""
     power = 10.0 ** np.floor(np.log10(0.12 * size))
     length = float(power * max(step for step in (1, 2, 5) if step * power <= 0.12 * size))
     for name, colour, direction in zip("xyz", AXES, np.eye(3), strict=True):
         if np.linalg.norm(view[:2] @ direction) > 1e-9:
             tip = corner + length * direction
-            _segments(axes, view, [(corner, tip)], color=colour, linewidth=2.2, zorder=2)
+            _segments(frame, view, [(corner, tip)], color=colour, linewidth=2.2, zorder=2)
             x, y = view[:2] @ (tip + 0.025 * size * direction)
-            axes.text(x, y, name, color=colour, ha="center", va="center", fontweight="bold", zorder=6)
+            bold = {"color": colour, "ha": "center", "va": "center", "fontweight": "bold", "zorder": 6}
+            frame.text(x, y, name, bold)
     return f"axes, {length:g} m long", {"color": AXES[0], "linewidth": 2.2}
 
 
-def _motion(axes: Axes, scene: Pictures, view: Array, rows: list[int]) -> list[Entry]:
+def _motion(frame: Frame, scene: Pictures, view: Array, rows: list[int]) -> list[Entry]:
     """Draw cables and platform in the first and the last of `rows`, and the path in between."""
     subject, start, end = scene.subject, rows[0], rows[-1]
     moves = len(scene.time) > 1
     if moves:
         p, R = scene.position[start], rotations.matrix(scene.orientation[start])
         (ends,) = subject.ends(scene.position[[start]], scene.orientation[[start]])
-        _segments(axes, view, list(ends), **START, zorder=1.5)
-        _platform(axes, subject, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
+        _segments(frame, view, list(ends), **START, zorder=1.5)
+        _platform(frame, subject, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
     face = subject.colours.get("platform", colours.BODY.light)
-    _platform(axes, subject, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
+    _platform(frame, subject, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
     (ends,) = subject.ends(scene.position[[end]], scene.orientation[[end]])
     broken = subject.broken_by(float(scene.time[-1]))
     for line in subject.exit_lines(ends):
-        _segments(axes, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
+        _segments(frame, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
     for name, (a, b), look in zip(subject.cables, ends, cable_looks(subject.cables), strict=True):
         if name not in broken:
-            _segments(axes, view, [(a, b)], **look, linewidth=1.3, zorder=3)
+            _segments(frame, view, [(a, b)], **look, linewidth=1.3, zorder=3)
     x, y = view[:2] @ ends.reshape(-1, 3).T
-    axes.add_artist(Line2D(x, y, linestyle="", marker="o", markersize=2.6, color=INK, zorder=3.5))
+    frame.line(x, y, {"linestyle": "", "marker": "o", "markersize": 2.6, "color": INK, "zorder": 3.5})
     if not moves:
         return []
     paths = [("path", scene.position, PATH)]
@@ -167,7 +161,7 @@ def _motion(axes: Axes, scene: Pictures, view: Array, rows: list[int]) -> list[E
         paths.append(("desired path", scene.desired_position, DESIRED_PATH))
     for _, path, look in paths:
         _, points = extrema(scene.time[rows], path[rows] @ view[:2].T, bins=150)
-        axes.add_artist(Line2D(points[:, 0], points[:, 1], zorder=4, **look))
+        frame.line(points[:, 0], points[:, 1], {"zorder": 4, **look})
     last = "end" if end == len(scene.time) - 1 else "last shown"
     return [
         (f"start, {scene.time[start]:.4g} s", START),
@@ -176,22 +170,22 @@ def _motion(axes: Axes, scene: Pictures, view: Array, rows: list[int]) -> list[E
     ]
 
 
-def _platform(axes: Axes, subject: Subject, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
+def _platform(frame: Frame, subject: Subject, view: Array, p: Array, R: Array, look: dict[str, Any]) -> None:
     """Draw the platform's shape, or spokes to its anchors where none is known."""
-    outline = {**look, "linewidth": 0.8, "joinstyle": "round"}
+    outline = {**look, "linewidth": 0.8}
     body = solid(subject.shape)
     if body is None:
         spokes = [(p, p + R @ B) for B in subject.anchors[:, 3:]]
-        _segments(axes, view, spokes, color=look["edgecolor"], linewidth=1.6, zorder=look["zorder"])
+        _segments(frame, view, spokes, color=look["edgecolor"], linewidth=1.6, zorder=look["zorder"])
         return
     corners = p + body.vertices @ R.T
     if body.curved:
-        axes.add_artist(PathPatch(_closed(_hull(corners @ view[:2].T)), **outline))
+        frame.area([_hull(corners @ view[:2].T)], outline)
     for face in body.faces:
         ring = corners[list(face)]
         outwards = np.cross(ring[1] - ring[0], ring[2] - ring[1]) @ view[2] > 0.0
         if outwards or (look["facecolor"] == "none" and not body.curved):  # else it is hidden
-            axes.add_artist(PathPatch(_closed(ring @ view[:2].T), **outline))
+            frame.area([ring @ view[:2].T], outline)
 
 
 def _hull(points: Array) -> Array:
@@ -213,10 +207,6 @@ def _left(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def _closed(points: Array) -> Path:
-    return Path(np.concatenate([points, points[:1]]), closed=True)
-
-
 def _anchor_labels(points: Array, names: list[str], near: float) -> list[tuple[Array, str]]:
     """Return where which names stand; anchors less than `near` apart in the view share a label."""
     labels: list[tuple[Array, str]] = []
@@ -228,11 +218,10 @@ def _anchor_labels(points: Array, names: list[str], near: float) -> list[tuple[A
     return labels
 
 
-def _write_labels(axes: Axes, labels: list[tuple[Array, str]], middle: Array, reach: float) -> None:
+def _write_labels(frame: Frame, labels: list[tuple[Array, str]], middle: Array, reach: float) -> None:
     """Write labels a little further from the middle than what they name."""
     for point, name in labels:
         away = point - middle
         x, y = point + reach * away / (float(np.linalg.norm(away)) or 1.0)
         side = "left" if away[0] > 0.0 else "right"
-        text = axes.text(x, y, name, ha=side, va="center", color=SOFT, zorder=5)
-        text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
+        frame.text(x, y, name, {"ha": side, "va": "center", "color": SOFT, "zorder": 5}, halo=True)

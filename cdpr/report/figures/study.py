@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, styled
+from cdpr.report.figures.chart import OnChart
 from cdpr.report.figures.legend import LINE, legend_width, write_legend
 from cdpr.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
 from cdpr.report.marks import CABLES, INK, shorten
+from cdpr.report.plots.panel import room_for
 from cdpr.report.text.study import Figure, Record, label_text
 
 # Inches.
@@ -60,7 +62,8 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     tall = ALONE if down == 1 else HEIGHT
     height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM
     height = max(height, top + LINE * (len(entries) + 3))
-    chart = Chart(figsize=(WIDTH, height))
+    sheet = OnChart(WIDTH, height)
+    chart = sheet.chart
     first: Axes | None = None
     for k, (title, curves) in enumerate(drawn.items()):
         row, column = divmod(k, across)
@@ -70,14 +73,14 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
         axes = chart.add_axes(box, sharex=first, sharey=first)
         if first is None:
             first = axes
-            _scale(axes, layout, drawn)
+            _scale(axes, layout, drawn, figure.least)
         axes.set_title(shorten(title, 44), fontsize=8.5, loc="left", pad=4)
         axes.tick_params(labelleft=column == 0, labelbottom=k + across >= len(drawn))
         if k + across >= len(drawn):
             axes.set_xlabel(shorten(layout.x, 40))
         for i, curve in enumerate(curves):
             _draw(axes, layout, curve, looks[curve.label], (i, len(curves)), _positions(layout, drawn))
-    write_legend(chart, [*heading, *entries, *ending], (WIDTH - legend, height - top))
+    write_legend(sheet, [*heading, *entries, *ending], (WIDTH - legend, height - top))
     return chart
 
 
@@ -125,7 +128,7 @@ def _draw(
     axes.add_artist(Line2D(lost, heights, transform=axes.get_xaxis_transform(), **cross))
 
 
-def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> None:
+def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]], least: float) -> None:
     curves = [curve for curves in drawn.values() for curve in curves]
     values = [value for curve in curves for at in curve.values for value in at]
     positions = _positions(layout, drawn)
@@ -142,7 +145,7 @@ def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> 
         axes.set_xticks(
             range(0, len(positions), every), names, rotation=35 if crowded else 0, ha="right" if crowded else "center"
         )
-    low, high, logarithmic = _limits(values or [0.0, 1.0])
+    low, high, logarithmic = _limits(values or [0.0, 1.0], least)
     axes.set_yscale("log" if logarithmic else "linear")
     axes.set_ylim(low, high)
     axes.yaxis.set_major_formatter(_plain)
@@ -160,11 +163,14 @@ def _positions(layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> dict[Any
     return {at: float(at) if layout.numeric else float(i) for i, at in enumerate(places)}  # type: ignore[arg-type]
 
 
-def _limits(values: Sequence[float]) -> tuple[float, float, bool]:
-    """Limits with some air, and whether the scale is logarithmic."""
+def _limits(values: Sequence[float], least: float = 0.0) -> tuple[float, float, bool]:
+    """Limits with some air, and whether the scale is logarithmic; what is less than `least` has no magnitude."""
     low, high = min(values), max(values)
-    if low > 0.0 and high / low > DECADE:
+    if low > 0.0 and high > least and high / low > DECADE:
         air = (high / low) ** 0.06
         return low / air, high * air, True
-    air = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
+    air = 0.06 * (high - low)
+    if high == low:
+        air = 0.05 * abs(high) or 1.0
+    air = max(air, 0.5 * (room_for(low, high, least) - (high - low)))
     return low - air, high + air, False

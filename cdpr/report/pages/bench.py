@@ -11,9 +11,10 @@ from typing import Any
 
 from cdpr.bench.overview import overview
 from cdpr.distribution.adversaries import ARM, BAND
-from cdpr.log.files import make_folder, replace
-from cdpr.report.pages.page import figure, page, section, table
+from cdpr.log.files import make_folder, replace, replace_markup
+from cdpr.report.pages.page import banner, figure, page, section, table
 from cdpr.report.text.bench import COLUMNS, MEANING, MISLED, OVERVIEW, Columns, cells, facts, overview_cells
+from cdpr.view import colours
 
 ABOUT = """<h2>What was measured</h2>
 <p>Each solver was asked the same problems: find tensions t with W t = wrench, within the limits, at random poses of a
@@ -58,7 +59,7 @@ def write_bench(figures: Mapping[str, Any], folder: Path) -> None:
     drawn = drawings(figures)
     pages = drawn | {"bench.html": render(figures, list(drawn.values()))}
     for name, text in pages.items():
-        replace(folder / name, text.encode(errors="xmlcharrefreplace"))
+        replace_markup(folder / name, text)
 
 
 def drawings(figures: Mapping[str, Any]) -> dict[str, str]:
@@ -68,7 +69,9 @@ def drawings(figures: Mapping[str, Any]) -> dict[str, str]:
 
     out = {}
     for k, robot in enumerate(figures["robots"], 1):
-        svg = inline_svg(bench_plots.robot(robot), f"robot{k}", f"Tension solvers on the robot {robot['name']}")
+        svg = inline_svg(
+            bench_plots.robot(robot), f"robot{k}", f"Tension solvers on the robot {robot['name']}", both=False
+        )
         out[f"{k}_{re.sub(r'[^A-Za-z0-9_-]+', '_', robot['name'])[:60]}.svg"] = svg
     return out
 
@@ -83,7 +86,7 @@ def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
         links[f"robot{k}"] = robot["name"]
         parts.append(section(f"robot{k}", f"<h2>{name}</h2>\n<p>{escape(facts(robot))}.</p>\n{_results(robot)}"))
         # Wider than this its letters would be larger than the page's.
-        drawing = f'<div style="max-width: 58rem">{svg}</div>'
+        drawing = f'<div style="max-width: 58rem">{colours.on_either_ground(svg)}</div>'
         parts.append(figure(f"figure{k}", f"{name}: time, coverage, jumps", drawing, CAPTION))
     if hard := figures.get("adversaries"):
         links["adversaries"] = "Made to mislead"
@@ -93,10 +96,8 @@ def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
     parts.append(section("columns", "<h2>What the columns say</h2>\n" + table(MEANING.items())))
     count = len(figures["solvers"])
     subtitle = f"{count} solver{'s' * (count != 1)}, {figures['poses']} problems a robot, seed {figures['seed']}"
-    banner = ""
-    if figures["interrupted"]:
-        banner = '<p class="banner warn" role="status"><strong>Interrupted</strong>: not all was measured</p>'
-    return page("Tension solvers compared", subtitle, banner, links, parts)
+    first = banner("warn", "Interrupted", ": not all was measured") if figures["interrupted"] else ""
+    return page("Tension solvers compared", subtitle, first, links, parts)
 
 
 def _overview(figures: Mapping[str, Any]) -> str:

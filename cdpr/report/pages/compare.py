@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cdpr.compare.differences import QUANTITIES
-from cdpr.log.files import make_folder, replace
-from cdpr.report.pages.page import figure, hall, page, panels, section, table
+from cdpr.log.files import make_folder, replace, replace_markup
+from cdpr.report.pages.page import banner, figure, hall, page, panels, section, table
 from cdpr.report.pages.still import still
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -60,7 +60,7 @@ def write_comparison(result: Comparison, folder: Path) -> None:
     """
     make_folder(folder)
     replace(folder / "compare.json", json.dumps(result.figures, indent=1, allow_nan=False) + "\n")
-    replace(folder / "compare.html", render(result).encode(errors="xmlcharrefreplace"))
+    replace_markup(folder / "compare.html", render(result))
 
 
 def render(result: Comparison) -> str:
@@ -90,9 +90,8 @@ def render(result: Comparison) -> str:
     versions = [(escape(name), escape(version)) for name, version in figures["versions"].items()]
     absent = "".join(f"<p>{escape(name)}: {escape(reason)}</p>" for name, reason in figures["absent"].items())
     parts.append(section("versions", f"<h2>Versions</h2>\n{table(versions)}{absent}"))
-    banner = f'<p class="banner {mood}" role="status"><strong>{text}</strong>{_why(figures)}</p>'
     title = f"{figures['scenario']}: engines compared"
-    return page(title, subject(figures), banner, links, parts, data)
+    return page(title, subject(figures), banner(mood, text, _why(figures)), links, parts, data)
 
 
 ORDERS = (
@@ -164,7 +163,7 @@ def _drawings(group: Group, k: int) -> list[str]:
     out = []
     for name, (title, panels_of, caption) in plots.drawings(group).items():
         key = f"{name}{k}"
-        out.append(figure(key, title, still(group.judge, panels_of(group), key, title), caption, live=panels(key)))
+        out.append(figure(key, title, still(group.judge, panels_of(group), title), caption, live=panels(key)))
     return out
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.distribution.survey import Survey
-from cdpr.report.pages.page import figure, hall, page, panels, section
+from cdpr.report.pages.page import banner, figure, hall, page, panels, section
 from cdpr.report.pages.still import still_panels, still_scene
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -42,13 +42,13 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     about = ROBOT if survey is None else MOTION
     parts = [
         hall(
-            [figure("robot", "Robot", still_scene(shown, "robot", title), about, live=stage(data))],
+            [figure("robot", "Robot", still_scene(shown, title), about, live=stage(data))],
             "hall" if found else "hall alone",
         )
     ]
     if found:
         gallery = [
-            figure(key, name, still_panels(which, span, shades, key, name), about, live=panels(key))
+            figure(key, name, still_panels(which, span, shades, name), about, live=panels(key))
             for key, (name, which) in found.items()
         ]
         parts.append(hall(gallery, "gallery"))
@@ -62,9 +62,9 @@ def _banner(survey: Survey) -> str:
     """What must be known of a motion that the robot cannot follow."""
     if survey.feasible.all():
         return ""
-    first = survey.time[np.argmin(survey.feasible)]
-    return (
-        f'<p class="banner warn" role="status"><strong>Not feasible</strong>: no admissible tensions at '
-        f"{100 * (1 - survey.feasible.mean()):.4g} % of the samples, first at {first:.4g} s; "
-        "the tensions shown there are those that come nearest</p>"
+    share, first = 100 * (1 - survey.feasible.mean()), survey.time[np.argmin(survey.feasible)]
+    rest = (
+        f": no admissible tensions at {share:.4g} % of the samples, first at {first:.4g} s; "
+        "the tensions shown there are those that come nearest"
     )
+    return banner("warn", "Not feasible", rest)

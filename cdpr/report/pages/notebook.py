@@ -46,7 +46,7 @@ def of_run(run: Run) -> str:
     """Return a run as HTML: how it ended, its figures, and the player with tensions and errors."""
     head = run.header
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
-        told = tables.banner(run, sentence(run, histories(run).outline.position))
+        told = tables.ending(run, sentence(run, histories(run).outline.position))
         facts = [
             ("Scenario", head.scenario),
             ("Robot", f"{head.robot}, {len(head.cables)} cables"),

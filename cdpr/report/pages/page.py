@@ -9,7 +9,9 @@ from string import Template
 from typing import Any
 
 from cdpr.report.player import assets
+from cdpr.view import colours
 
+BEGINS, MADE_BY = b"<!DOCTYPE html>", b'<meta name="generator" content="cdpr">'
 PAGE, STYLE = (Path(__file__).with_name(name) for name in ("page.html", "page.css"))
 
 
@@ -44,9 +46,22 @@ def page(
     )
 
 
+def is_page(content: bytes) -> bool:
+    """Tell whether this is a page of ours: its head says so, before its title, where nobody else's text stands."""
+    head, title, _ = content.partition(b"<title>")
+    return bool(title) and head.startswith(BEGINS) and MADE_BY in head
+
+
 def style() -> str:
     """Return the style that all pages have."""
-    return assets.ground() + STYLE.read_text(encoding="utf-8")
+    dark = "".join(f" --of-{light[1:]}: {dark};" for light, dark in colours.DARK.items())
+    figures = f"@media screen and (prefers-color-scheme: dark) {{ :root {{{dark} }} }}\n"
+    return assets.ground() + STYLE.read_text(encoding="utf-8") + figures
+
+
+def banner(mood: str, claim: str, rest: str = "") -> str:
+    """What must be known first, in HTML: a claim and what follows it; the mood is "good", "warn" or "bad"."""
+    return f'<p class="banner {mood}" role="status"><strong>{claim}</strong>{rest}</p>'
 
 
 def section(key: str, body: str) -> str:

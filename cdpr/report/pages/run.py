@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cdpr.log import run_json
-from cdpr.log.files import replace
+from cdpr.log.files import replace_markup
 from cdpr.log.run import Run
 from cdpr.report.pages import tables
 from cdpr.report.pages.page import figure, hall, page, panels, section
@@ -40,12 +40,11 @@ class Drawing(NamedTuple):
 def write_report(run: Run, path: str | Path) -> None:
     """Write the report of `run` to the file `path`, whose folder must exist.
 
-    The same run gives the same bytes, but for the row of wall-clock times. Without matplotlib it has no still pictures,
-    which paper and browsers without script need.
+    The same run gives the same bytes, but for the row of wall-clock times.
 
     Raises OutputError where the file cannot be written.
     """
-    replace(Path(path), render(run).encode(errors="xmlcharrefreplace"))
+    replace_markup(Path(path), render(run))
 
 
 def render(run: Run) -> str:
@@ -64,7 +63,7 @@ def render(run: Run) -> str:
             f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run)}\n</section>\n'
             f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
         )
-        banner = tables.banner(run, sentence(run, histories(run).outline.position))
+        banner = tables.ending(run, sentence(run, histories(run).outline.position))
     subtitle = (
         f"Robot {head.robot} with {len(head.cables)} cables; backend {head.backend}, "
         f"controller {head.controller}, tension solver {head.solver}{_date(run)}"
@@ -87,12 +86,14 @@ def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
     key = drawing.name.lower()
     live = stage(data) if drawing.panels is None and data is not None else panels(key)
     caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
-    return figure(key, drawing.title, _still(run, drawing), caption, live=live, minor=drawing.minor)
-
-
-def _still(run: Run, drawing: Drawing) -> str:
-    key = drawing.name.lower()
-    return still(run, None if drawing.panels is None else drawing.panels(run), key, drawing.title)
+    return figure(
+        key,
+        drawing.title,
+        still(run, drawing.panels and drawing.panels(run), drawing.title),
+        caption,
+        live=live,
+        minor=drawing.minor,
+    )
 
 
 def _date(run: Run) -> str:

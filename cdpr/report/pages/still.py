@@ -1,53 +1,35 @@
-"""Figures as they stand on paper and where no script runs: by matplotlib, where it is installed."""
+"""Figures as they stand on paper and where no script runs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cdpr.errors import PluginError
+import numpy as np
+
 from cdpr.log.run import Run
+from cdpr.report.figures import sketch
+from cdpr.report.figures.panels import stack
+from cdpr.report.figures.svg import OnPage
+from cdpr.report.plots.histories import histories
 from cdpr.report.plots.overlay import Shade
 from cdpr.report.plots.panel import Panel
+from cdpr.report.plots.pictures import pictures_of
 from cdpr.view import Pictures
 
 
-def still(run: Run, panels: Sequence[Panel] | None, key: str, title: str) -> str:
-    """Return a figure as SVG: panels, or without any the robot in space; nothing without matplotlib."""
-    if no_stills():
-        return ""
-    from cdpr.report.figures import sketch
-    from cdpr.report.figures.canvas import inline_svg
-    from cdpr.report.figures.run import draw
-
-    return inline_svg(sketch.robot(run) if panels is None else draw(run, panels), key, title)
+@np.errstate(all="ignore")  # a run that diverged ends in inf and NaN
+def still(run: Run, panels: Sequence[Panel] | None, title: str) -> str:
+    """Return a figure of a run as SVG: panels, or without any the robot in space."""
+    if panels is None:
+        return still_scene(pictures_of(histories(run).outline), title)
+    return stack(run, panels, OnPage).markup(title)
 
 
-def still_scene(shown: Pictures, key: str, title: str) -> str:
-    """Return a robot in space as SVG; nothing without matplotlib."""
-    if no_stills():
-        return ""
-    from cdpr.report.figures import sketch
-    from cdpr.report.figures.canvas import inline_svg
-
-    return inline_svg(sketch.draw(shown), key, title)
+def still_scene(shown: Pictures, title: str) -> str:
+    """Return a robot in space as SVG."""
+    return sketch.draw(shown).markup(title)
 
 
-def still_panels(
-    panels: Sequence[Panel], span_of: tuple[float, float], shades: Sequence[Shade], key: str, title: str
-) -> str:
-    """Return panels of what was not simulated, over `span_of` (s), as SVG; nothing without matplotlib."""
-    if no_stills():
-        return ""
-    from cdpr.report.figures.canvas import inline_svg
-    from cdpr.report.figures.run import draw
-
-    return inline_svg(draw(None, panels, span_of, shades), key, title)
-
-
-def no_stills() -> str:
-    """Return why there are none, or nothing."""
-    try:
-        import cdpr.report.figures.canvas  # noqa: F401
-    except PluginError as error:
-        return str(error)
-    return ""
+def still_panels(panels: Sequence[Panel], span_of: tuple[float, float], shades: Sequence[Shade], title: str) -> str:
+    """Return panels of what was not simulated, over `span_of` (s), as SVG."""
+    return stack(None, panels, OnPage, span_of=span_of, shades=shades).markup(title)

@@ -8,9 +8,10 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from cdpr.log.files import replace
+from cdpr.errors import PluginError
+from cdpr.log.files import replace_markup
 from cdpr.report.figures.study_layout import Layout, layouts
-from cdpr.report.pages.page import figure, hall, page, section, table
+from cdpr.report.pages.page import banner, figure, hall, page, section, table
 from cdpr.report.pages.study_cases import account, choose, player
 from cdpr.report.text.study import FIGURES, Figure, Record, cells, label_text, value
 from cdpr.study import Results
@@ -31,8 +32,8 @@ class Wanted(NamedTuple):
 
 
 def write_study(results: Results, path: Path) -> None:
-    """Write the page. Raises PluginError without matplotlib, OutputError where it cannot be written."""
-    replace(path, render(results).encode(errors="xmlcharrefreplace"))
+    """Write the page; without matplotlib it has no figures, and says so. OutputError where it cannot be written."""
+    replace_markup(path, render(results))
 
 
 def render(results: Results) -> str:
@@ -43,6 +44,9 @@ def render(results: Results) -> str:
     blocks = [[record for record in records if record.get("block") == grid.name] for grid in study.blocks]
     pairs = zip(study.blocks, blocks, strict=True)
     wanted = [_wanted(grid, inside, f"block{k}") for k, (grid, inside) in enumerate(pairs, 1)]
+    if problem := undrawn():
+        parts.append(section("figures", f"<p>No figures: {escape(problem)}.</p>"))
+        wanted = [[] for _ in wanted]
     count = sum(map(len, wanted))
     dots, left = DOTS // max(min(count, MOST_FIGURES), 1), MOST_FIGURES
     for k, (grid, inside, figures) in enumerate(zip(study.blocks, blocks, wanted, strict=True), 1):
@@ -69,8 +73,8 @@ def render(results: Results) -> str:
     links["table"] = "Table"
     parts.append(section("table", _table(results)))
     mood = "bad" if results.exit_code else "warn" if results.strained else "good"
-    banner = f'<p class="banner {mood}" role="status"><strong>{len(records)} cases</strong>: {escape(results.told)}</p>'
-    return page(study.name, "a study by cdpr", banner, links, parts, data)
+    first = banner(mood, f"{len(records)} cases", f": {escape(results.told)}")
+    return page(study.name, "a study by cdpr", first, links, parts, data)
 
 
 def _about(results: Results) -> str:
@@ -93,6 +97,15 @@ def _about(results: Results) -> str:
         "dot is their median and a line reaches from the least to the greatest. Crosses at the top are runs that have "
         "no figure: they diverged, failed, died or hung.</p>"
     )
+
+
+def undrawn() -> str:
+    """Return why there are no figures, or nothing."""
+    try:
+        import cdpr.report.figures.canvas  # noqa: F401
+    except PluginError as error:
+        return str(error)
+    return ""
 
 
 def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:

@@ -135,7 +135,7 @@ def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:
     drawn = overlay(runs)
     data = page_data(None, scenes, {"cases": drawn}, arrays, whole)
     title = "Some cases over one another"
-    gallery = figure("cases", title, still_panels(drawn, whole, (), "cases", title), OVER, live=panels("cases"))
+    gallery = figure("cases", title, still_panels(drawn, whole, (), title), OVER, live=panels("cases"))
     return data, hall([figure("robot", "Robot", "", SPACE, live=stage(data))], "hall") + hall([gallery], "gallery")
 
 

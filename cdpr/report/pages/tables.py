@@ -11,7 +11,7 @@ from cdpr.log.run import Run
 from cdpr.model.robot import Array
 from cdpr.report.marks import SHADES, paired
 from cdpr.report.marks import events as in_order
-from cdpr.report.pages.page import table
+from cdpr.report.pages.page import banner, table
 from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
 from cdpr.report.text.reservations import fallback, lost, reservations
@@ -32,7 +32,7 @@ BANNERS = {
 }
 
 
-def banner(run: Run, happened: str = "") -> str:
+def ending(run: Run, happened: str = "") -> str:
     """How the run ended, its message, and what happened in one sentence."""
     mood, text = BANNERS.get(run.status, ("warn", escape(run.status)))
     said = [*reservations(run), *fallback(run), *lost(run)]
@@ -40,7 +40,7 @@ def banner(run: Run, happened: str = "") -> str:
         mood, text = "warn", escape(f"{text}, but {'; '.join(said)}")
     told = "; ".join(filter(None, (run.message, happened)))
     message = f": {escape(told)}" if told else ""
-    return f'<p class="banner {mood}" role="status"><strong>{text}</strong>{message}</p>'
+    return banner(mood, text, message)
 
 
 def summary(run: Run) -> str:

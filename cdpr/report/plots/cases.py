@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import Run
-from cdpr.report.marks import CABLES, shorten
+from cdpr.report.marks import CABLES, LEAST_ERROR, shorten
 from cdpr.report.plots.histories import Points, histories
 from cdpr.report.plots.panel import Curves, Entry, Panel, calm_until
 
 PANELS = (
     # label, quantity of `histories` (its first column), least range
-    ("position error (mm)", "position_error", 1e-6),
-    ("orient. error (mrad)", "orientation_error", 1e-6),
+    ("position error (mm)", "position_error", LEAST_ERROR),
+    ("orient. error (mrad)", "orientation_error", LEAST_ERROR),
     ("largest tension (N)", "highest", 1.0),
     ("smallest tension (N)", "lowest", 1.0),
 )

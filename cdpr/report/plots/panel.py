@@ -16,6 +16,11 @@ from cdpr.report.plots.histories import Points
 
 LARGEST = 1e307  # of the values that tell a range, which is a number then
 
+# Of the size of what is drawn, the share that an axis spans at least. What differs by less looks alike to whoever reads
+# three digits; an axis zoomed into it would show round-off, and what solvers leave to chance, as if it were a result.
+LEAST_SHARE = 1e-4
+LEAST_ROOM = 1e-15  # where all is zero
+
 Entry = tuple[str, dict[str, Any]]  # text of a legend, and how the sample line looks
 
 
@@ -93,12 +98,17 @@ def view(panel: Panel, calm: float | None) -> tuple[float, float, str]:
         if high - low > 10.0 * room > 0.0:
             note = f"out of view: up to {max(-low, high):.2g}"
             low, high = max(low, before - room), min(high, after + room)
-    room = max(high - low, panel.least, 1e-4 * max(abs(low), abs(high)), 1e-15)
+    room = room_for(low, high, panel.least)
     for value in (value for limit in panel.limits for value in limit.values):
         if low - 1.5 * room <= value <= high + 1.5 * room:
             low, high = min(low, value), max(high, value)
     padding = 0.06 * (high - low) + 0.5 * max(room - (high - low), 0.0)
     return low - padding, high + padding, note
+
+
+def room_for(low: float, high: float, least: float = 0.0) -> float:
+    """Return what an axis spans at least that shows values from `low` to `high`."""
+    return max(high - low, least, LEAST_SHARE * max(abs(low), abs(high)), LEAST_ROOM)
 
 
 def shown(panel: Panel, curves: Curves) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cdpr import columns
 from cdpr.log.run import Run
-from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, SOFT, cable_looks, shorten
+from cdpr.report.marks import AXES, CABLES, DARK, DESIRED, INK, LEAST_ERROR, SOFT, cable_looks, shorten
 from cdpr.report.plots.histories import PLUGIN, Points, histories
 from cdpr.report.plots.panel import Curves, Entry, Limit, Panel
 from cdpr.scenario.events import limits_change
@@ -146,7 +146,7 @@ def _error(name: str, label: str, values: Points) -> Panel:
         Curves(values.columns(slice(1, 4)), AXES, names="xyz", group="axis"),
     )
     legend = [*_components("xyz"), ("norm", {"color": INK, "linewidth": 1.2})]
-    return Panel(label, lines, legend, name=name)
+    return Panel(label, lines, legend, LEAST_ERROR, name=name)
 
 
 def _per_cable(run: Run, name: str) -> Curves:

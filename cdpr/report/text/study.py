@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from cdpr.report.marks import LEAST_ERROR
 from cdpr.report.text.aligned import digits
 from cdpr.study.points import Label
 from cdpr.study.table import Cell
@@ -14,23 +15,30 @@ Record = Mapping[str, Cell]
 
 @dataclass(frozen=True)
 class Figure:
-    """A column of the table in the unit that people read."""
+    """A column of the table in the unit that people read.
+
+    Less than `least`, in that unit, is round-off: drawings do not zoom into it.
+    """
 
     column: str
     title: str
     heading: str  # short
     scale: float = 1.0
+    least: float = 0.0
 
 
+LEAST_FORCE = 1e-3  # N: what iterative solvers leave undecided of a tension of a kilonewton
+
+STEP = "Largest change of a tension from one sample to the next (N)"
 FIGURES = (
-    Figure("position_error_max_m", "Largest position error (mm)", "max mm", 1e3),
-    Figure("position_error_rms_m", "Position error, rms (mm)", "rms mm", 1e3),
-    Figure("orientation_error_max_rad", "Largest orientation error (mrad)", "max mrad", 1e3),
-    Figure("tension_max_N", "Largest tension (N)", "max N"),
-    Figure("tension_min_N", "Smallest tension (N)", "min N"),
-    Figure("tension_largest_step_N", "Largest change of a tension from one sample to the next (N)", "step N"),
-    Figure("infeasible_steps", "Samples without admissible tensions", "infeasible"),
-    Figure("unanswered_steps", "Samples without a valid answer of the solver", "unanswered"),
+    Figure("position_error_max_m", "Largest position error (mm)", "max mm", 1e3, LEAST_ERROR),
+    Figure("position_error_rms_m", "Position error, rms (mm)", "rms mm", 1e3, LEAST_ERROR),
+    Figure("orientation_error_max_rad", "Largest orientation error (mrad)", "max mrad", 1e3, LEAST_ERROR),
+    Figure("tension_max_N", "Largest tension (N)", "max N", 1.0, LEAST_FORCE),
+    Figure("tension_min_N", "Smallest tension (N)", "min N", 1.0, LEAST_FORCE),
+    Figure("tension_largest_step_N", STEP, "step N", 1.0, LEAST_FORCE),
+    Figure("infeasible_steps", "Samples without admissible tensions", "infeasible", 1.0, 1.0),
+    Figure("unanswered_steps", "Samples without a valid answer of the solver", "unanswered", 1.0, 1.0),
 )
 HEADINGS = [figure.heading for figure in FIGURES]
 

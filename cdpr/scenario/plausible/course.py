@@ -29,8 +29,8 @@ def gravity(setup: Setup) -> Iterator[Finding]:
 
 
 def after_the_end(setup: Setup) -> Iterator[Finding]:
-    """Events and motions that would begin after the run."""
-    if setup.run is None:
+    """Events and motions that would begin after the run, unless it is said to end early."""
+    if setup.run is None or setup.run.simulation.ends_early:
         return
     end, events = setup.run.simulation.duration, setup.run.events
     for i in beyond(events, setup.run.simulation):
@@ -46,9 +46,9 @@ def after_the_end(setup: Setup) -> Iterator[Finding]:
 def cut_short(setup: Setup) -> Iterator[Finding]:
     """Motions that go on after the run, by a control step or more: what ends between two samples ends with the last.
 
-    Where an event leaves the motion, it is not meant to end.
+    Where an event leaves the motion, it is not meant to end, nor where the run is said to end early.
     """
-    if setup.run is None or setup.shortened:
+    if setup.run is None or setup.shortened or setup.run.simulation.ends_early:
         return
     if any(type(event).redirect is not ScenarioEvent.redirect for event in setup.run.events):
         return

@@ -1,0 +1,166 @@
+"""What a step of the loop is made of, in order, and what runs it: compiled code, and Python where it must be.
+
+A step is a list of acts. Those that are kernels with their arguments are called by compiled code, one after the other
+and step after step, until one is due that is not, or one returns something else than 0: then Python does that, and the
+compiled code goes on after it. So there is one order, whatever the parts are made of, and the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from cdpr.errors import Infeasible
+from cdpr.model.bound import bound
+from cdpr.model.robot import Array
+from cdpr.simulation.proceed import (
+    ACT,
+    ALWAYS,
+    CALLED,
+    DUE,
+    DUE_AT,
+    GIVEN,
+    KEEP,
+    LAST,
+    LAST_ACT,
+    NEVER,
+    PYTHON,
+    REACHED,
+    SAMPLE,
+    TICK,
+    WHEN,
+    enter,
+    proceed,
+)
+from cdpr.tension.acts import Act, tell
+
+# They stand in the list where a sample is complete, and where the time of the next begins.
+COMPLETE, NEXT = Act("", lambda: None), Act("", lambda: None)
+
+
+class Program:
+    """The acts of all steps, and how far they came.
+
+    Args:
+        deciding: what completes a sample.
+        advancing: what takes the plant to the next, and looks at it.
+        row: the present sample.
+        period: control period, s.
+
+    Attributes:
+        acts: all of them, in order.
+        due: the next sample at which something is due.
+    """
+
+    def __init__(self, deciding: Sequence[Act], advancing: Sequence[Act], row: Array, period: float) -> None:
+        self.acts = (*deciding, COMPLETE, NEXT, *advancing)
+        self._complete = len(deciding)
+        known = {id(act.do): bound(act.do, act.timed) for act in self.acts}  # some are done more than once
+        self._bound = [known[id(act.do)] for act in self.acts]
+        self._table = np.zeros((len(self.acts), 3), dtype=np.int64)
+        for line, found in zip(self._table, self._bound, strict=True):
+            if found is not None:
+                line[: GIVEN + 1] = found.entry, found.place
+        self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
+        pairs = zip(self.acts, self._bound, strict=True)
+        self._plain = [act.do if found is None and act.plain else None for act, found in pairs] + [None]
+        self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
+        self._row, self._period, self._rows = row, period, row[None]
+        self._turn: Callable[[], int]
+        self.refresh()
+
+    @property
+    def interpreted(self) -> tuple[str, ...]:
+        """Whose work Python does, each once."""
+        acts = zip(self.acts, self._bound, strict=True)
+        return tuple(dict.fromkeys(act.name for act, found in acts if found is None and act.name and not act.due))
+
+    @property
+    def count(self) -> int:
+        """How many samples are complete."""
+        return int(self._place[SAMPLE])
+
+    @property
+    def time(self) -> float:
+        """Of the sample that is looked at, s."""
+        return float(self._time[0])
+
+    @property
+    def due(self) -> int:
+        """The next sample at which something is due."""
+        return int(self._place[DUE_AT])
+
+    @due.setter
+    def due(self, sample: int) -> None:
+        self._place[DUE_AT] = sample
+
+    @property
+    def rows(self) -> Array:
+        """Where the samples go: sample k to k % len(rows)."""
+        return self._rows
+
+    @rows.setter
+    def rows(self, rows: Array) -> None:
+        self._rows = rows
+        whole: Callable[[], int] = partial(proceed, self._table, self._place, self._time, self._row, rows, self._period)
+        packed = bound(whole)
+        self._packed = packed  # its arguments must stay where they are
+        self._turn = whole if packed is None else partial(enter, packed.entry, packed.place)
+
+    @property
+    def place(self) -> tuple[int, int, float, int]:
+        """Where it stands: sample, act, time (s), and the sample at which something is due."""
+        return self.count, int(self._place[ACT]), self.time, self.due
+
+    @place.setter
+    def place(self, place: tuple[int, int, float, int]) -> None:
+        self._place[[SAMPLE, ACT]] = place[:2]
+        self._time[0], self.due = place[2:]
+
+    def refresh(self) -> None:
+        """Ask all acts whether they are done from now on."""
+        for line, act in zip(self._table, self.acts, strict=True):
+            line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
+
+    def look(self, sample: int) -> None:
+        """Go on until a sample is looked at, and nothing of it is decided."""
+        self._go(sample, 0)
+
+    def decide(self, given: Callable[[], None] | None = None) -> None:
+        """Complete the sample that is looked at; `given` in place of what decides."""
+        if given is not None:
+            try:
+                given()
+            except Infeasible:
+                self._keep()
+                raise
+            self._place[ACT] = self._complete
+        self._go(self.count + 1, self._complete + 1)
+
+    def _go(self, sample: int, act: int) -> None:
+        acts, plain = self.acts, self._plain
+        place = self._place.data  # an index into numpy's own costs a tenth of a turn to Python and back
+        place[LAST], place[LAST_ACT] = sample, act
+        while (code := self._turn()) != REACHED:
+            at = place[ACT]
+            try:
+                if code != PYTHON:
+                    at += 1 + acts[at].meet(code)
+                elif plain[at] is None:
+                    at += 1 + acts[at](self.time)
+                while (do := plain[at]) is not None:
+                    answer = do()
+                    at += 1 if answer is None else 1 + acts[at].meet(answer)
+            except Infeasible:
+                tell(acts[at + 1 : self._complete], self.time)
+                self._keep()
+                raise
+            place[ACT] = at
+
+    def _keep(self) -> None:
+        """Keep the row of a sample of which no more is to come."""
+        count = self.count
+        self._rows[count % len(self._rows)] = self._row
+        self._place[[SAMPLE, ACT]] = count + 1, self._complete + 1

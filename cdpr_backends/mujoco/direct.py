@@ -1,0 +1,126 @@
+"""MuJoCo's step and clock by their C addresses, for compiled code that shall not pass through Python.
+
+Where MuJoCo finds an error that it cannot go on from, it calls a handler that must not return; without one it ends the
+process. Its binding has a handler of its own during each call. So has `mjb_apply` of its batches, with which a C
+program has a function called in a model and data and is told whether it failed: the step is called through that, on
+our own model and data; the batch is there for nothing else. It costs a tenth of a step.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import weakref
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+import mujoco
+import numba
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from cdpr.model.address import c_callback, c_caller
+from cdpr.model.jit import kernel
+from cdpr.model.robot import Array
+
+# What of the library is used, beside mj_step, which is called back.
+APPLY = types.intc(types.intp, types.intp, types.intc, types.intp, types.intp, types.intc)
+GET_STATE = types.void(types.intp, types.intp, types.intp, types.intc)
+IN_BATCH = types.intp, types.intp, types.intc, types.intp  # the batch's model and data, a number, what it was given
+
+NAMES = "mj_step", "mj_getState", "mjb_defaultConfig", "mjb_makeBatch", "mjb_deleteBatch", "mjb_apply", "mjb_error"
+CONFIG_BYTES = 256  # more than mjBatchConfig has, whose first member is the number of threads
+
+# The words that the kernels take: the last three are what is called back, and with what.
+CLOCK, GET, APPLIED, BATCH, CALL, STEP, MODEL, DATA = range(8)
+TIME = int(mujoco.mjtState.mjSTATE_TIME)
+
+call_apply, call_get_state = c_caller(APPLY), c_caller(GET_STATE)
+step_alone = c_callback(IN_BATCH, 2)
+
+
+class Direct:
+    """The step and the clock of one model and data.
+
+    Attributes:
+        step: kernel with its arguments: steps; returns 0, or 1 where MuJoCo gave up.
+    """
+
+    def __init__(self, model: Any, data: Any, library: Any, batch: int) -> None:
+        self._library, self._time = library, np.zeros(1)
+        words = _Words()
+        words.held = model, data, library, self._time
+        weakref.finalize(words, library.mjb_deleteBatch, batch)
+        self._words: NDArray[np.int64] = np.frombuffer(words, dtype=np.int64)
+        at = self._words.ctypes.data + STEP * self._words.itemsize
+        self._words[[CLOCK, GET]] = self._time.ctypes.data, _address(library.mj_getState)
+        self._words[[APPLIED, BATCH, CALL]] = _address(library.mjb_apply), batch, at
+        self._words[STEP:] = _address(library.mj_step), model._address, data._address
+        self.step: Callable[[], int] = partial(step, self._words)
+
+    def clock(self, clock: Array) -> Callable[[], object]:
+        """Return the kernel that reads MuJoCo's time into `clock` (1,), s, with its arguments."""
+        return partial(read_clock, self._words, self._time, clock)
+
+    def refusal(self) -> str:
+        """Why the last step failed."""
+        return str(self._library.mjb_error(int(self._words[BATCH]), 0).decode(errors="replace"))
+
+
+class _Words(ctypes.Array[ctypes.c_int64]):
+    """What an array of words is made of: whoever holds such an array holds all to which its addresses point."""
+
+    _type_, _length_ = ctypes.c_int64, 8
+    held: tuple[Any, ...]
+
+
+def direct(model: Any, data: Any) -> Direct | None:
+    """Return the way past Python; None where there is none: the binding serves then."""
+    library = None if numba.config.DISABLE_JIT else find_library()
+    if library is None or not hasattr(model, "_address") or not hasattr(data, "_address"):
+        return None
+    config = (ctypes.c_int * (CONFIG_BYTES // 4))()
+    library.mjb_defaultConfig(config)
+    config[0] = 1
+    batch = library.mjb_makeBatch(model._address, 1, config, None, 0)
+    return Direct(model, data, library, batch) if batch else None
+
+
+@cache
+def find_library() -> Any:
+    """Return the library that the binding has loaded; None where it has not all that is needed."""
+    try:
+        # Its functions are found through a module that is linked with it, wherever it lies and whatever its name is.
+        library: Any = ctypes.CDLL(sys.modules[mujoco.MjModel.__module__].__file__)
+        for name in NAMES:
+            getattr(library, name)
+    except (AttributeError, KeyError, OSError, TypeError):
+        return None
+    address, number = ctypes.c_void_p, ctypes.c_int
+    library.mjb_makeBatch.restype = address
+    library.mjb_makeBatch.argtypes = address, number, address, address, number
+    library.mjb_defaultConfig.argtypes = (address,)
+    library.mjb_deleteBatch.argtypes = (address,)
+    library.mjb_error.restype, library.mjb_error.argtypes = ctypes.c_char_p, (address, number)
+    return library
+
+
+def _address(function: Any) -> int:
+    """Where a C function stands."""
+    return int(ctypes.cast(function, ctypes.c_void_p).value or 0)
+
+
+@kernel
+def step(words: NDArray[np.int64]) -> int:
+    """Step; return 0, or 1 where MuJoCo gave up."""
+    failed: int = call_apply(words[APPLIED], words[BATCH], 0, 0, step_alone(), words[CALL], 0)
+    return failed
+
+
+@kernel
+def read_clock(words: NDArray[np.int64], time: Array, clock: Array) -> None:
+    """Read MuJoCo's time into `clock` (1,), s, by way of `time` (1,), of which the words know where it stands."""
+    call_get_state(words[GET], words[MODEL], words[DATA], words[CLOCK], TIME)
+    clock[0] = time[0]

@@ -1,0 +1,45 @@
+"""Pages in a browser: what the tests of all of them share. Where there is no browser, they are skipped and say so."""
+
+from __future__ import annotations
+
+import pytest
+from chromium import browser, executable
+
+READY = "() => window.cdpr !== undefined && !window.cdpr.waiting"
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    pytest.importorskip("playwright", reason="playwright is not installed: pip install 'cdpr[test]'")
+    if executable() is None:
+        pytest.skip("there is no Chromium on this machine")
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture
+def open_page(chromium):
+    """Opens pages; none of them may tell of an error, or ask for anything but itself."""
+    contexts, told = [], []
+
+    def hear(message):
+        # What the driver says of its speed comes of tests that read pixels back.
+        if message.type in ("error", "warning") and "GL Driver Message (OpenGL, Performance" not in message.text:
+            told.append(message.text)
+
+    def open_one(address, ready=READY, **options):
+        contexts.append(chromium.new_context(**{"viewport": {"width": 1200, "height": 800}, **options}))
+        page = contexts[-1].new_page()
+        page.on("console", hear)
+        page.on("pageerror", lambda error: told.append(str(error)))
+        itself = address.partition("#")[0]
+        page.on("request", lambda asked: told.append(asked.url) if asked.url.partition("#")[0] != itself else None)
+        page.goto(address)
+        page.wait_for_function(ready, polling=50)
+        return page
+
+    yield open_one
+    for context in contexts:
+        context.close()
+    assert told == []

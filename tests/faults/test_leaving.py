@@ -1,0 +1,68 @@
+"""The command line ends while a thread is in the midst of an engine that does not come back."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+from conftest import ROOT
+
+CODE = """
+import sys, threading, cdpr.cli
+from cdpr.gui.board import Board
+from cdpr.gui.show import Show
+from cdpr.scenario import load_scenario
+
+at_work = threading.Event()
+
+
+class Endless:
+    def close(self):
+        with cdpr.Simulation(sys.argv[1], backend="mujoco", overrides={"simulation.duration": 1e4}) as sim:
+            while True:
+                sim.step(100)
+                at_work.set()
+
+
+show = Show(Board(), print)
+show._stage = Endless()
+show._jobs.put(None)
+at_work.wait(60.0)
+show.close()
+print("last words", end="")
+cdpr.cli._leave(5)
+"""
+
+
+def test_a_thread_that_does_not_end_does_not_crash_the_end():
+    pytest.importorskip("mujoco")
+    pytest.importorskip("websockets", reason="websockets is not installed: pip install 'cdpr[gui]'")
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(CODE), ROOT / "scenarios" / "caroca.yaml"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (5, "last words", "")
+
+
+UNCLOSED = """
+import sys, cdpr.cli
+
+class Plugin:  # in a circle, as what is bound to itself is
+    def __init__(self):
+        self.file = open(sys.argv[1], "w")
+        self.write = self.file.write
+        self.me = self
+
+Plugin().write("rows")
+sys.argv[1:] = ["--version"]
+cdpr.cli.main()
+"""
+
+
+def test_what_a_plugin_leaves_in_an_open_file_is_written(tmp_path):
+    subprocess.run([sys.executable, "-c", UNCLOSED, tmp_path / "rows.txt"], check=True)
+    assert (tmp_path / "rows.txt").read_text() == "rows"

@@ -1,0 +1,38 @@
+"""The board between the simulation and its windows: bounded whatever windows do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cdpr.gui.board import KINDS, Board, encoded
+
+
+def test_a_slow_window_gets_the_newest_alone():
+    board = Board()
+    board.curves.begin({"tension": (1, 3)}, 10)
+    reader = board.join()
+    texts = iter(reader)
+    for n in range(1000):
+        board.put({"kind": "frame", "n": n})
+        board.put({"kind": "message", "n": n})
+    board.put({"kind": "hello"})
+    first = [next(texts) for _ in range(2)]
+    assert first == [encoded({"kind": "hello"}), encoded({"kind": "frame", "n": 999})]
+    board.curves.add(np.ones((3, 2)))
+    with board.changed:
+        board.curves.show()
+    rest = [next(texts) for _ in range(51)]  # an empty `samples`, and the last of the messages
+    assert '"samples"' in rest[0]
+    assert rest[-1] == encoded({"kind": "message", "n": 999})
+    assert '"t":[1.0,1.0,1.0]' in next(texts)
+    late = iter(board.join())
+    assert next(late) == encoded({"kind": "hello"})
+    board.leave(reader)
+    assert list(texts) == []
+
+
+def test_no_message_holds_what_json_has_not():
+    assert set(KINDS) == {"hello", "form", "scene", "status", "frame"}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        encoded({"kind": "frame", "t": float("nan")})

@@ -1,0 +1,174 @@
+"""What the desk writes, and where: files keep what was not edited, and nobody's are written over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from desk_cases import caroca_in
+
+from cdpr.errors import OutputError
+from cdpr.gui.desk import Desk
+from cdpr.scenario import load_robot, load_scenario
+
+STL = """solid box
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 1
+endloop
+endfacet
+endsolid box
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return caroca_in(tmp_path)
+
+
+def test_what_others_changed_is_not_written_over(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("simulation.duration", 3)
+    (folder / "caroca.yaml").write_text((folder / "caroca.yaml").read_text() + "# mine\n")
+    with pytest.raises(OutputError, match="changed by another program"):
+        desk.save()
+    assert (folder / "caroca.yaml").read_text().endswith("# mine\n")
+    form = desk.form()
+    assert "changed by another program" in form["unsaved"]
+    assert "Revert reads it anew" in form["warnings"][0]["text"]
+    desk.revert()
+    form = desk.form()
+    assert not form["modified"]
+    assert not form["warnings"]
+    assert desk.texts()[0]["text"].endswith("# mine\n")
+
+
+def test_what_may_not_be_written_stays(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("simulation.duration", 3)
+    monkeypatch.setattr("os.access", lambda name, mode: False)  # whoever tests may be root
+    with pytest.raises(OutputError, match="may not be written"):
+        desk.save()
+
+
+def test_an_example_is_saved_as_a_file_of_ones_own(tmp_path: Path) -> None:
+    desk = Desk("caroca")
+    desk.edit("robot.platform.mass", 140)
+    with pytest.raises(OutputError, match="save as"):
+        desk.save()
+    (tmp_path / "robots").write_text("a file where the robot's folder would be")
+    with pytest.raises(OutputError, match=r"cannot make the folder .*robots"):
+        desk.save_as(str(tmp_path))
+    (tmp_path / "robots").unlink()
+    assert list(tmp_path.iterdir()) == []
+    names = desk.save_as(str(tmp_path))
+    assert sorted(names) == [str(tmp_path / "caroca.yaml"), str(tmp_path / "robots/caroca.yaml")]
+    assert load_scenario(tmp_path / "caroca.yaml").robot.platform.mass == 140
+    with pytest.raises(OutputError, match="is there already"):
+        desk.save_as(str(tmp_path))
+
+
+def test_a_file_keeps_its_line_ends_its_rights_and_its_link(folder: Path) -> None:
+    file, link = folder / "caroca.yaml", folder / "link.yaml"
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    file.chmod(0o640)
+    link.symlink_to("caroca.yaml")
+    desk = Desk(str(link))
+    before = file.read_bytes()
+    desk.edit("simulation.duration", 3)
+    desk.edit("log.step", 0.01)
+    desk.save()
+    expected = before.replace(b"duration: 4.0", b"duration: 3", 1) + b"log: {step: 0.01}\r\n"
+    assert file.read_bytes() == expected
+    assert link.is_symlink()
+    assert file.stat().st_mode & 0o777 == 0o640
+    assert {path.name for path in folder.iterdir()} == {"caroca.yaml", "link.yaml", "robots"}
+
+
+def test_saved_elsewhere_all_names_lead_to_the_same_files(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    (folder / "path.csv").write_text("t,x,y,z\n0,0,0,1.2\n2,0.2,0,1.2\n4,0,0,1.2\n")
+    (folder / "robots/box.stl").write_text(STL)
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("trajectory", "csv")
+    desk.edit("trajectory.file", "path.csv")
+    desk.edit("robot.platform.shape", "mesh")
+    desk.edit("robot.platform.shape.mesh", "box.stl")
+    expected = desk.scenario()
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    names = desk.save_as(str(elsewhere / "deeper" / "mine"))
+    assert names == [str(elsewhere / "deeper/mine.yaml"), str(elsewhere / "deeper/robots/caroca.yaml")]
+    again = load_scenario(names[0])
+    assert again.yaml_in(str(folder)).replace("mine", "caroca") == expected.yaml_in(str(folder))
+    assert not desk.form()["modified"]
+    assert "mesh" not in (folder / "robots/caroca.yaml").read_text()
+
+
+def test_a_robot_that_is_as_it_was_is_named_where_it_is(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    desk.edit("simulation.duration", 3)
+    (folder / "other").mkdir()
+    assert desk.save_as(str(folder / "other")) == [str(folder / "other/caroca.yaml")]
+    assert 'robot: "../robots/caroca.yaml"   ' in (folder / "other/caroca.yaml").read_text()
+    assert load_scenario(folder / "other/caroca.yaml").simulation.duration == 3
+
+
+def test_a_changed_robot_is_never_written_over_that_of_others(folder: Path) -> None:
+    desk = Desk(str(folder / "caroca.yaml"))
+    before = (folder / "robots/caroca.yaml").read_text()
+    desk.edit("robot.platform.mass", 140)
+    names = desk.save_as(str(folder / "heavier.yaml"))
+    assert names == [str(folder / "heavier.yaml"), str(folder / "robots/caroca_2.yaml")]
+    assert (folder / "robots/caroca.yaml").read_text() == before
+    assert load_scenario(names[0]).robot.platform.mass == 140
+    desk.edit("robot.platform.mass", 130)
+    assert desk.save() == [names[1]]
+
+
+def test_new_ones_are_saved_where_nothing_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    desk = Desk("caroca")
+    desk.new("robot", file="mine.yaml", frame=[4, 3, 2], mass="25")
+    assert desk.form()["modified"]
+    assert desk.scenario().robot.platform.mass == 25
+    assert list(tmp_path.iterdir()) == []
+    desk.edit("trajectory", "circle")
+    with pytest.raises(OutputError, match="has no file: save it as one"):
+        desk.save()
+    desk.undo()
+    assert desk.save() == ["mine.yaml"]
+    desk.new("robot", file="mine.yaml")
+    with pytest.raises(OutputError, match="is there already"):
+        desk.save()
+    desk.new("scenario", robot="mine.yaml")
+    assert desk.save() == ["scenario.yaml"]
+    assert load_scenario("scenario.yaml").robot.platform.mass == 25
+
+
+def test_a_robot_alone_stands_in_a_scenario_at_its_home(folder: Path) -> None:
+    desk = Desk(str(folder / "robots/caroca.yaml"))
+    scenario = desk.scenario()
+    assert scenario.initial.position == (0.0, 0.0, 1.2)
+    desk.edit("robot.platform.mass", 140)
+    assert desk.scenario().robot.platform.mass == 140
+    assert desk.save() == [str(folder / "robots/caroca.yaml")]
+    assert sorted(path.name for path in (folder / "robots").iterdir()) == ["caroca.yaml"]
+
+
+def test_a_robot_alone_is_saved_as_a_robot(folder: Path) -> None:
+    desk = Desk("seven")
+    desk.edit("robot.platform.mass", 21)
+    name = str(folder / "robots" / "mine")
+    assert desk.save_as(name) == [f"{name}.yaml"]
+    assert desk.form()["file"] == f"{name}.yaml"
+    desk.edit("robot.platform.mass", 22)
+    assert desk.save() == [f"{name}.yaml"]
+    assert load_robot(f"{name}.yaml").platform.mass == 22
+    desk.edit("simulation.duration", 3)
+    assert sorted(desk.save_as(str(folder / "new/run.yaml"))) == [str(folder / "new/run.yaml")]
+    assert load_scenario(folder / "new/run.yaml").robot.platform.mass == 22
+    desk.edit("robot.platform.mass", 23)
+    assert desk.save() == [str(folder / "new/../robots/mine.yaml")]

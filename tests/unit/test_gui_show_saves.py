@@ -1,0 +1,127 @@
+"""Runs and sessions that the window saves: what is written, where, and that it repeats."""
+
+from __future__ import annotations
+
+import time
+from threading import Event
+
+import pytest
+from show_cases import PATIENCE, scenario, staged, until, wait
+
+import cdpr
+from cdpr.scenario import load_scenario
+
+
+@pytest.fixture
+def no_report(monkeypatch):
+    """Drawing a report takes a second."""
+    monkeypatch.setattr("cdpr.report.pages.run.write_report", lambda run, path: path.touch())
+
+
+def test_runs_too_long_for_the_memory_go_to_a_folder_that_is_gone_in_the_end(tmp_path, monkeypatch, no_report):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    long = scenario(**{"simulation.duration": 120.0})
+    with staged(long) as it:
+        it.phase("ready")
+        assert len(list(tmp_path.glob("cdpr-gui-*/log.mcap"))) == 1
+        it.do("step", n=5000)
+        it.do("save_run", out=str(tmp_path / "run"))
+        it.do("step", n=100)
+        it.do("reset")
+        it.do("step", n=10)
+        until((tmp_path / "run" / "report.html").exists)
+        assert [level for level, _ in it.said() if level == "error"] == []
+    assert list(tmp_path.glob("cdpr-gui-*")) == []
+    saved = cdpr.load_run(tmp_path / "run")
+    same = cdpr.simulate(scenario(**{"simulation.duration": 5.0}))
+    assert saved.rows[:].tobytes() == same.rows[:5000].tobytes()
+
+
+def test_a_run_is_saved_as_it_would_have_logged(tmp_path):
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=50)
+        it.do("save_run", out=str(tmp_path / "half"))
+        it.do("speed", value=None)
+        it.do("run")
+        it.phase("done")
+        it.do("save_run", out=str(tmp_path / "whole"))
+        it.do("save_run", out=str(tmp_path / "whole"))
+        until(lambda: len(it.told) == 3)
+        assert sorted(level for level, _ in it.said()) == ["error", "info", "info"]
+    cdpr.simulate(scenario(), out=tmp_path / "logged")
+    assert (tmp_path / "whole" / "log.mcap").read_bytes() == (tmp_path / "logged" / "log.mcap").read_bytes()
+    assert (tmp_path / "whole" / "report.html").stat().st_size > 50_000
+    half, whole = cdpr.load_run(tmp_path / "half"), cdpr.load_run(tmp_path / "whole")
+    assert (half.status, whole.status) == ("ended", "finished")
+    assert half.rows.tobytes() == whole.rows[:50].tobytes()
+    assert half.summary()["samples"] == 50
+    assert not (tmp_path / "whole" / "session.yaml").exists()
+
+
+@pytest.mark.parametrize("backend", ["reference", pytest.param("mujoco", marks=pytest.mark.slow)])
+def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
+    """What a person does while it runs in real time, at whatever samples that falls."""
+    pytest.importorskip({"reference": "numpy"}.get(backend, backend))
+    live = scenario(**{"simulation.backend": backend, "simulation.duration": 5.0})  # no end while something compiles
+    with staged(live) as it:
+        it.phase("ready")
+        it.do("run")
+        wait(it.board, "frame", lambda frame: frame["t"] > 0.03)
+        it.do("push", force=[100, 0, 20], duration=0.05)
+        it.do("target", position=[1.0, 0.32, 1.5], duration=0.1)
+        wait(it.board, "frame", lambda frame: frame["t"] > 0.1)
+        it.do("set", key="controller.kp", value=30)
+        it.do("cut", cable=2)
+        it.do("speed", value=None)
+        it.phase("done")
+        it.do("save_session", out=str(tmp_path / "session.yaml"))
+        it.do("save_run", out=str(tmp_path / "run"))
+        until(lambda: len(it.told) == 2)
+        told = it.said()
+        assert [level for level, _ in told] == ["info", "info"], told
+    rows = cdpr.load_run(tmp_path / "run").rows.tobytes()
+    assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == rows
+    assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == rows
+
+
+def test_a_saved_session_takes_the_place_of_nothing_but_itself(tmp_path):
+    mine, session = tmp_path / "mine.yaml", tmp_path / "session.yaml"
+    mine.write_text("# hours of work\n")
+    (tmp_path / "given_outside.csv").write_text("t\n")
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=2)
+        for out in (mine, tmp_path / "given.yaml", session):
+            it.do("save_session", out=str(out))
+        it.do("step", n=3)
+        it.do("save_session", out=str(session))
+        told = it.said()
+        it.do("reset")
+        it.do("step")
+        it.do("save_session", out=str(session))
+        assert "is there already" in it.said()[-1][1]
+    assert [level for level, _ in told] == ["error", "error", "info", "info"]
+    assert "mine.yaml' is there already: it is not written over" in told[0][1]
+    assert "given_outside.csv' is there already" in told[1][1]
+    assert mine.read_text() == "# hours of work\n"
+    assert not (tmp_path / "given.yaml").exists()
+    assert load_scenario(session).simulation.steps == 4
+
+
+def test_what_is_being_written_is_written_to_its_end(tmp_path, monkeypatch):
+    begun, written = Event(), []
+
+    def report(run, folder):
+        begun.set()
+        time.sleep(0.2)
+        written.append(folder)
+        return ""
+
+    monkeypatch.setattr("cdpr.gui.stage._report", report)
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=3)
+        it.do("save_run", out=str(tmp_path / "run"))
+        assert begun.wait(PATIENCE)
+    assert written == [tmp_path / "run"]

@@ -1,0 +1,62 @@
+"""An interrupt while a kernel is compiled ends what asked for it, though it came where LLVM calls back."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+import numba
+import pytest
+from numba.core.registry import cpu_target
+
+from cdpr.model import jit
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
+
+
+def kernel():
+    """One that no cache holds."""
+    return jit._Kernel(lambda x: 2.0 * x, targetoptions={"nopython": True, "_nrt": False})
+
+
+@pytest.fixture
+def called_back(monkeypatch):
+    """Where LLVM calls back once it has compiled, something else can be done; how often it did."""
+    engine = cpu_target.target_context.codegen()._engine._ee
+    calls = []
+
+    def instead(do):
+        def notified(module, code):
+            calls.append(code)
+            do()
+
+        monkeypatch.setattr(engine, "_object_cache_notify", notified)
+        return calls
+
+    return instead
+
+
+@compiled
+def test_an_interrupt_within_llvm_is_not_lost(called_back, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "unraisablehook", hook := sys.unraisablehook)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        calls = called_back(lambda: signal.raise_signal(signal.SIGINT))
+        double = kernel()
+        with pytest.raises(KeyboardInterrupt):
+            double(1.0)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert calls
+    assert sys.unraisablehook is hook
+    assert "Traceback" not in capsys.readouterr().err
+    assert double(1.5) == 3.0  # what was compiled is whole
+
+
+@compiled
+def test_other_errors_within_llvm_are_told_as_ever(called_back, monkeypatch):
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda raised: told.append(raised.exc_type))
+    called_back(lambda: 1 / 0)
+    assert kernel()(1.5) == 3.0
+    assert set(told) == {ZeroDivisionError}

@@ -1,0 +1,274 @@
+"""The order of a step: what is compiled and what is Python come to the same, and nothing is left out or done twice."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from functools import partial
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.errors import Infeasible
+from cdpr.model.jit import kernel
+from cdpr.plugins import CompiledSolver, Controller
+from cdpr.simulation import program
+from cdpr.simulation.proceed import proceed
+from cdpr.simulation.program import Program
+from cdpr.tension.acts import Act
+from cdpr.tension.status import OK, Status
+from cdpr_controllers import ComputedTorqueOptions
+from cdpr_controllers.computed_torque import ComputedTorque
+from cdpr_solvers.options import QpOptions
+from cdpr_solvers.qp import MinimumNorm
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
+CAROCA = ROOT / "scenarios" / "caroca.yaml"
+# By default one of each kind of step: events, loads, a belief, a guide, winches; the others among the slow tests.
+KINDS = ("cable_break", "external_wrench", "believed", "planar", "winch")
+SCENARIOS = [
+    pytest.param(path, id=path.stem, marks=[] if path.stem in KINDS else [pytest.mark.slow])
+    for path in sorted((ROOT / "scenarios").glob("*.yaml"))
+]
+ENGINES = ("mujoco", "bullet", "dart", "fmu")
+SHORT = {"simulation.duration": 0.05, "trajectory.duration": 0.05}
+
+
+@pytest.fixture
+def by_python(monkeypatch):
+    """Let Python do all acts."""
+
+    def switch():
+        monkeypatch.setattr(program, "bound", lambda *given: None)
+
+    return switch
+
+
+def both_ways(path, folder, by_python, **options):
+    """Run a scenario by compiled blocks and by Python; return the runs."""
+    runs = []
+    for way in ("blocks", "python"):
+        runs.append(cdpr.simulate(path, out=folder / way, **options))
+        by_python()
+    return runs
+
+
+def same(runs):
+    blocks, python = runs
+    np.testing.assert_array_equal(blocks.rows, python.rows)
+    logs = [(Path(run.folder) / "log.mcap").read_bytes() for run in runs]
+    assert logs[0] == logs[1]
+    assert len(python.interpreted) > len(blocks.interpreted)
+
+
+@compiled
+@pytest.mark.parametrize("path", SCENARIOS)
+def test_blocks_and_python_give_the_same_bits(path, tmp_path, by_python):
+    same(both_ways(path, tmp_path, by_python))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ENGINES)
+@pytest.mark.parametrize("path", SCENARIOS)
+def test_blocks_and_python_give_the_same_bits_on_engines(path, backend, tmp_path, by_python):
+    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "fmu": "fmpy"}.get(backend, backend))
+    try:
+        scenario = cdpr.load_scenario(path, backend=backend)
+        same(both_ways(scenario, tmp_path, by_python))
+    except cdpr.PluginError as error:  # a plant that this backend does not know
+        pytest.skip(str(error))
+
+
+class Counting:
+    """A program of two acts that decide and two that advance, one of each in Python, and what they noted."""
+
+    def __init__(self, python, size=256):
+        self.row, self.rows, self.seen = np.zeros(3), np.full((size, 3), np.nan), []
+        self.on, self.code = True, np.zeros(1)
+        act = partial(self.python, python)
+        self.program = Program(
+            [act("controller", add, 0, 1.0), Act("solver", partial(self.note, "solve"), when=lambda: self.on)],
+            [act("backend", add, 1, 10.0), act("time", stamp, timed=True), Act("events", self.happen, due=True)],
+            self.row,
+            0.5,
+        )
+        self.program.rows = self.rows
+
+    def python(self, python, name, function, *arguments, timed=False):
+        call = partial(function, self.row, *arguments)
+        return Act(name, (lambda *given: call(*given)) if python else call, timed=timed)
+
+    def note(self, what):
+        self.seen.append((what, self.program.count, self.program.time))
+
+    def happen(self):
+        self.note("event")
+        self.on = not self.on
+        self.program.due = self.program.count + 3
+        self.program.refresh()
+
+
+@kernel
+def add(row, place, value):
+    row[place] += value
+
+
+@kernel
+def stamp(row, time):
+    row[2] = time
+
+
+@kernel
+def answer(codes):
+    return int(codes[0])
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_acts_are_done_in_their_order_and_when_they_are_due(python):
+    it = Counting(python, size=4)
+    it.program.due = 2
+    it.program.look(7)
+    k = np.arange(3.0, 7.0)
+    np.testing.assert_array_equal(it.rows[[3, 0, 1, 2]], np.stack([k + 1, 10 * k, 0.5 * k], axis=1))
+    assert it.seen == [
+        ("solve", 0, 0.0),
+        ("solve", 1, 0.5),
+        ("event", 2, 1.0),
+        ("event", 5, 2.5),
+        ("solve", 5, 2.5),
+        ("solve", 6, 3.0),
+    ]
+    assert (it.program.count, it.program.time, it.program.due) == (7, 3.5, 8)
+    it.program.decide()
+    assert (it.program.count, it.program.time, it.row[0]) == (8, 3.5, 8.0)
+    it.program.decide(lambda: None)  # something else decides: neither controller nor solver
+    assert (it.program.count, it.row[0], len(it.seen)) == (9, 8.0, 7)
+    place = it.program.place
+    it.program.look(9)
+    assert it.row[1] == 80.0
+    it.program.place = place
+    it.program.look(9)
+    assert it.row[1] == 90.0
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_what_refuses_is_met_and_leaves_out_what_follows(python):
+    codes, met, row = np.zeros(1), [], np.zeros(1)
+    call = partial(answer, codes)
+    solve = Act("solver", (lambda: call()) if python else call, met.append, skip=1)
+    made = Program([solve, Act("distribution", partial(add, row, 0, 1.0))], [], row, 1.0)
+    made.rows = np.zeros((256, 1))
+    made.look(2)
+    codes[0] = 3
+    made.look(3)
+    assert met == [3]
+    codes[0] = 0
+    made.look(4)
+    np.testing.assert_array_equal(made.rows[:4, 0], [1, 2, 2, 3])
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_a_sample_without_tensions_is_kept_with_what_tells_of_it(python):
+    row, rows = np.zeros(2), np.full((256, 2), np.nan)
+
+    def refuse(code):
+        raise Infeasible("none")
+
+    call = partial(answer, np.ones(1))
+    made = Program(
+        [
+            Act("solver", (lambda: call()) if python else call, refuse),
+            Act("geometry", partial(add, row, 0, 1.0)),
+            Act("geometry", partial(add, row, 1, 1.0), telling=True),
+        ],
+        [],
+        row,
+        1.0,
+    )
+    made.rows = rows
+    with pytest.raises(Infeasible):
+        made.look(5)
+    assert made.count == 1
+    np.testing.assert_array_equal(rows[0], [0.0, 1.0])
+    with pytest.raises(Infeasible):
+        made.decide(lambda: refuse(1))
+    assert made.count == 2
+
+
+@compiled
+def test_who_does_it_otherwise_is_asked():
+    class Half(ComputedTorque):
+        Options = ComputedTorqueOptions
+
+        def control(self, time, state, desired, wrench):
+            super().control(time, state, desired, wrench)
+            wrench *= 0.5
+
+    class Proud(MinimumNorm):
+        Options = QpOptions
+        asked = 0
+
+        def solve(self, *given):
+            Proud.asked += 1
+            return super().solve(*given)
+
+    whole = cdpr.simulate(CAROCA, overrides=SHORT)
+    half = cdpr.simulate(CAROCA, controller=Half, overrides=SHORT)
+    np.testing.assert_array_equal(half.wrench[0], 0.5 * whole.wrench[0])
+    assert (whole.interpreted, half.interpreted) == ((), ("controller",))
+    proud = cdpr.simulate(CAROCA, solver=Proud, overrides=SHORT)
+    np.testing.assert_array_equal(proud.rows, whole.rows)
+    assert Proud.asked > 50
+    assert proud.interpreted == ("solver",)
+
+
+@compiled
+def test_a_controller_of_python_leaves_the_rest_compiled(tmp_path):
+    class Still(Controller):
+        def control(self, time, state, desired, out):
+            out[:] = [0.0, 0.0, 1500.0, 0.0, 0.0, 0.0]
+
+    run = cdpr.simulate(CAROCA, controller=Still, overrides=SHORT, out=tmp_path / "run")
+    assert run.interpreted == ("controller",)
+    told = json.loads((tmp_path / "run" / "run.json").read_text())["loop"]
+    assert told == {"blocks": False, "python": ["controller"]}
+    assert cdpr.load_run(tmp_path / "run").interpreted == ("controller",)
+
+
+@compiled
+def test_the_controller_of_the_docs_is_compiled(tmp_path):
+    text = (ROOT / "docs" / "plugins.md").read_text()
+    (code,) = re.findall(r"^```python\n(from functools import partial\n.*?)^```", text, re.DOTALL | re.MULTILINE)
+    path = tmp_path / "lift.py"
+    path.write_text(code)
+    spec = importlib.util.spec_from_file_location("lift", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    run = cdpr.simulate(CAROCA, controller=module.Lift)
+    assert (run.status, run.interpreted) == ("finished", ())
+    assert np.abs(run.position_error).max() < 0.5  # nothing damps it
+
+
+@compiled
+def test_a_strangers_solver_joins_without_compiling_the_block():
+    @kernel
+    def middle(W, wrench, t_min, t_max, tension, parameters, work):
+        for i in range(tension.shape[0]):
+            tension[i] = parameters[0]
+        return OK
+
+    class Middle(CompiledSolver):
+        def __init__(self, robot, options):
+            super().__init__(robot, options, middle, parameters=[500.0])
+
+    cdpr.simulate(CAROCA, overrides=SHORT)
+    known = len(proceed.overloads)
+    run = cdpr.simulate(CAROCA, solver=Middle, overrides={**SHORT, "solver.infeasible": "hold_tension"})
+    assert run.interpreted == ()
+    assert len(proceed.overloads) == known
+    assert (run.solver_status == Status.NOT_FOUND).all()  # it balances nothing
