@@ -13,7 +13,7 @@ pytestmark = pytest.mark.browser
 
 def test_a_run_a_push_and_a_cut_are_seen_in_the_plots(page):
     page.get_by_label("Push force, x").fill("40")
-    page.get_by_label("Push duration").fill("0.3")
+    page.get_by_label("Push duration").fill("20")  # s: to be seen also by a page that draws twice a second
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => cdpr.frame.t > 0.4")
     page.get_by_role("button", name="Push", exact=True).click()
