@@ -2,7 +2,8 @@
 
 Made-up robots of 12 to 200 cables round a 150 kg box, from alternating heights, on caroca's move: the reference
 backend, computed torque, the exact QP, all checks, without the log. Chunks of steps and of pinv calls alternate, and
-the ratio is that of their least times. Run: python benchmarks/cables.py [--json]
+the ratio is that of their least times. Run: python benchmarks/cables.py [--json | --gate LIMIT], the last to fail where
+100 cables cost more than LIMIT times what 12 do.
 """
 
 from __future__ import annotations
@@ -64,11 +65,11 @@ def ratio(call: Callable[[], object], calls: int, matrix: np.ndarray) -> float:
     return best / pinv
 
 
-def measure() -> dict[str, dict[str, float]]:
+def measure(cables: tuple[int, ...] = CABLES) -> dict[str, dict[str, float]]:
     """By the number of cables: pinvs of a step and of an infeasible distribution, with the nearest wrench."""
     matrix, found = np.random.default_rng(0).normal(size=(6, 8)), {}
     with tempfile.TemporaryDirectory() as folder:
-        for m in CABLES:
+        for m in cables:
             loop = make_loop(m, Path(folder))
             rows, calls = np.empty((21, len(loop.row))), max(1, 200 // m)
             step = ratio(lambda loop=loop, rows=rows: loop.run(rows, lambda _: None), calls, matrix) / (len(rows) - 1)
@@ -82,7 +83,20 @@ def measure() -> dict[str, dict[str, float]]:
     return found
 
 
+def gate(limit: float) -> None:
+    """Fail where many cables cost more than `limit` times what a dozen do."""
+    few, many = measure((12, 100)).values()
+    ratios = {what: many[what] / few[what] for what in few}
+    print(
+        *(f"100 cables, {what}: {ratio:.1f} times 12 cables, at most {limit:g}" for what, ratio in ratios.items()),
+        sep="\n",
+    )
+    sys.exit(any(ratio > limit for ratio in ratios.values()))
+
+
 if __name__ == "__main__":
+    if "--gate" in sys.argv:
+        gate(float(sys.argv[sys.argv.index("--gate") + 1]))
     result = measure()
     if "--json" in sys.argv:
         print(json.dumps(result, indent=2))

@@ -52,7 +52,8 @@ class Direct:
         self._library, self._time = library, np.zeros(1)
         words = _Words()
         words.held = model, data, library, self._time
-        weakref.finalize(words, library.mjb_deleteBatch, batch)
+        # Not at exit: a thread that does not end may still be stepping then.
+        weakref.finalize(words, library.mjb_deleteBatch, batch).atexit = False
         self._words: NDArray[np.int64] = np.frombuffer(words, dtype=np.int64)
         at = self._words.ctypes.data + STEP * self._words.itemsize
         self._words[[CLOCK, GET]] = self._time.ctypes.data, _address(library.mj_getState)

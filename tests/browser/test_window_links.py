@@ -8,18 +8,34 @@ from window_page import IS, PHASE, at, write
 
 pytestmark = pytest.mark.browser
 
+SHARED = 5  # rows that both have drawn
+
+# Keep what is drawn of each frame, as "n: what".
+REMEMBER = """() => {
+  cdpr.seen = {};
+  const draw = cdpr.draw.bind(cdpr);
+  cdpr.draw = () => { draw(); if (cdpr.drawn.n >= 0) cdpr.seen[cdpr.drawn.n] = cdpr.drawn; };
+}"""
+
 
 def test_two_windows_show_the_same(visit):
     one, other = visit(), visit(color_scheme="dark")
     write(one, "robot.platform.mass", 19)
     other.wait_for_function(IS, arg=["robot.platform.mass", 19])
     assert at(other, "robot.platform.mass").input_value() == "19"
+    for page in (one, other):
+        page.evaluate(REMEMBER)
     one.get_by_role("button", name="Run", exact=True).click()
-    other.wait_for_function("() => cdpr.frame.t > 0.2")
+    both: set[str] = set()
+    while len(both) < SHARED:  # each draws as often as it can
+        one.wait_for_timeout(100)
+        both = set(one.evaluate("Object.keys(cdpr.seen)")) & set(other.evaluate("Object.keys(cdpr.seen)"))
     other.get_by_role("button", name="Pause").click()
     for page in (one, other):
         page.wait_for_function(PHASE, arg="paused")
     drawn = "[cdpr.drawn, cdpr.frame.tension, cdpr.curves.panels[0].series[0].n]"
+    seen, also = (page.evaluate("cdpr.seen") for page in (one, other))
+    assert [seen[n] for n in sorted(both)] == [also[n] for n in sorted(both)]
     wait_until(lambda: one.evaluate(drawn) == other.evaluate(drawn))  # the last frame is sent anew
 
 

@@ -118,9 +118,9 @@ def test_the_reference_balances_to_round_off():
     assert np.abs(run.energy_residual).max() < 1e-9 * turned_over
 
 
-@pytest.mark.parametrize("step", [0.008, 0.004])
-def test_the_reference_balances_to_fourth_order(step):
-    assert np.log2(residual("reference", step) / residual("reference", step / 2)) == pytest.approx(4.0, abs=0.3)
+def test_the_reference_balances_to_fourth_order():
+    """From 8 ms to 4: at 2 ms the round-off of some processors, 1.5e-11 J, is a third of what is left."""
+    assert np.log2(residual("reference", 0.008) / residual("reference", 0.004)) == pytest.approx(4.0, abs=0.3)
 
 
 @pytest.mark.parametrize("backend", FIRST_ORDER)
