@@ -79,7 +79,7 @@ def scheduler(cluster):
 def at_work(cluster):
     """The worker processes in which cases run, or ran."""
     children = cluster[0].children(recursive=True)
-    return [child for child in children if "cdpr.simulation.worker" in child.cmdline()]
+    return [child for child in children if "cdpr.jobs.worker" in child.cmdline()]
 
 
 def begin(study, out, cluster, files):
