@@ -75,6 +75,7 @@ def bound(call: Callable[..., Any], timed: bool = False) -> Bound | None:
 @cache
 def _found(function: Any, kinds: tuple[Any, ...], timed: bool) -> tuple[int, int] | None:
     """Addresses of what calls a kernel with arguments of these kinds, and of the kernel; None where that cannot be."""
+    kinds = tuple(map(_type, kinds))
     taken = (*kinds, NUMBER) if timed else kinds
     function.compile(taken)
     result = types.unliteral(function.overloads[taken].signature.return_type)
@@ -84,27 +85,36 @@ def _found(function: Any, kinds: tuple[Any, ...], timed: bool) -> tuple[int, int
 
 
 def _kind(value: Any) -> Any:
-    """The type under which compiled code takes an argument; None where it cannot."""
+    """The kind of an argument, for `_type`; None where compiled code cannot take it.
+
+    Plain data, since numba's own types take a long time to be looked for in a table.
+    """
     if isinstance(value, np.ndarray):
         plain = value.dtype.isnative and value.dtype.itemsize == 8 and value.dtype.kind in "fi"
-        if not plain or not value.flags.c_contiguous:
-            return None
-        return _array(value.dtype, value.ndim)
+        return (value.dtype, value.ndim) if plain and value.flags.c_contiguous else None
     if isinstance(value, bool):
-        return types.boolean
+        return bool
     if isinstance(value, int | np.integer):
-        return types.intp
+        return int
     if isinstance(value, float | np.floating):
-        return NUMBER
+        return float
     if isinstance(value, tuple) and hasattr(value, "_fields"):
-        kinds = [_kind(each) for each in value]
-        return None if None in kinds else types.BaseTuple.from_types(kinds, type(value))
+        kinds = tuple(_kind(each) for each in value)
+        return None if None in kinds else (type(value), kinds)
     return None
 
 
-@cache
-def _array(dtype: np.dtype[Any], dimensions: int) -> Any:
-    return types.Array(numba.from_dtype(dtype), dimensions, "C")
+SCALARS = {bool: types.boolean, int: types.intp, float: NUMBER}
+
+
+def _type(kind: Any) -> Any:
+    """The type under which compiled code takes an argument of this kind."""
+    if kind in SCALARS:
+        return SCALARS[kind]
+    what, inner = kind
+    if isinstance(what, type):
+        return types.BaseTuple.from_types([_type(each) for each in inner], what)
+    return types.Array(numba.from_dtype(what), inner, "C")
 
 
 def _words(arguments: tuple[Any, ...]) -> list[int]:

@@ -249,7 +249,7 @@ class Scenario:
             return replace(self)  # it has passed the checks
         problems = Problems()
         chosen = choices(names, problems)
-        return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems)
+        return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems, self)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -296,15 +296,26 @@ class Scenario:
 
 
 def build_scenario(
-    document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
+    document: Document,
+    overrides: Overrides,
+    chosen: list[Change],
+    plugins: Registry,
+    problems: Problems,
+    before: Scenario | None = None,
 ) -> Scenario:
-    """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`."""
+    """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`.
+
+    Where that is a copy of the document of a scenario `before`, whose robot is not changed, the robot is that one's: it
+    has passed the checks.
+    """
     change(document, overrides, chosen, plugins, problems)
+    known = before is not None and not problems.items and document.data.get("robot") == before._document.data["robot"]
     data, options = _split(document.data)
     data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
     sections = validate(ScenarioSection, data_of_robot, document, problems)
     report_nulls(data_of_robot, (), document, problems)
-    RobotChecks(document, problems).run(("robot",))
+    if not known:
+        RobotChecks(document, problems).run(("robot",))
     motion = RunChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
@@ -334,7 +345,7 @@ def build_scenario(
                 "events": events,
             }
         ),
-        robot=robot.to_robot(document.folder),
+        robot=before.robot if known and before else robot.to_robot(document.folder),
         believed=thought.to_robot(document.folder) if thought else None,
         controller_options=controller_options,
         solver_options=solver_options,
