@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import BackendDied, Diverged, PluginError, SimulationStopped
+from cdpr.log.recorder import BLOCK
 from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -21,7 +22,7 @@ from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.faults import told
 from cdpr.simulation.loads import Loads
-from cdpr.simulation.pace import BLOCK, Pace
+from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
 from cdpr.simulation.proceed import late, stamp
@@ -207,8 +208,9 @@ class Loop:
         """Fill `rows` (steps + 1, width) from the backend's present state; return the number of samples made.
 
         Fewer rows, a multiple of 256, are filled again and again, where `steps` says how many there are to make.
-        `flush`, `real_time` and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped. Raises
-        that, with the time in its text, where the run stops early; `count` then tells how many samples are complete.
+        `flush`, `real_time` and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped.
+        Raises that, with the time in its text, where the run stops early; `count` then tells how many samples are
+        complete.
         """
         pace = Pace(flush, real_time, block)
         with self.timed():

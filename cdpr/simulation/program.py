@@ -70,7 +70,7 @@ class Program:
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, row[None]
         self._turn: Callable[[], int]
-        self._enter = enter
+        self._enter: Callable[[int, int], int] = enter
         self.refresh()
 
     @property
