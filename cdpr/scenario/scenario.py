@@ -41,7 +41,6 @@ from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
 from cdpr.trajectory import Trajectory
 
-
 # On these the motion and its checks do not depend.
 BESIDES = {"controller", "solver", "backend_options"}
 

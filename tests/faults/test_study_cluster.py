@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib.util import find_spec
 
+import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
@@ -184,3 +185,16 @@ def test_an_address_that_cannot_be_used_is_told(tmp_path, address):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", address)
     assert done.returncode == ExitCode.BAD_INPUT, done.stderr
     assert f"--scheduler {address}: no Dask scheduler answers there" in done.stderr
+
+
+@pytest.mark.slow
+def test_a_rollout_on_the_cluster_is_the_same_to_the_bit(scheduler):
+    vary = {"controller.kp": {"uniform": [90.0, 110.0]}, "robot.platform.mass": [25.0] * 19 + [-1.0]}
+    given = {"vary": vary, "overrides": {"simulation.duration": 0.1}}
+    here, there = (
+        cdpr.rollout(ROOT / "scenarios" / "caroca.yaml", 20, **given, **where)
+        for where in ({}, {"scheduler": scheduler})
+    )
+    assert there.counts == {"finished": 19, "failed": 1}
+    assert np.array_equal(here.rows, there.rows, equal_nan=True)
+    assert here.outcomes == there.outcomes

@@ -1,0 +1,100 @@
+"""What a row of a rollout costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
+
+Caroca at 1 kHz for 4 s, on `reference` with the exact QP. Rollouts with one thread, with one for each core, and chunks of
+pinv calls take turns; each figure is the minimum of all turns, and the load is printed beside it: on a machine that is
+not idle the second thread shows nothing. `varied` is what a rollout costs for each row, all of it: cases that differ in
+gain alone, and in mass, gain and start. `set-up` is what comes before the first sample of a case. Run: python
+benchmarks/rollout.py [--json]
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+import cdpr
+
+SCENARIO = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
+CASES = 96
+TURNS = 6
+PINV_CALLS = 300
+SAMPLES = 4001
+BRIEF = 2  # samples of a case that is all set-up
+VARIED: dict[str, Mapping[str, Any]] = {
+    "gain": {"controller.kp": {"uniform": [80.0, 200.0]}},
+    "mass, gain and start": {
+        "robot.platform.mass": {"uniform": [22.0, 28.0]},
+        "controller.kp": {"uniform": [80.0, 200.0]},
+        "initial.position[0]": {"uniform": [-0.01, 0.01]},
+    },
+}
+
+
+def pinv_cost() -> float:
+    """Seconds of one pinv, the best of many."""
+    matrix, best = np.random.default_rng(1).random((6, 8)), np.inf
+    for _ in range(PINV_CALLS):
+        start = perf_counter()
+        np.linalg.pinv(matrix)
+        best = min(best, perf_counter() - start)
+    return best
+
+
+def case_cost(vary: Mapping[str, Any], threads: int, samples: int = SAMPLES) -> float:
+    """Seconds for each case of one rollout."""
+    overrides = {"simulation.duration": 1e-3 * (samples - 1)}
+    if samples < SAMPLES:
+        overrides["simulation.ends_early"] = True
+    start = perf_counter()
+    found = cdpr.rollout(SCENARIO, CASES, vary=vary, overrides=overrides, threads=threads)
+    seconds = (perf_counter() - start) / CASES
+    if found.counts != {"finished": CASES}:
+        raise SystemExit(f"not all cases finished: {found}")
+    return seconds
+
+
+def measure() -> dict[str, Any]:
+    """All figures."""
+    cores = len(os.sched_getaffinity(0))
+    figures: dict[str, Any] = {}
+    for name, vary in VARIED.items():
+        case_cost(vary, cores)  # compiles and loads
+        best = {"pinv": np.inf, "one": np.inf, "all": np.inf, "set-up": np.inf}
+        loads = []
+        for _ in range(TURNS):
+            loads.append(os.getloadavg()[0])
+            best["pinv"] = min(best["pinv"], pinv_cost())
+            best["one"] = min(best["one"], case_cost(vary, 1))
+            best["all"] = min(best["all"], case_cost(vary, cores))
+            best["set-up"] = min(best["set-up"], case_cost(vary, 1, BRIEF))
+        unit = best["pinv"]
+        figures[name] = {
+            "row": best["one"] / unit / SAMPLES,
+            "row_all_cores": best["all"] / unit / SAMPLES,
+            "row_without_set_up": (best["one"] - best["set-up"]) / unit / SAMPLES,
+            "set_up": best["set-up"] / unit,
+            "speed_up": best["one"] / best["all"],
+            "cores": cores,
+            "pinv_us": 1e6 * unit,
+            "load": loads,
+        }
+    return figures
+
+
+if __name__ == "__main__":
+    figures = measure()
+    if "--json" in sys.argv:
+        print(json.dumps(figures, indent=1))
+    else:
+        for name, row in figures.items():
+            print(f"{name}: {row['row']:.3f} pinv a row, {row['row_without_set_up']:.3f} without set-up, which is")
+            print(f"  {row['set_up']:.0f} pinv a case; {row['speed_up']:.2f} times as fast on {row['cores']} cores")
+            loads = ", ".join(f"{load:.1f}" for load in row["load"])
+            print(f"  (pinv {row['pinv_us']:.1f} us, load before each turn {loads})")
