@@ -6,14 +6,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import types
-from numpy.typing import NDArray
 
 from cdpr.log.layout import Layout
-from cdpr.model.jit import threaded_kernel
-from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
 from cdpr.model.robot import Array
-from cdpr.tension.status import Status
+from cdpr.rollouts.kernels import HIGH, INFEASIBLE, LOW, count
 
 # As the columns of a study's table are called, and Run.summary() has them; the squares become a mean at the end.
 FIGURES = (
@@ -28,11 +24,8 @@ FIGURES = (
     "infeasible_steps",
     "unanswered_steps",
 )
-LOW, HIGH, INFEASIBLE, UNANSWERED = range(6, 10)
-ANSWERED, NO_TENSIONS = int(Status.OK), int(Status.INFEASIBLE)
+# Where a row has what `count` looks at.
 AT = ("position", "desired_position", "orientation", "desired_orientation", "tension", "status")
-
-MATRIX, VECTOR, INDICES = types.float64[:, ::1], types.float64[::1], types.int64[::1]
 
 
 class Figures:
@@ -61,33 +54,3 @@ class Figures:
             values["tension_min_N"] = values["tension_max_N"] = 0.0
         counts = {name: int(values[name]) for name in FIGURES[INFEASIBLE:]}
         return {"samples": self.samples, **values, **counts}
-
-
-@threaded_kernel(types.void(MATRIX, VECTOR, INDICES, VECTOR))
-def count(rows: Array, since: Array, at: NDArray[np.int64], figures: Array) -> None:
-    """Add rows (n, width) to the figures, in the order of FIGURES; a NaN stays."""
-    for k in range(rows.shape[0]):
-        row = rows[k]
-        square = 0.0
-        for i in range(3):
-            square += (row[at[1] + i] - row[at[0] + i]) ** 2
-        turn = logarithm(multiply(quaternion(row, at[3]), conjugate(quaternion(row, at[2]))))
-        angle = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
-        for first, value in ((0, square), (3, angle)):
-            error = math.sqrt(value)
-            if error > figures[first] or error != error:
-                figures[first] = error
-            figures[first + 1] += value
-            figures[first + 2] = error
-        for i in range(since.shape[0]):
-            if row[0] < since[i]:
-                tension = row[at[4] + i]
-                if tension < figures[LOW] or tension != tension:
-                    figures[LOW] = tension
-                if tension > figures[HIGH] or tension != tension:
-                    figures[HIGH] = tension
-        status = row[at[5]]
-        if status == NO_TENSIONS:
-            figures[INFEASIBLE] += 1.0
-        elif status != ANSWERED:
-            figures[UNANSWERED] += 1.0

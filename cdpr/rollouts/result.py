@@ -62,12 +62,20 @@ class Rollouts:
         kept = ", ".join(column.name for column in self.columns)
         return f"<Rollouts of {self.name}: {len(self)} cases ({ended}), {len(self.time)} samples each of {kept}>"
 
-    def __getattr__(self, name: str) -> Array:
-        column = "status" if name == "solver_status" else name
-        if name == "status" or column not in (known := self.__dict__.get("_at", {}) or self._places()):
-            raise AttributeError(f"{name}: was not kept; there are {', '.join(c.name for c in self.columns)}")
-        block = self.rows[:, :, known[column]]
+    def __getitem__(self, name: str) -> Array:
+        """Return a column by its name: (N, K) where it is one number, else (N, K, width)."""
+        if name not in self._places:
+            raise KeyError(f"{name}: was not kept; there are {', '.join(self._places)}")
+        block = self.rows[:, :, self._places[name]]
         return block[:, :, 0] if block.shape[2] == 1 else block
+
+    def __getattr__(self, name: str) -> Array:
+        if name.startswith("_") or "columns" not in self.__dict__:  # a copy that is being made
+            raise AttributeError(name)
+        try:
+            return self["status" if name == "solver_status" else name]
+        except KeyError as error:
+            raise AttributeError(error.args[0]) from None
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
@@ -132,19 +140,19 @@ class Rollouts:
         with replacing(out) as file:
             WRITERS[out.suffix](self, file)
 
+    @cached_property
     def _places(self) -> dict[str, slice]:
+        """Where each column stands in the rows."""
         places, start = {}, 0
         for column in self.columns:
             places[column.name] = slice(start, start := start + (column.width or len(self.cables)))
-        self.__dict__["_at"] = places
         return places
 
 
 def _npz(found: Rollouts, file: BinaryIO) -> None:
     arrays: dict[str, Any] = {"time": found.time, "status": found.status, "messages": np.array(found.messages)}
     for column in found.columns:
-        name = "solver_status" if column.name == "status" else column.name
-        arrays[name] = getattr(found, name)
+        arrays["solver_status" if column.name == "status" else column.name] = found[column.name]
     for key, values in found.values.items():
         numbers = isinstance(values, np.ndarray)
         arrays[f"vary:{key}"] = values if numbers else np.array([json.dumps(value) for value in values])

@@ -94,10 +94,14 @@ def rollout(
     values = values_of(vary, n, seed, overrides or {})
     base = _loaded(scenario, overrides, backend, solver, controller)
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
-    alone = _compiled(plan, [given[0] for given in values.values()])
-    cores = len(os.sched_getaffinity(0)) if alone else 1
+    beside = _compiled(plan, [given[0] for given in values.values()])
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise CdprError(f"rollout: threads: a whole number from 1 on is expected, got {shown(threads)}")
+    if threads is not None and threads > 1 and not beside:
+        raise CdprError(
+            f"rollout: threads: {threads} are of no use: backend, controller or solver of this scenario needs Python "
+            "in each step, or the backend does not say that its instances may step beside one another; leave it out"
+        )
     if threads is not None and scheduler is not None:
         raise CdprError(
             "rollout: threads does not go with scheduler: the cluster's workers run a chunk for each thread"
@@ -121,7 +125,7 @@ def rollout(
 
         chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended])
         if scheduler is None:
-            _in_threads(chunks, threads or cores, done)
+            _in_threads(chunks, threads or (len(os.sched_getaffinity(0)) if beside else 1), done)
         else:
             _on_cluster(chunks, scheduler, done)
     layout = plan.layout

@@ -71,7 +71,7 @@ def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
                 f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, Random, given)
             ]
             raise ValueError("; ".join(told)) from None
-        return np.array(drawn(asked, seed))  # type: ignore[return-value]
+        given = drawn(asked, seed)
     array = _array(given)
     if not isinstance(given, list | tuple) and (array is None or array.ndim == 0):
         raise ValueError(f"an array of {n} values or a distribution is expected, got {shown(given)}")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -48,7 +50,7 @@ KINDS = {
     },
     "cable_break": {"events[0].time": [0.05, 0.1]},
     "external_wrench": {"robot.platform.mass": {"uniform": [24.0, 26.0]}},
-    "believed": {"controller.kd": [20.0, 30.0]},
+    "believed": {"controller.kd": [20.0, 30.0], "believed.platform.mass": [138.0, 141.0]},
     "winch": {"controller.kp": {"log_uniform": [50.0, 100.0]}},
     "cogiro_pulleys": {"robot.platform.mass": {"uniform": [90.0, 110.0]}},
     "planar": {"world.gravity": [[0.0, 0.0, -9.81], [0.0, 0.0, -1.62]]},
@@ -125,6 +127,31 @@ def test_results(found):
         found.velocity  # noqa: B018
     with pytest.raises(ValueError, match="read-only"):
         found.position[0] = 0.0
+
+
+def test_it_can_be_copied(found):
+    twin = pickle.loads(pickle.dumps(found))
+    assert np.array_equal(twin.position, found.position)
+    assert np.array_equal(copy.copy(found)["tension"], found.tension)
+    with pytest.raises(KeyError, match="velocity: was not kept"):
+        found["velocity"]
+
+
+class Asleep(cdpr.plugins.Controller):
+    """Asks for nothing, in Python."""
+
+    def control(self, time, state, desired, out):
+        out[:] = 0.0
+
+
+def test_what_needs_python_in_each_step_runs_in_one_thread():
+    registry, name = cdpr.load_scenario(CAROCA).plugins.with_class("controller", Asleep)
+    scenario = cdpr.load_scenario(CAROCA, controller=name, plugins=registry, overrides=SHORT)
+    found = rollout(scenario=scenario, overrides={})
+    run = cdpr.simulate(scenario, overrides={"robot.platform.mass": 25.0})
+    assert np.array_equal(found.position[1], run.position[::2])
+    with pytest.raises(CdprError, match="threads: 2 are of no use: backend, controller or solver"):
+        rollout(scenario=scenario, overrides={}, threads=2)
 
 
 def test_threads_change_nothing(found):
