@@ -105,6 +105,19 @@ def test_the_tables_are_the_same(scheduler, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_rollout_on_the_cluster_is_the_same_to_the_bit(scheduler):
+    vary = {"controller.kp": {"uniform": [90.0, 110.0]}, "robot.platform.mass": [25.0] * 19 + [-1.0]}
+    given = {"vary": vary, "overrides": {"simulation.duration": 0.1}}
+    here, there = (
+        cdpr.rollout(ROOT / "scenarios" / "caroca.yaml", 20, **given, **where)
+        for where in ({}, {"scheduler": scheduler})
+    )
+    assert there.counts == {"finished": 19, "failed": 1}
+    assert np.array_equal(here.rows, there.rows, equal_nan=True)
+    assert here.outcomes == there.outcomes
+
+
+@pytest.mark.slow
 def test_faults_are_told(scheduler, tmp_path):
     study = write_study(tmp_path, FAULTS)
     study.write_text(study.read_text().replace("changes: {", "changes: {controller.type: faulty, "))
@@ -185,16 +198,3 @@ def test_an_address_that_cannot_be_used_is_told(tmp_path, address):
     done = run(write_study(tmp_path, KINDS), tmp_path / "out", "--scheduler", address)
     assert done.returncode == ExitCode.BAD_INPUT, done.stderr
     assert f"--scheduler {address}: no Dask scheduler answers there" in done.stderr
-
-
-@pytest.mark.slow
-def test_a_rollout_on_the_cluster_is_the_same_to_the_bit(scheduler):
-    vary = {"controller.kp": {"uniform": [90.0, 110.0]}, "robot.platform.mass": [25.0] * 19 + [-1.0]}
-    given = {"vary": vary, "overrides": {"simulation.duration": 0.1}}
-    here, there = (
-        cdpr.rollout(ROOT / "scenarios" / "caroca.yaml", 20, **given, **where)
-        for where in ({}, {"scheduler": scheduler})
-    )
-    assert there.counts == {"finished": 19, "failed": 1}
-    assert np.array_equal(here.rows, there.rows, equal_nan=True)
-    assert here.outcomes == there.outcomes
