@@ -61,9 +61,9 @@ def room(limits: Array, tension: Array, report: Array, held: Array | None = None
         if held is not None and not math.isnan(held[i]):
             continue
         distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
-        counts = (limits[0, i] != limits[1, i]) | (distance < -tolerance)
-        margin = choose(counts, min(margin, distance), margin)
-        at_limit += choose(counts & (distance <= tolerance), 1.0, 0.0)
+        locked = (limits[0, i] == limits[1, i]) & (distance >= -tolerance)
+        margin = choose(locked, margin, min(margin, distance))
+        at_limit += choose(locked, 0.0, choose(distance <= tolerance, 1.0, 0.0))
     report[2] = margin
     report[3] = at_limit
 
@@ -120,14 +120,21 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
         if not math.isfinite(wrench[j]):
             status = BAD_INPUT
     if status == OK:
-        allowed = judge(W, wrench, weights, limits, answer, report)
-        if not (report[1] <= allowed < math.inf and report[2] >= -LIMIT_TOLERANCE * newton(limits)):
+        if not holds(W, wrench, weights, limits, answer, report):
             status = NOT_FOUND
     if status == OK:
         for i in range(m):
             tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
     report[0] = status
     return status
+
+
+@kernel
+def holds(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, report: Array) -> bool:
+    """Whether a finite answer keeps the limits and balances the wrench, see `accept`; of lanes, too."""
+    allowed = judge(W, wrench, weights, limits, answer, report)
+    within = report[2] >= -LIMIT_TOLERANCE * newton(limits)
+    return (report[1] <= allowed) & (allowed < math.inf) & within
 
 
 @kernel
