@@ -60,9 +60,7 @@ ROWS = types.NamedTuple((CUBE, *[MATRIX] * 4), Rows)
 
 # The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
 @threaded_kernel(types.void(KERNEL, WAY, COMMON, ROWS, DONE))
-def distribute_rows(
-    kernel: Callable[..., int], way: Way, common: Common, given: Rows, done: NDArray[np.uint8]
-) -> None:
+def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows, done: NDArray[np.uint8]) -> None:
     """Fill tension and report of all rows but those that are `done` (K,) already: where that is not 0.
 
     A row with an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.

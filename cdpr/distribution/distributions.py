@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
 from numbers import Integral
 from threading import RLock
 from typing import Any
@@ -34,7 +35,7 @@ from cdpr.tension.stage import Asked, TensionStage
 CHUNK = 4096
 
 # From so many rows on, a solver's kernel for eight at once is worth reading from disk, and compiling once for an
-# installation: that takes some 20 ms and some seconds, and saves half a microsecond a row.
+# installation: that takes some 10 ms and some seconds, and saves half a microsecond a row.
 MANY = 8 * CHUNK
 
 # Solvers that are Python and were given as objects answer one caller at a time: two threads may have given the same.
@@ -231,9 +232,8 @@ def _compiled(task: _Task, jobs: int) -> None:
         weights=np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
     )
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
-    eights = None
-    if len(task.pose) >= MANY and is_kernel(solver.lanes) and common.lines.shape[1] == ANCHORS:
-        from cdpr.distribution import side_by_side as eights
+    many = len(task.pose) >= MANY and is_kernel(solver.lanes) and common.lines.shape[1] == ANCHORS
+    eights = import_module("cdpr.distribution.side_by_side") if many else None
 
     def part(start: int) -> None:
         rows = slice(start, start + CHUNK)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from cdpr.distribution.batch import DONE, COMMON, CUBE, MATRIX, ROWS, VECTOR, Common, Rows
+from cdpr.distribution.batch import COMMON, CUBE, DONE, MATRIX, ROWS, VECTOR, Common, Rows
 from cdpr.mechanics import geometry
 from cdpr.model import kernels
 from cdpr.model.jit import kernel, threaded_kernel
@@ -69,16 +69,16 @@ def _pose(common: Common, state: Array, W: Array, wrench: Array, wanted: bool) -
 
 
 @kernel
-def _accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, report: Array) -> int:
+def _accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, told: Array) -> int:
     """Do what `accept` does; return the bits of those that it would say OK of."""
     n, m = W.shape
-    sound = holds(W, wrench, weights, limits, answer, report)
+    sound = holds(W, wrench, weights, limits, answer, told)
     for j in range(n):
         sound = sound & (abs(wrench[j]) < math.inf)
     for i in range(m):
         sound = sound & (abs(answer[i]) < math.inf) & (limits[0, i] <= limits[1, i])
         tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
-    report[0] = OK
+    told[0] = OK
     return bits(sound)
 
 

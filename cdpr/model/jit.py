@@ -67,7 +67,8 @@ def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P,
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(function)
         dispatcher = _kept(numba.njit(error_model="numpy", nogil=True)(function))
-        dispatcher.compile(signature)
+        with global_compiler_lock, _uncollected(), _interruptible():
+            dispatcher.compile(signature)
         dispatcher.disable_compile()
         return cast("Callable[P, R]", dispatcher)
 

@@ -79,15 +79,15 @@ class _MaskModel(PrimitiveModel):  # type: ignore[misc]
         super().__init__(dmm, fe_type, ANSWERS)
 
 
-@lower_cast(types.Float, Lanes)
-@lower_cast(types.Integer, Lanes)
+@lower_cast(types.Float, Lanes)  # type: ignore[untyped-decorator]
+@lower_cast(types.Integer, Lanes)  # type: ignore[untyped-decorator]
 def _spread(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
     number = context.cast(builder, value, fromty, types.float64)
     one = builder.insert_element(ir.Constant(NUMBERS, ir.Undefined), number, ir.Constant(ir.IntType(32), 0))
     return builder.shuffle_vector(one, ir.Constant(NUMBERS, ir.Undefined), FIRST)
 
 
-@lower_cast(types.Boolean, Mask)
+@lower_cast(types.Boolean, Mask)  # type: ignore[untyped-decorator]
 def _spread_truth(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
     true, false = (ir.Constant(ANSWERS, [bit] * WIDTH) for bit in (1, 0))
     return builder.select(context.cast(builder, value, fromty, types.boolean), true, false)
@@ -107,6 +107,11 @@ def _operator(what: Any, kind: type, result: Any, lower: Callable[[Any, Any], An
     lower_builtin(what, *[kind] * count)(lambda context, builder, sig, args: lower(builder, args))
 
 
+def _instruction(name: str, *first: str) -> Callable[[Any, Any], Any]:
+    """One of llvmlite's builders of instructions, with what stands before its operands."""
+    return lambda builder, args: getattr(builder, name)(*first, *args)
+
+
 def _called(name: str) -> Callable[[Any, Any], Any]:
     """LLVM's own function of a vector."""
 
@@ -118,14 +123,14 @@ def _called(name: str) -> Callable[[Any, Any], Any]:
 
 
 for what, name in {**ARITHMETIC, **IN_PLACE}.items():
-    _operator(what, Lanes, LANES, lambda builder, args, name=name: getattr(builder, name)(*args))
+    _operator(what, Lanes, LANES, _instruction(name))
 for what, sign in ORDERED.items():
-    _operator(what, Lanes, MASK, lambda builder, args, sign=sign: builder.fcmp_ordered(sign, *args))
-_operator(operator.ne, Lanes, MASK, lambda builder, args: builder.fcmp_unordered("!=", *args))
+    _operator(what, Lanes, MASK, _instruction("fcmp_ordered", sign))
+_operator(operator.ne, Lanes, MASK, _instruction("fcmp_unordered", "!="))
 for what, name in LOGIC.items():
-    _operator(what, Mask, MASK, lambda builder, args, name=name: getattr(builder, name)(*args))
-_operator(operator.neg, Lanes, LANES, lambda builder, args: builder.fneg(*args), 1)
-_operator(operator.invert, Mask, MASK, lambda builder, args: builder.not_(*args), 1)
+    _operator(what, Mask, MASK, _instruction(name))
+_operator(operator.neg, Lanes, LANES, _instruction("fneg"), 1)
+_operator(operator.invert, Mask, MASK, _instruction("not_"), 1)
 _operator(math.sqrt, Lanes, LANES, _called("sqrt"), 1)
 _operator(abs, Lanes, LANES, _called("fabs"), 1)
 
@@ -185,7 +190,7 @@ def side_by_side(typing: Any, array: Any) -> Any:
     return signature(made, array), generate
 
 
-@overload(max, strict=False)
+@overload(max, strict=False)  # type: ignore[untyped-decorator]
 def _max(a: Any, b: Any, c: Any = None) -> Any:
     """As Python's: the first that none later exceeds, whatever NaN is among them."""
     if LANES not in (a, b, c):
@@ -195,6 +200,6 @@ def _max(a: Any, b: Any, c: Any = None) -> Any:
     return lambda a, b, c=None: max(max(a, b), c)
 
 
-@overload(min, strict=False)
+@overload(min, strict=False)  # type: ignore[untyped-decorator]
 def _min(a: Any, b: Any) -> Any:
     return (lambda a, b: select(b < a, b, a)) if LANES in (a, b) else None

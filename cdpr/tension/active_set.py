@@ -138,7 +138,7 @@ def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array,
 
 @kernel
 def least(box: Array, point: Array, active: Array) -> tuple[float, float]:
-    """Write c, moved onto the limits beyond which it lies, into `point` (m,), and no cable into `active`; of lanes, too.
+    """Write c, moved onto the limits beyond which it lies, into `point` (m,), and 0 into `active`; of lanes, too.
 
     Returns how far it was moved at most, and the largest coordinate.
     """

@@ -119,9 +119,8 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
     for j in range(n):
         if not math.isfinite(wrench[j]):
             status = BAD_INPUT
-    if status == OK:
-        if not holds(W, wrench, weights, limits, answer, report):
-            status = NOT_FOUND
+    if status == OK and not holds(W, wrench, weights, limits, answer, report):
+        status = NOT_FOUND
     if status == OK:
         for i in range(m):
             tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
@@ -134,7 +133,8 @@ def holds(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array,
     """Whether a finite answer keeps the limits and balances the wrench, see `accept`; of lanes, too."""
     allowed = judge(W, wrench, weights, limits, answer, report)
     within = report[2] >= -LIMIT_TOLERANCE * newton(limits)
-    return (report[1] <= allowed) & (allowed < math.inf) & within
+    kept: bool = within & (report[1] <= allowed) & (allowed < math.inf)
+    return kept
 
 
 @kernel

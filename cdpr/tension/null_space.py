@@ -6,13 +6,9 @@ Of lanes (`cdpr.model.lanes`), those are answered as if alone for which `common`
 from __future__ import annotations
 
 import math
-from typing import Any
-
-from numba.extending import overload
 
 from cdpr.model.jit import apart, kernel
-from cdpr.model.lane_types import LANES
-from cdpr.model.lanes import choose, some, whole
+from cdpr.model.lanes import choose, of_lanes, some, whole
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND
 
@@ -233,9 +229,11 @@ def _bring_longest(V: Array, rhs: Array, square: Array, k: int, n: int, free: in
     return float(square[pivot])
 
 
+@of_lanes(_bring_longest)
 def _bring_longest_of_each(V: Array, rhs: Array, square: Array, k: int, n: int, free: int) -> float:
-    """Do that for lanes, each with a row of its own."""
-    longest, pivot = square[k], 0.0 * square[k] + k
+    """Do that of lanes, each with a row of its own."""
+    longest: float = square[k]
+    pivot = 0.0 * longest + k
     for j in range(k + 1, n):
         longer = square[j] > longest
         longest, pivot = choose(longer, square[j], longest), choose(longer, j, pivot)
@@ -248,20 +246,15 @@ def _bring_longest_of_each(V: Array, rhs: Array, square: Array, k: int, n: int, 
     return longest
 
 
-@overload(_bring_longest, strict=False)
-def _either(V: Any, rhs: Any, square: Any, k: Any, n: Any, free: Any) -> Any:
-    return _bring_longest_of_each if V.dtype == LANES else _bring_longest
-
-
 @kernel
-def common(n: int, m: int, t_min: Array, t_max: Array, work: Array) -> Any:
+def common(n: int, m: int, t_min: Array, t_max: Array, work: Array) -> bool:
     """Whether lanes went through `reduce` as each would have alone: of full rank, with all cables free, finite.
 
     `work` as `reduce` has left it, with rank n and m free cables.
     """
     rhs, diagonal = work[n], work[n + 3]
     largest = abs(diagonal[0])
-    found = largest < math.inf
+    found: bool = largest < math.inf
     for k in range(n):
         norm = abs(diagonal[k])
         found = found & (norm > RANK_TOLERANCE * largest) & (abs(rhs[k]) < TOO_LARGE)
