@@ -179,7 +179,9 @@ def minimum_norms(
 ) -> int:
     """Answer those of eight problems, none with a step before, that no limit holds up, as `minimum_norm` does."""
     n, m = W.shape[0], W.shape[1]
-    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m):
+    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or worthwhile(n, m):
+        return 0
+    if parameters[0] not in (ZERO, PREVIOUS) or parameters[2] != 0.0:  # of the former there is none
         return 0
     return _unhindered(
         side_by_side(W),

@@ -158,15 +158,18 @@ def test_rows_have_the_same_bits(always, name, wrenches):
     expect_same(distribute(robot, np.asfortranarray(at), wrench, jobs=2), wanted)
 
 
-def test_most_rows_are_answered_side_by_side(robot, always, monkeypatch):
+@kernel
+def refusing(W, wrench, t_min, t_max, tension, parameters, work):
+    return 2
+
+
+def test_most_rows_are_answered_side_by_side(robot, always):
     """Else all of these tests would compare one kernel with itself."""
     solver = made(robot)
-    solver.kernel = made(robot, "lp").kernel  # another's: rows that it is asked for show
-    solver.parameters = made(robot, "lp").parameters
-    at = poses(robot, 800) - [0, 0, 0.3, 0, 0, 0, 0]
-    solver.work = np.zeros((200, robot.m))
-    same = (distribute(robot, at, solver=solver).tension == distribute(robot, at, solver=alone(robot)).tension).all(1)
-    assert same.mean() > 0.9
+    solver.kernel = refusing
+    status = distribute(robot, poses(robot, 800), solver=solver).status
+    assert (status == Status.OK).mean() > 0.9
+    assert (distribute(robot, poses(robot, 7), solver=solver).status == Status.NOT_FOUND).all()
 
 
 @pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 16, 23])
@@ -287,6 +290,15 @@ def test_what_is_made_for_another_robot_answers_none(robot):
     limits = np.zeros((WIDTH, 8)), np.full((WIDTH, 8), 10.0)
     solver.work = solver.work[:5]
     assert answered(solver, W, W.sum(axis=2), *limits)[0] == [False] * WIDTH
+
+
+@pytest.mark.parametrize("options", [{"about": "middle"}, {"weights": [2.0] * 8}])
+def test_options_that_ask_for_more_are_left_to_the_other_kernel(robot, options):
+    solver = made(robot, **options)
+    solver.lanes = minimum_norms
+    W = np.random.default_rng(0).normal(size=(WIDTH, 6, 8))
+    limits = np.zeros((WIDTH, 8)), np.full((WIDTH, 8), 10.0)
+    assert expect_as_alone(solver, W, W.sum(axis=2), *limits) == 0
 
 
 @pytest.mark.parametrize(
