@@ -140,6 +140,10 @@ def _interruptible() -> Iterator[None]:
     sys.unraisablehook = keep
     try:
         yield
+    except Exception as error:  # numba misses what LLVM would have told it
+        if lost:
+            raise KeyboardInterrupt from error
+        raise
     finally:
         sys.unraisablehook = before
     if lost:
