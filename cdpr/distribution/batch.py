@@ -49,6 +49,7 @@ class Rows(NamedTuple):
 
 
 VECTOR, MATRIX, CUBE = (types.Array(types.float64, dimensions, "C") for dimensions in (1, 2, 3))
+DONE = types.Array(types.uint8, 1, "C")
 INDICES = types.Array(types.int64, 1, "C")
 SIZE = types.UniTuple(types.int64, 2)
 KERNEL = types.FunctionType(types.int64(MATRIX, *[VECTOR] * 5, MATRIX))
@@ -58,9 +59,9 @@ ROWS = types.NamedTuple((CUBE, *[MATRIX] * 4), Rows)
 
 
 # The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
-@threaded_kernel(types.void(KERNEL, WAY, COMMON, ROWS))
-def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows) -> None:
-    """Fill tension and report of all rows.
+@threaded_kernel(types.void(KERNEL, WAY, COMMON, ROWS, DONE))
+def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows, done: NDArray[np.uint8]) -> None:
+    """Fill tension and report of all rows but those that are `done` (K,) already: where that is not 0.
 
     A row with an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
     """
@@ -72,6 +73,8 @@ def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given:
     work, spare_work = np.empty(way.size), np.empty(way.spare)
     still = (0.0, 0.0, 0.0)
     for k in range(poses.shape[0]):
+        if done[k]:
+            continue
         state[:7] = poses[k]
         length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
         for i in range(3, 7):

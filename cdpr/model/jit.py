@@ -67,7 +67,8 @@ def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P,
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(function)
         dispatcher = _kept(numba.njit(error_model="numpy", nogil=True)(function))
-        dispatcher.compile(signature)
+        with global_compiler_lock, _uncollected(), _interruptible():
+            dispatcher.compile(signature)
         dispatcher.disable_compile()
         return cast("Callable[P, R]", dispatcher)
 
@@ -139,6 +140,10 @@ def _interruptible() -> Iterator[None]:
     sys.unraisablehook = keep
     try:
         yield
+    except Exception as error:  # numba misses what LLVM would have told it
+        if lost:
+            raise KeyboardInterrupt from error
+        raise
     finally:
         sys.unraisablehook = before
     if lost:
