@@ -149,7 +149,8 @@ def test_two_hundred_cases(tmp_path):
     process.kill()
     process.communicate()
     lost = [row for row in ledger(out) if row["status"] != "finished"]
-    assert sum(row["status"] == "died" for row in lost) == 10
+    # A worker that is killed between two cases, or while it starts, costs none.
+    assert 5 <= sum(row["status"] == "died" for row in lost) <= 10
     assert all("SIGKILL" in row["message"] for row in lost if row["status"] == "died")
     # The last cases hang in the first rerun; the second mends them.
     run(study, out, "--jobs", "2", "--timeout", "3")
