@@ -61,6 +61,11 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
     apart = False
     key_of: Callable[[str], str | None] | None = None
 
+    def called(self) -> Any:
+        """Return itself, to be called by Python."""
+        leaving.wanted(self, None)
+        return self
+
     def native(self, kinds: tuple[Kind, ...]) -> Found:
         """Return its code for arguments of these kinds, as other compiled code calls it."""
         args = numba_types(kinds)
@@ -88,7 +93,6 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
     def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
         given = [self.typeof_pyval(arg) for arg in args]
         writable = [each.copy(readonly=False) if isinstance(each, numba.types.Array) else each for each in given]
-        leaving.wanted(self, tuple(writable))
         if given == writable:
             return super()._compile_for_args(*args, **kws)
         entry = self.compile(tuple(writable))

@@ -163,11 +163,11 @@ class Kernel(_Compiled):
                 if first:
                     self.call = objects.call(*found, known, self._choose)
             elif first:
-                self.call = self.dispatcher
+                self.call = self.dispatcher.called()
         return self._by_numba(*args) if call is None else call(*args)
 
     def _by_numba(self, *args: Any) -> Any:
-        return self.dispatcher(*args)
+        return self.dispatcher.called()(*args)
 
     def _make(self, compiler: Any) -> Any:
         return compiler.dispatcher(self.py_func, self._sources, self._kind, self.apart, self.key_of)

@@ -25,11 +25,11 @@ FLAGS = "-shared", "-fPIC", "-O2", "-Wl,-Bsymbolic", "-Wl,-z,noexecstack", "-s"
 SECONDS = 120.0  # after which a linker hangs: it takes one
 MOST = 32  # files of one environment: the oldest go, what they held is linked again by whom it is missing
 
-_wanted: dict[tuple[int, Any], Any] = {}  # dispatchers with the types for which Python or an address asked
+_wanted: dict[tuple[int, Any], Any] = {}  # dispatchers, with the types of numba's for which they are
 
 
-def wanted(dispatcher: Any, args: tuple[Any, ...]) -> None:
-    """Take down that a kernel is called from outside, for arguments of these types of numba's."""
+def wanted(dispatcher: Any, args: tuple[Any, ...] | None) -> None:
+    """Take down that a kernel is called from outside, for these types of numba's; for all that there are by Python."""
     if not _wanted:
         atexit.register(_leave, os.getpid())
     _wanted[id(dispatcher), args] = dispatcher
@@ -49,7 +49,8 @@ def leave() -> Path | None:
     objects._libraries.cache_clear()  # another process may have left some meanwhile
     known = objects.libraries()
     missing: dict[str, tuple[Any, Any]] = {}
-    for (_, args), dispatcher in list(_wanted.items()):
+    pairs = [(each, args) for (_, given), each in _wanted.items() for args in ([given] if given else each.overloads)]
+    for dispatcher, args in pairs:
         kinds = tuple(map(kind_from, args))
         compiled = dispatcher.overloads.get(args)
         if compiled is None or dispatcher.key_of is None or None in kinds:
