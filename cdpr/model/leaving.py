@@ -37,7 +37,7 @@ def wanted(dispatcher: Any, args: tuple[Any, ...] | None) -> None:
 
 def _leave(process: int) -> None:
     if os.getpid() == process:  # a forked child that ends so has its own
-        with contextlib.suppress(OSError, subprocess.SubprocessError, KeyboardInterrupt):
+        with contextlib.suppress(Exception, KeyboardInterrupt):  # whatever it is, it must not spoil what was done
             leave()
 
 

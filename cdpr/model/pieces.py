@@ -59,12 +59,13 @@ class Pieces:
         kernel = ir.Function(module, convention.get_function_type(result, taken), piece.name)
         function = ir.Function(module, ir.FunctionType(ir.IntType(32), [WORDS, WORDS]), f"{piece.name}_entry")
         builder = ir.IRBuilder(function.append_basic_block())
-        arguments = read(context, builder, function.args[0], taken)
-        status, answer = convention.call_function(builder, kernel, result, taken, arguments)
-        with builder.if_then(status.is_error, likely=False):
-            builder.ret(ir.IntType(32)(FAILED))
-        write(context, builder, function.args[1], result, answer)
-        builder.ret(ir.IntType(32)(0))
+        with context.push_code_library(library):
+            arguments = read(context, builder, function.args[0], taken)
+            status, answer = convention.call_function(builder, kernel, result, taken, arguments)
+            with builder.if_then(status.is_error, likely=False):
+                builder.ret(ir.IntType(32)(FAILED))
+            write(context, builder, function.args[1], result, answer)
+            builder.ret(ir.IntType(32)(0))
         library.add_ir_module(module)
         library._optimize_final_module()
         self._whole.link_in(library._final_module)
