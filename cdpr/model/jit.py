@@ -55,6 +55,11 @@ def apart(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
+def bind(function: Callable[..., R], *args: Any) -> Callable[[], R]:
+    """Return a call of a kernel with these arguments: where it is called often, a `partial` costs more."""
+    return function.bind(*args) if isinstance(function, Kernel) else functools.partial(function, *args)
+
+
 def threaded_kernel(signature: Signature) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile for one signature, at its first call, a kernel that lets other threads run meanwhile."""
 
@@ -137,6 +142,14 @@ class Kernel(_Compiled):
         if not self._kept:
             return None
         return hashlib.sha256(f"{self._identity} {types}".encode()).hexdigest()[:32]
+
+    def bind(self, *args: Any) -> Callable[[], Any]:
+        """Return a call of it with these arguments, for those that are many: nothing is asked each time."""
+        kinds = tuple(map(kind_of, args))
+        known = tuple(kind for kind in kinds if kind is not None)
+        found = self._find(known) if len(known) == len(kinds) else None
+        call = self.dispatcher.called() if found is None else objects.call(*found, known, self._by_numba)
+        return functools.partial(call, *args)
 
     def native(self, kinds: tuple[Kind, ...]) -> objects.Found:
         """Return its code for arguments of these kinds, as other compiled code calls it."""

@@ -9,14 +9,14 @@ import numba
 import pytest
 from numba.core.registry import cpu_target
 
-from cdpr.model import jit
+from cdpr.model import compiler
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
 
 
 def kernel():
     """One that no cache holds."""
-    return jit._Kernel(lambda x: 2.0 * x, targetoptions={"nopython": True, "_nrt": False})
+    return compiler.Dispatcher(lambda x: 2.0 * x, targetoptions={"nopython": True, "_nrt": False})
 
 
 @pytest.fixture
