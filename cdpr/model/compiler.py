@@ -138,6 +138,7 @@ def _interruptible() -> Iterator[None]:
 
 def on_first_compilation(announce: Callable[[], None]) -> None:
     """Call `announce` once, should a kernel have to be compiled because no earlier run has left it on disk."""
+
     class Listener(event.Listener):  # type: ignore[misc]
         said = False
 

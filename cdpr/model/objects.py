@@ -71,11 +71,16 @@ class Library:
             return None
         return Found(_address(self._code, address), _address(self._code, entry), unpacked(result))
 
+    @property
+    def runs(self) -> bool:
+        """Whether it can be loaded: not so where a folder's files may not be run."""
+        return self._code is not None
+
     @cached_property
     def _code(self) -> Any:
         try:
             return ctypes.PyDLL(str(self._path))
-        except OSError:  # such as where a folder's files may not be run
+        except OSError:
             return None
 
     @cached_property

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba.core import config
+from numba.core.registry import cpu_target
 
 from cdpr.model import linking
 from cdpr.model.kernel_cache import PACKAGES
@@ -36,12 +37,12 @@ class Piece(NamedTuple):
 
 
 class Pieces:
-    """Kernels, gathered; all take part or none of them can: `add` tells which."""
+    """Kernels, gathered."""
 
     def __init__(self) -> None:
         self._added: dict[int, Piece | None] = {}
-        self._whole: Any = None
-        self._codegen: Any = None
+        self._codegen = cpu_target.target_context.codegen()
+        self._whole = llvm.parse_assembly(str(self._codegen._create_empty_module("cdpr")))
 
     def add(self, compiled: Any) -> Piece | None:
         """Add what numba compiled, and what it calls; None where its code needs more than a C library."""
@@ -82,9 +83,6 @@ class Pieces:
         return bytes(machine.emit_object(self._whole))
 
     def _add(self, compiled: Any) -> Piece | None:
-        if self._whole is None:
-            self._codegen = compiled.target_context.codegen()
-            self._whole = llvm.parse_assembly(str(self._codegen._create_empty_module("cdpr")))
         name = f"cdpr_kernel_{len(self._added)}"
         module = compiled.library._get_module_for_linking().clone()
         foreign: set[Needed] = set()
@@ -141,5 +139,3 @@ def _stranger(needed: linking.Needed) -> Needed | None:
     types = ", ".join("" if kind is None else text(kind) for kind in kinds)
     key = kernel.key_of(types) if hasattr(kernel, "key_of") else None
     return Needed(needed.module, needed.name, types, key or "")
-
-
