@@ -44,7 +44,7 @@ def _leave(process: int) -> None:
 def leave() -> Path | None:
     """Leave a shared object of what is in none yet; return where, or None where there is nothing to leave or no way."""
     environment, compiler = objects.environment(), shutil.which(os.environ.get("CC") or "cc")
-    if environment is None or compiler is None:
+    if environment is None or compiler is None or not kernel_cache.lasting():
         return None
     objects._libraries.cache_clear()  # another process may have left some meanwhile
     known = objects.libraries()

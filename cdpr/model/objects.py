@@ -23,17 +23,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cdpr.model import kernel_cache
-from cdpr.model.kinds import NOTHING, NUMBER, TRUTH, WHOLE, Block, Group, Kind, unpacked
+from cdpr.model.kinds import C_INT, NOTHING, NUMBER, TRUTH, WHOLE, Block, Group, Kind, unpacked
 
 CALLS = Path(__file__).with_name("calls.c")
 LENGTH = struct.Struct("<Q")
 CHECKSUM = hashlib.sha256().digest_size
 HEAD = 16  # bytes of each object in a Python whose objects calls.c knows
 FLAGS = 64  # where an array's flags stand in it
-CODES = {NUMBER: 0, WHOLE: 1, TRUTH: 2, NOTHING: 5}  # of calls.c, which has these two, too:
+CODES = {NUMBER: 0, WHOLE: 1, C_INT: 1, TRUTH: 2, NOTHING: 5}  # of calls.c, which has these two, too:
 BLOCK, GROUP = 3, 4
 MOST_WORDS, MOST_RESULTS = 160, 16  # likewise
-PROCESSOR = b"flags", b"Features", b"model name"  # begin lines of /proc/cpuinfo
+PROCESSOR = b"flags", b"Features", b"model name", b"CPU "  # begin lines of /proc/cpuinfo that tell what it can do
+FIRST = 1 << 13  # bytes of that, with the first processor: each further one costs as much time
 # What does not change the code.
 IDLE = "NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER"
 
@@ -160,7 +161,8 @@ def with_index(code: bytes, entries: dict[str, Any]) -> bytes:
 def environment() -> str | None:
     """Return what tells apart machines, compilers and their settings; None where no such files can be used."""
     try:
-        cpu = Path("/proc/cpuinfo").read_bytes().partition(b"\n\n")[0]
+        with open("/proc/cpuinfo", "rb", buffering=0) as file:
+            cpu = file.read(FIRST).partition(b"\n\n")[0]
         told = [line for line in cpu.splitlines() if line.startswith(PROCESSOR)]
         versions = [_version(package) for package in ("numba", "llvmlite")]
         calls = CALLS.read_bytes()

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from cdpr.model import objects
+from cdpr.model import kernel_cache, objects
 from cdpr.model.jit import DISABLED
 from cdpr.model.kinds import NUMBER, ROW, WHOLE, Group
+from cdpr.plugins.registry import registry
 
 pytestmark = pytest.mark.skipif(
     DISABLED or objects.environment() is None or shutil.which("cc") is None,
@@ -136,12 +137,26 @@ def test_the_next_process_needs_no_numba(compiled):
     assert len(place.left) == 1
 
 
-def test_a_run_of_a_scenario_needs_no_numba_and_logs_the_same(tmp_path):
-    words = ["run", "scenarios/caroca.yaml", "--set", "simulation.duration=0.01", "--no-report", "--out"]
+@pytest.fixture(scope="module")
+def no_objects(tmp_path_factory):
+    """A cache with what is compiled by now, but without shared objects."""
+    cache = tmp_path_factory.mktemp("cache")
+    kept = kernel_cache.kept()
+    shutil.copytree(kept, cache / kept.name, ignore=shutil.ignore_patterns("objects-*"))
+    return cache
+
+
+BACKENDS = [name for name in ("reference", "mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
+
+
+@pytest.mark.parametrize(("scenario", "backend"), [*(("caroca", name) for name in BACKENDS), ("winch", "reference")])
+def test_a_run_needs_no_numba_and_logs_the_same(no_objects, tmp_path, scenario, backend):
+    words = ["run", f"scenarios/{scenario}.yaml", "--backend", backend, "--set", "simulation.duration=0.01"]
     code = "from cdpr.cli import cli; cli.main({!r}, standalone_mode=False)"
     for name, before in (("by_numba", ""), ("without", BLOCKED)):
-        script = before + code.format([*words, str(tmp_path / name)])
-        subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=True, capture_output=True)
+        script = before + code.format([*words, "--no-report", "--out", str(tmp_path / name)])
+        env = {**os.environ, "NUMBA_CACHE_DIR": str(no_objects)}
+        subprocess.run([sys.executable, "-c", script], cwd=ROOT, env=env, check=True, capture_output=True)
     logs = [(tmp_path / name / "log.mcap").read_bytes() for name in ("by_numba", "without")]
     assert logs[0] == logs[1]
 
@@ -161,8 +176,8 @@ def test_what_a_kernel_raises_is_raised(place):
     "damage",
     [
         lambda whole: whole[: len(whole) // 2],
-        lambda whole: b"",
-        lambda whole: whole[:-100],
+        pytest.param(lambda whole: b"", marks=pytest.mark.slow),
+        pytest.param(lambda whole: whole[:-100], marks=pytest.mark.slow),
         lambda whole: whole[:5000] + bytes(8) + whole[5008:],
     ],
 )
@@ -182,6 +197,7 @@ def test_a_library_of_somebody_else_is_not_loaded(place, compiled):
     assert place.run(BLOCKED + USE) == compiled[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["/nowhere/cc", "false"])
 def test_without_a_linker_numba_serves_all(place, compiled, compiler):
     (file,) = place.left
@@ -191,6 +207,7 @@ def test_without_a_linker_numba_serves_all(place, compiled, compiler):
     assert not place.left
 
 
+@pytest.mark.slow
 def test_killed_while_it_links_a_process_leaves_nothing(place, compiled):
     (file,) = place.left
     file.unlink()
@@ -206,6 +223,7 @@ def test_killed_while_it_links_a_process_leaves_nothing(place, compiled):
     assert len(place.left) == 1
 
 
+@pytest.mark.slow
 def test_two_processes_at_once_leave_what_serves_both(place, compiled):
     (file,) = place.left
     file.unlink()
@@ -224,6 +242,7 @@ def test_a_change_of_what_another_package_holds_is_seen(place, compiled):
     assert place.run(BLOCKED + USE) == compiled[1]
 
 
+@pytest.mark.slow
 def test_other_settings_of_numba_have_files_of_their_own(place, compiled):
     assert place.run(USE + SAY, NUMBA_OPT="1").endswith("True\n")
     assert len(place.left) == 2
