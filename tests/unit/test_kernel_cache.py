@@ -308,7 +308,10 @@ def test_processes_at_once_keep_kernels_and_what_they_call_apart(store, tmp_path
     path = os.pathsep.join(map(str, (ROOT, tmp_path / "modules", tmp_path / "other")))
     both = [
         subprocess.Popen(
-            [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, text=True
+            [sys.executable, "-c", script],
+            env={**os.environ, "PYTHONPATH": path, "CC": "/nowhere/cc"},  # they leave nothing but what numba loads
+            stdout=subprocess.PIPE,
+            text=True,
         )
         for _ in range(2)
     ]
