@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import distribute
 import start
 import step
 
@@ -22,6 +23,6 @@ def rounded(value: object) -> object:
 
 
 if __name__ == "__main__":
-    figures = rounded({"step": step.measure(), "startup": start.measure()})
+    figures = rounded({"step": step.measure(), "distribute": distribute.measure(), "startup": start.measure()})
     FILE.write_text(json.dumps(figures, indent=2) + "\n")
     print(FILE.read_text())

@@ -11,8 +11,9 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from time import perf_counter, perf_counter_ns
+from time import perf_counter_ns
 
+import distribute
 import numpy as np
 
 import cdpr
@@ -22,14 +23,12 @@ from cdpr.bench.problems import make_paths, make_problems
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins.registry import registry
-from cdpr.tension import distribute
 from cdpr.tension.present import Present
 from cdpr.tension.stage import Asked, TensionStage
 from cdpr.tension.status import OK
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
 CALLS = 4000
-BATCH = 400_000
 ROBOTS_ASKED = ("caroca", "thesis", "planar", "point_mass", "seven", "crossed", "nine", "twelve")
 
 
@@ -73,18 +72,8 @@ def costs() -> None:
         f"daqp / qp: {found['daqp'] / found['qp']:.1f}, "
         f"with 12 cables: {found['12 cables, daqp'] / found['12 cables, qp']:.1f}"
     )
-    poses = np.tile([0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0], (BATCH, 1))
-    poses[:, :3] += np.random.default_rng(1).uniform(-0.5, 0.5, (BATCH, 3))
-    rows = {1: np.inf, 2: np.inf}
-    for _ in range(8):
-        for jobs in rows:
-            started = perf_counter()
-            distribute(caroca, poses, jobs=jobs)
-            rows[jobs] = min(rows[jobs], (perf_counter() - started) / BATCH * 1e6)
-    print(
-        f"batch, one core: {rows[1]:.2f} us a row, {rows[1] / found['pinv']:.4f} pinv; "
-        f"two cores: {rows[1] / rows[2]:.2f} times as fast"
-    )
+    rows = distribute.measure()
+    print(f"batch, one core: {rows['row']:.4f} pinv a row; two cores: {rows['two_cores']:.2f} times as fast")
 
 
 def make(name: str, robot: Robot):

@@ -43,6 +43,7 @@ _HOME = {
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario",
     "load_study": "cdpr.study",
+    "rollout": "cdpr.rollouts.rollout",
     "run_study": "cdpr.study",
     "simulate": "cdpr.simulation",
 }
@@ -80,6 +81,7 @@ __all__ = [
     "mechanics",
     "model",
     "plugins",
+    "rollout",
     "run_study",
     "simulate",
     "study",
@@ -111,6 +113,7 @@ if TYPE_CHECKING:
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
     from cdpr.model import Robot
+    from cdpr.rollouts.rollout import rollout
     from cdpr.scenario import Scenario, load_robot, load_scenario
     from cdpr.simulation.simulate import simulate  # the package has a module of that name, too
     from cdpr.simulation.simulation import Simulation

@@ -8,8 +8,9 @@ that a reader takes each log by its own table and never by the reader's.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 CABLES = 0  # width of a column for each cable
 WORLD = "world"
@@ -204,7 +205,8 @@ def check_declared(columns: object) -> None:
             raise ValueError(f"column '{column.name}' is declared twice")
 
 
-def clash(columns: Iterable[Column], cables: Sequence[str]) -> tuple[Column, Column, str] | None:
+@lru_cache(maxsize=16)  # the cases of a rollout or a study ask for the same
+def clash(columns: tuple[Column, ...], cables: tuple[str, ...]) -> tuple[Column, Column, str] | None:
     """Return the first two columns that a table could not tell apart, and the heading that both have."""
     names: dict[str, Column] = {}
     headings: dict[str, Column] = {}

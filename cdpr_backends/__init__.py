@@ -149,6 +149,7 @@ def cdpr_backends() -> list[PluginInfo]:
             properties={
                 "order": 4,
                 "snapshot": True,
+                "threads": True,
                 **OUR_CABLES,
                 "scheme": "rk4",
                 "schemes": ["rk4", EULER],

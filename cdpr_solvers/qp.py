@@ -9,14 +9,15 @@ from cdpr.errors import PluginError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
 from cdpr.model.jit import kernel
+from cdpr.model.lanes import bits, side_by_side
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space
-from cdpr.tension.active_set import nearest
-from cdpr.tension.null_space import reduce
+from cdpr.tension.active_set import FEASIBILITY_TOLERANCE, least, nearest
+from cdpr.tension.null_space import common, reduce
 from cdpr.tension.row_space import nearest_by_rows, worthwhile
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
-from cdpr.tension.verdict import verdict
+from cdpr.tension.verdict import ROUND_OFF, compared, verdict
 from cdpr_solvers.options import QpOptions, per_cable
 
 ZERO, MIDDLE, PREVIOUS, GIVEN = range(4)
@@ -55,10 +56,12 @@ class MinimumNorm(CompiledSolver):
         weights = compliance(robot) if options.weights == "stiffness" else per_cable(robot, "weights", options.weights)
         roots = [math.sqrt(weight) for weight in weights]
         weighted = float(options.weights is not None)
+        plain = about in ("zero", "previous") and options.weights is None and not worthwhile(n, m)
         super().__init__(
             robot,
             options,
             minimum_norm,
+            lanes=minimum_norms if plain else None,
             parameters=[ABOUT[about], change, weighted, *reference, *roots],
             rows=_rows(n, m),
         )
@@ -168,3 +171,39 @@ def minimum_norm(
             size = max(size, abs(tension[i]))
         status = NOT_FOUND if far > FAR * size else lost
     return NOT_FOUND if window and status == INFEASIBLE else status
+
+
+@kernel
+def minimum_norms(
+    W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, parameters: Array, work: Array
+) -> int:
+    """Answer those of eight problems, none with a step before, that no limit holds up, as `minimum_norm` does."""
+    n, m = W.shape[0], W.shape[1]
+    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or worthwhile(n, m):
+        return 0
+    if parameters[0] not in (ZERO, PREVIOUS) or parameters[2] != 0.0:  # of the former there is none
+        return 0
+    return _unhindered(
+        side_by_side(W),
+        side_by_side(wrench),
+        side_by_side(t_min),
+        side_by_side(t_max),
+        side_by_side(tension),
+        side_by_side(work),
+    )
+
+
+@kernel
+def _unhindered(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Array, work: Array) -> int:
+    """Write the tensions of least norm; return of which lanes `nearest` and `verdict` let them be."""
+    n, m = W.shape
+    N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
+    r = reduce(W, wrench, t_min, t_max, box, N, rest)
+    if r != m - n:  # of another rank, or with locked cables
+        return 0
+    for k in range(r):
+        x[k] = 0.0
+    excess, scale = least(box, tension, active)
+    breach, size = compared(N, r, box, x, tension)
+    found = common(n, m, t_min, t_max, rest)
+    return bits(found & (excess <= FEASIBILITY_TOLERANCE * scale) & (breach <= ROUND_OFF * size))

@@ -39,6 +39,11 @@ def figure_table() -> str:
         lines.append(
             f"| the same for caroca with 10 physics steps per control step | {costs['ratio_10_substeps']:.2f} pinv |"
         )
+    rows = figures["distribute"]
+    lines += [
+        f"| a row of `cdpr.distribute` with `qp`, on one core | {rows['row']:.3f} pinv |",
+        f"| the same where every row has cables at a limit | {rows['row_at_limits']:.3f} pinv |",
+    ]
     startup = figures["startup"]
     lines += [
         f"| `cdpr --help` | {startup['help']:.2f} s CPU |",

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from unittest import mock
 
 from cdpr.cli import main
-from cdpr.simulation import pool
+from cdpr.jobs import pool
 
 
 def cdpr_here(*arguments: object, code: int | None = 0, cwd: object = ".") -> subprocess.CompletedProcess[str]:

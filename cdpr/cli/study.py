@@ -72,7 +72,7 @@ def command(
             return
         executor = None
         if scheduler is not None:
-            from cdpr.study.cluster import executor as on_cluster
+            from cdpr.jobs.cluster import executor as on_cluster
 
             executor = on_cluster(scheduler)
         folder = Path(out) if out else new_folder(loaded.name, "study")

@@ -18,9 +18,9 @@ from cdpr.compare.machine import machine
 from cdpr.compare.runs import Made, Progress, read
 from cdpr.compare.scenarios import changes
 from cdpr.errors import CdprError, ScenarioError
+from cdpr.jobs.pool import Case, Outcome, run_cases
 from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
-from cdpr.simulation.pool import Case, Outcome, run_cases
 
 Found = TypeVar("Found")
 

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from cdpr.errors import ExitCode, OutputError
+from cdpr.jobs.pool import Case, Outcome, run_cases
 from cdpr.log.reader import load_run
 from cdpr.log.run import FORESEEN, Run
 from cdpr.log.run_folder import safe_name
 from cdpr.scenario import Scenario
-from cdpr.simulation.pool import Case, Outcome, run_cases
 
 Progress = Callable[[int, int], None]  # runs done, and runs in all
 

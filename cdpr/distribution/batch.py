@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdpr.mechanics import geometry
 from cdpr.model import kernels
 from cdpr.model.jit import threaded_kernel
-from cdpr.model.kinds import CUBE, INDICES, NOTHING, ROW, TABLE, WHOLE, Function, Group
+from cdpr.model.kinds import CUBE, INDICES, NOTHING, ROW, TABLE, WHOLE, Block, Function, Group, Plain
 from cdpr.model.robot import Array
 from cdpr.tension.checks import accept, select
 from cdpr.tension.policy import fall_back
@@ -49,6 +49,7 @@ class Rows(NamedTuple):
 
 
 SIZE = Group((WHOLE, WHOLE))
+DONE = Block(Plain("uint8"), 1)
 KERNEL = Function(WHOLE(TABLE, *[ROW] * 5, TABLE))
 WAY = Group((ROW, SIZE, WHOLE, SIZE), Way)
 COMMON = Group((TABLE, INDICES, ROW, ROW, ROW), Common)
@@ -56,9 +57,9 @@ ROWS = Group((CUBE, *[TABLE] * 4), Rows)
 
 
 # The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
-@threaded_kernel(NOTHING(KERNEL, WAY, COMMON, ROWS))
-def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows) -> None:
-    """Fill tension and report of all rows.
+@threaded_kernel(NOTHING(KERNEL, WAY, COMMON, ROWS, DONE))
+def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows, done: NDArray[np.uint8]) -> None:
+    """Fill tension and report of all rows but those that are `done` (K,) already: where that is not 0.
 
     A row with an entry that is not finite, or limits that contradict each other, is BAD_INPUT, its tensions are NaN.
     """
@@ -70,6 +71,8 @@ def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given:
     work, spare_work = np.empty(way.size), np.empty(way.spare)
     still = (0.0, 0.0, 0.0)
     for k in range(poses.shape[0]):
+        if done[k]:
+            continue
         state[:7] = poses[k]
         length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
         for i in range(3, 7):

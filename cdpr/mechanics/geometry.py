@@ -58,6 +58,32 @@ def chord(p: Vector, b: Vector, E: Vector) -> tuple[Vector, float]:
     return l, math.sqrt(dot(l, l))
 
 
+@kernel
+def column(p: Vector, b: Vector, E: Vector) -> tuple[Vector, Vector, float]:
+    """Return the direction of that chord, its moment about the body's origin, and its length, m."""
+    l, norm = chord(p, b, E)  # noqa: E741
+    u = (l[0] / norm, l[1] / norm, l[2] / norm)
+    return u, cross(b, u), norm
+
+
+@kernel
+def write_column(u: Vector, c: Vector, W: Array, i: int) -> None:
+    """Write a direction and its moment into column i of a wrench matrix (6, m)."""
+    for j in range(3):
+        W[j, i] = u[j]
+        W[3 + j, i] = c[j]
+
+
+@kernel
+def point_columns(lines: Array, state: Array, W: Array) -> None:
+    """Write the wrench matrix (6, m) at `state` where all cables leave from points; of lanes, too."""
+    p, q = vector(state, 0), quaternion(state, 3)
+    for i in range(lines.shape[0]):
+        b, _ = tip(lines, i, p, q)
+        u, c, _ = column(p, b, (lines[i, 0], lines[i, 1], lines[i, 2]))
+        write_column(u, c, W, i)
+
+
 @apart
 @kernel
 def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> None:
@@ -72,15 +98,8 @@ def cable_geometry(lines: Array, state: Array, W: Array, length: Array, rate: Ar
     for i in range(lines.shape[0]):
         b, P = tip(lines, i, p, q)
         E = exit_point_and_length(lines, i, P)
-        l, norm = chord(p, b, (E[0], E[1], E[2]))  # noqa: E741
-        u = (l[0] / norm, l[1] / norm, l[2] / norm)
-        c = cross(b, u)
-        W[0, i] = u[0]
-        W[1, i] = u[1]
-        W[2, i] = u[2]
-        W[3, i] = c[0]
-        W[4, i] = c[1]
-        W[5, i] = c[2]
+        u, c, norm = column(p, b, (E[0], E[1], E[2]))
+        write_column(u, c, W, i)
         length[i] = norm + E[3]
         rate[i] = -dot(u, v) - dot(c, omega)
 

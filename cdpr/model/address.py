@@ -11,10 +11,9 @@ C functions of other libraries are called by their address, too. They take numbe
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
-from importlib import import_module
 from typing import Any
 
+from cdpr.model.deferred import Deferred
 from cdpr.model.jit import DISABLED, Kernel
 from cdpr.model.kinds import Kind, Signature
 
@@ -33,25 +32,6 @@ def address(kernel: Callable[..., Any], signature: Signature) -> float:
         place = id(kernel)
     _KEPT[place] = kernel
     return float(place)
-
-
-class Deferred:
-    """What compiled code calls, and no other: numba is told of it when the first kernel that does so is compiled.
-
-    `make` is a function of `cdpr.model.numba_calls`, called with the others.
-    """
-
-    def __init__(self, make: str, *given: object) -> None:
-        self._make, self._given = make, given
-
-    @cached_property
-    def _numba_type_(self) -> Any:
-        made = import_module("cdpr.model.numba_calls")
-        return made.type_of(getattr(made, self._make)(*self._given))
-
-    def __call__(self, *_: object) -> Any:
-        """Do nothing: it is not for Python."""
-        raise TypeError("only compiled code calls this")
 
 
 def caller(signature: Signature) -> Callable[..., Any]:

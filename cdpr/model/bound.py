@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.address import Deferred, address, caller
+from cdpr.model.address import address, caller
+from cdpr.model.deferred import Deferred
 from cdpr.model.jit import Kernel, kernel_of_kind
 from cdpr.model.kinds import NOTHING, NUMBER, TRUTH, WHOLE, Kind, kind_of, text
 

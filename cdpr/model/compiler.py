@@ -13,7 +13,7 @@ from numba.core import event, sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
-from cdpr.model import leaving, linking
+from cdpr.model import lane_words, leaving, linking
 from cdpr.model.kernel_store import KernelStore
 from cdpr.model.kinds import Kind, Signature
 from cdpr.model.numba_kinds import kind_from, numba_signature, numba_types
@@ -42,7 +42,9 @@ def threaded(function: Callable[..., Any], sources: str | None, signature: Signa
     made = numba.njit(error_model="numpy", nogil=True)(function)
     if sources is not None:
         made._cache = KernelStore(function, sources)
-    made.compile(numba_signature(signature))
+    with global_compiler_lock, _uncollected(), _interruptible():
+        lane_words.tell_numba()
+        made.compile(numba_signature(signature))
     made.disable_compile()
     return made
 
@@ -79,6 +81,7 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
         """Compile for one signature, or load what is on disk."""
         args = tuple(sigutils.normalize_signature(sig)[0])
         with global_compiler_lock, _uncollected(), _interruptible():
+            lane_words.tell_numba()
             new = args not in self.overloads
             entry = super().compile(sig)
             if self.apart and new and isinstance(self._cache, KernelStore):
@@ -130,6 +133,10 @@ def _interruptible() -> Iterator[None]:
     sys.unraisablehook = keep
     try:
         yield
+    except Exception as error:  # numba misses what LLVM would have told it
+        if lost:
+            raise KeyboardInterrupt from error
+        raise
     finally:
         sys.unraisablehook = before
     if lost:

@@ -12,6 +12,7 @@ from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from cdpr.model import lane_types
 from cdpr.model.kinds import Kind, Signature
 from cdpr.model.numba_kinds import numba_signature, numba_types
 
@@ -45,6 +46,11 @@ def caller(given: Signature) -> Callable[..., Any]:
 
     called: Callable[..., Any] = call
     return called
+
+
+def lanes_word(name: str) -> Any:
+    """Return what one of the words of `cdpr.model.lanes` is made of."""
+    return getattr(lane_types, name)
 
 
 def c_caller(given: Signature) -> Callable[..., Any]:

@@ -87,6 +87,11 @@ class CompiledSolver(TensionSolver):
         parameters: the options as numbers, handed to the kernel, which must not change them.
         rows: how many rows of work space the kernel needs.
         width: their length; by default max(n, m), enough for vectors over cables or freedoms.
+        lanes: the same for eight problems at once, where there is such a kernel: its arguments are those of `kernel`,
+            in which all arrays but `parameters` have one axis more, the last, of length eight; W is (n, m, 8). None
+            has a step before. It returns a whole number whose bits say which of them, the first in the lowest bit, it
+            has answered: with the very tensions, to the bit, for which `kernel` says OK. `kernel` is asked for all
+            others; so it may leave whatever would hold up the rest. Where many rows are distributed it is called first.
     """
 
     def __init__(
@@ -98,9 +103,11 @@ class CompiledSolver(TensionSolver):
         parameters: Sequence[float] = (),
         rows: int = 0,
         width: int | None = None,
+        lanes: Kernel | None = None,
     ) -> None:
         super().__init__(robot, options)
         self.kernel = kernel
+        self.lanes = lanes
         self.parameters = np.array(parameters, dtype=float)
         self.work = np.zeros((rows, max(robot.n, robot.m) if width is None else width))
 

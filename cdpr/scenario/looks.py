@@ -108,6 +108,8 @@ class FrameSection(Section):
     @property
     def moved(self) -> bool:
         """Whether the base is elsewhere than the world's origin."""
+        if self.orientation is UPRIGHT:  # unless said: each cable asks
+            return self.position != ZERO
         return self.position != ZERO or self.attitude.tolist() != [1.0, 0.0, 0.0, 0.0]
 
     def placed(self, points: Any) -> Array:

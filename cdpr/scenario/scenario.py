@@ -41,6 +41,9 @@ from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
 from cdpr.trajectory import Trajectory
 
+# On these the motion and its checks do not depend.
+BESIDES = {"controller", "solver", "backend_options"}
+
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
@@ -249,7 +252,7 @@ class Scenario:
             return replace(self)  # it has passed the checks
         problems = Problems()
         chosen = choices(names, problems)
-        return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems)
+        return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems, self)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
@@ -296,16 +299,29 @@ class Scenario:
 
 
 def build_scenario(
-    document: Document, overrides: Overrides, chosen: list[Change], plugins: Registry, problems: Problems
+    document: Document,
+    overrides: Overrides,
+    chosen: list[Change],
+    plugins: Registry,
+    problems: Problems,
+    before: Scenario | None = None,
 ) -> Scenario:
-    """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`."""
+    """Change the document of a scenario, check it and make the scenario; ScenarioError with all `problems`.
+
+    Where that is a copy of the document of a scenario `before`, what of it is not changed is taken from there: it has
+    passed the checks.
+    """
     change(document, overrides, chosen, plugins, problems)
+    unchanged = set() if before is None or problems.items else _unchanged(document, before._document)
+    robot_known = "robot" in unchanged
+    motion_known = unchanged >= ScenarioSection.model_fields.keys() - BESIDES
     data, options = _split(document.data)
     data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
     sections = validate(ScenarioSection, data_of_robot, document, problems)
     report_nulls(data_of_robot, (), document, problems)
-    RobotChecks(document, problems).run(("robot",))
-    motion = RunChecks(document, problems).run()
+    if not robot_known:
+        RobotChecks(document, problems).run(("robot",))
+    motion = before._motion if before and motion_known else RunChecks(document, problems).run()
     reader = OptionsReader(document, problems, plugins)
     controller_options = reader.of_section("controller", options.get("controller", {}))
     solver_options = reader.of_section("solver", options.get("solver", {}))
@@ -324,7 +340,7 @@ def build_scenario(
     trajectory = (motion or sections.trajectory).complete(sections.initial)
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in events]
-    return Scenario(
+    made = Scenario(
         sections=sections.model_copy(
             update={
                 "robot": robot,
@@ -334,7 +350,7 @@ def build_scenario(
                 "events": events,
             }
         ),
-        robot=robot.to_robot(document.folder),
+        robot=before.robot if before and robot_known else robot.to_robot(document.folder),
         believed=thought.to_robot(document.folder) if thought else None,
         controller_options=controller_options,
         solver_options=solver_options,
@@ -352,6 +368,15 @@ def build_scenario(
         _thought=twin,
         _plugins=plugins,
     )
+    if before and {"trajectory", "initial"} <= unchanged and "planned" in before.__dict__:
+        made.__dict__["planned"] = before.planned  # as `cached_property` keeps it
+    return made
+
+
+def _unchanged(document: Document, before: Document) -> set[str]:
+    """Return the sections that say the same in both; those that neither has, too."""
+    keys = ScenarioSection.model_fields.keys() | document.data.keys() | before.data.keys()
+    return {key for key in keys if document.data.get(key) == before.data.get(key)}
 
 
 def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:

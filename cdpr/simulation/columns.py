@@ -35,7 +35,7 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
     first = FIRST if scenario.ideal_cables else FIRST + WINCHED
     more = (*LATER, *(BELIEVED if scenario.believed else ()), *declared)
-    found = clash((*first, *more), [cable.name for cable in scenario.robot.cables])
+    found = clash((*first, *more), tuple(cable.name for cable in scenario.robot.cables))
     if found is not None:
         titles: dict[str, str] = {
             "": "every run",

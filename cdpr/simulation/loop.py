@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import BackendDied, Diverged, PluginError, SimulationStopped
+from cdpr.log.recorder import BLOCK
 from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -36,7 +37,6 @@ from cdpr.trajectory import Trajectory
 
 # A call of the compiled loop takes at most about so long: an interrupt waits for its end.
 BRIEF = 0.02  # s
-BLOCK = 256  # and so many samples
 MOST_SUBSTEPS = 100  # of which each has acts of its own
 
 # After these a solver need not have written any tensions.
@@ -197,15 +197,22 @@ class Loop:
         self.program.look(self.count)
 
     def run(
-        self, rows: Array, flush: Callable[[int], None], *, steps: int | None = None, real_time: bool = False
+        self,
+        rows: Array,
+        flush: Callable[[int], None],
+        *,
+        steps: int | None = None,
+        real_time: bool = False,
+        block: int = BLOCK,
     ) -> int:
         """Fill `rows` (steps + 1, width) from the backend's present state; return the number of samples made.
 
         Fewer rows, a multiple of 256, are filled again and again, where `steps` says how many there are to make.
-        `flush` and `real_time` are those of a `Pace`; `flush` may end the run by raising SimulationStopped. Raises
-        that, with the time in its text, where the run stops early; `count` then tells how many samples are complete.
+        `flush`, `real_time` and `block` are those of a `Pace`; `flush` may end the run by raising SimulationStopped.
+        Raises that, with the time in its text, where the run stops early; `count` then tells how many samples are
+        complete.
         """
-        pace = Pace(flush, real_time)
+        pace = Pace(flush, real_time, block)
         with self.timed():
             self.begin(rows, len(rows) - 1 if steps is None else steps)
         self.go(self.last, pace)
@@ -224,7 +231,7 @@ class Loop:
                 else:
                     start = monotonic()
                     program.look(min(k, max(pace.count, count + 1), count + most))
-                    most = min(2 * most, BLOCK) if monotonic() - start < BRIEF else max(most // 2, 1)
+                    most = min(2 * most, pace.block) if monotonic() - start < BRIEF else max(most // 2, 1)
                 if program.count >= pace.count or monotonic() > pace.due:
                     pace.after(program.count, program.time)
         except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a step that is alone

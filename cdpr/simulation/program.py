@@ -33,6 +33,7 @@ from cdpr.simulation.proceed import (
     TICK,
     WHEN,
     enter,
+    entering_alone,
     proceed,
 )
 from cdpr.tension.acts import Act, tell
@@ -70,6 +71,7 @@ class Program:
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, row[None]
         self._turn: Callable[[], int]
+        self._enter: Callable[[int, int], int] = enter
         self.refresh()
 
     @property
@@ -108,7 +110,7 @@ class Program:
         whole: Callable[[], int] = partial(proceed, self._table, self._place, self._time, self._row, rows, self._period)
         packed = bound(whole)
         self._packed = packed  # its arguments must stay where they are
-        self._turn = whole if packed is None else bind(enter, packed.entry, packed.place)
+        self._turn = whole if packed is None else bind(self._enter, packed.entry, packed.place)
 
     @property
     def place(self) -> tuple[int, int, float, int]:
@@ -119,6 +121,11 @@ class Program:
     def place(self, place: tuple[int, int, float, int]) -> None:
         self._place[[SAMPLE, ACT]] = place[:2]
         self._time[0], self.due = place[2:]
+
+    def apart(self) -> None:
+        """Let Python's other threads run while compiled code does."""
+        self._enter = entering_alone()
+        self.rows = self._rows
 
     def refresh(self) -> None:
         """Ask all acts whether they are done from now on."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from cdpr.errors import CdprError, PluginError, ScenarioError
+from cdpr.jobs.draw import MAX_COUNT
 from cdpr.problems import Mark, Path, dotted, shown
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.document import Document
@@ -24,7 +25,7 @@ from cdpr.scenario.validation import report_nulls, validate
 from cdpr.simulation.build import plugins_of, versions_of
 from cdpr.study.figures import FIGURES
 from cdpr.study.points import Label, Point, Reader, product_of
-from cdpr.study.schema import MAX_COUNT, Axis, Block, Keep, StudyFile
+from cdpr.study.schema import Axis, Block, Keep, StudyFile
 
 SEED: Path = ("simulation", "seed")
 RESERVED = ("case", "block", "status", "message", *FIGURES)  # columns of the table

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import json
 import math
-import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import product
-from statistics import NormalDist
 from typing import Any
 
 from cdpr import tolerances
+from cdpr.jobs.draw import MAX_COUNT, drawn
 from cdpr.problems import Path
 from cdpr.scenario.document import Document
 from cdpr.scenario.overrides import Change, marked_changes
 from cdpr.scenario.problems import Problems
-from cdpr.study.schema import MAX_COUNT, Axis, Random, Range, Spaced
+from cdpr.study.schema import Axis, Range, Spaced
 
 DIGITS = 12  # of the values of ranges: 0.1 + 2 * 0.1 is meant to be 0.3
 
@@ -103,7 +102,7 @@ class Reader:
                 place, found = (*path, "logspace"), _logarithmic(axis.logspace)
             else:
                 assert axis.random is not None
-                place, found = (*path, "random"), _drawn(axis.random, f"{self.seed} {axis.label}")
+                place, found = (*path, "random"), drawn(axis.random, f"{self.seed} {axis.label}")
         except ValueError as error:
             place, found = path, ()
             self.problems.add(self.document.mark(path), path, str(error))
@@ -136,20 +135,6 @@ def _logarithmic(given: Spaced) -> list[float]:
         raise ValueError(f"{given.start:g} and {given.stop:g} are too far apart")
     inner = [_rounded(given.start * ratio ** (i / (given.count - 1))) for i in range(1, given.count - 1)]
     return [given.start, *inner, given.stop]
-
-
-def _drawn(given: Random, seed: str) -> list[float]:
-    # Python promises the same numbers from a seed in all versions; numpy does not.
-    source = random.Random(seed if given.seed is None else str(given.seed))
-    shares = [max(source.random(), 2.0**-54) for _ in range(given.count)]
-    if given.uniform is not None:
-        low, high = given.uniform
-        return [low + share * (high - low) for share in shares]
-    if given.log_uniform is not None:
-        low, high = given.log_uniform
-        return [low * (high / low) ** share for share in shares]
-    assert given.normal is not None
-    return [NormalDist(*given.normal).inv_cdf(share) for share in shares]
 
 
 def _rounded(value: float) -> float:

@@ -5,27 +5,18 @@ from __future__ import annotations
 import os
 import shutil
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 from cdpr.errors import ExitCode, OutputError, PluginError
+from cdpr.jobs.folder import LEDGER_NAME, RESULTS
+from cdpr.jobs.pool import Case, Executor, Outcome, run_cases
 from cdpr.log.files import replace as write
 from cdpr.log.run_folder import folder_name
-from cdpr.simulation.pool import Case, Outcome, run_cases
-from cdpr.study.folder import LEDGER_NAME, RESULTS, StudyFolder
+from cdpr.study.folder import StudyFolder
 from cdpr.study.plan import Study, StudyCase
 from cdpr.study.table import Table, make_table, times, to_csv, to_parquet
-
-Done = Callable[[Outcome], None]
-
-
-class Executor(Protocol):
-    """Runs cases wherever, and calls `done` with how each ended as soon as it did."""
-
-    def __call__(self, cases: Sequence[Case], *, timeout: float | None, done: Done) -> object:
-        """Return when all cases have ended."""
 
 
 @dataclass(frozen=True)

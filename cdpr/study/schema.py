@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
 from cdpr.fields import Number, Section, WholeOrNumber
+from cdpr.jobs.draw import MAX_COUNT, Random
 from cdpr.scenario.schema import MAX_SEED
 
 Keep = Literal["none", "failed", "all"]
-
-MAX_COUNT = 100_000
 
 SOURCES = ("values", "range", "linspace", "logspace", "random", "points", "zip")
 
@@ -31,33 +29,6 @@ class Spaced(Section):
     start: Number = Field(description="first value")
     stop: Number = Field(description="last value")
     count: int = Field(ge=2, le=MAX_COUNT, description="number of values")
-
-
-class Random(Section):
-    """So many random values, the same for the same seed; a larger count begins with those of a smaller one."""
-
-    uniform: tuple[Number, Number] | None = Field(None, description="lowest and highest")
-    normal: tuple[Number, Number] | None = Field(None, description="mean and standard deviation")
-    log_uniform: tuple[Number, Number] | None = Field(None, description="lowest and highest, of uniform logarithm")
-    count: int = Field(ge=1, le=MAX_COUNT, description="number of values")
-    seed: int | None = Field(None, ge=0, le=MAX_SEED, description="unless said, from the study's and the axis's name")
-
-    @model_validator(mode="after")
-    def _one_distribution(self) -> Random:
-        given = [name for name in ("uniform", "normal", "log_uniform") if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError("one of uniform, normal and log_uniform is expected")
-        first, second = getattr(self, given[0])
-        if given[0] == "normal":
-            if second <= 0:
-                raise ValueError(f"the standard deviation must be greater than 0, got {second:g}")
-        elif first >= second:
-            raise ValueError(f"the lowest value, {first:g}, must be below the highest, {second:g}")
-        elif given[0] == "log_uniform" and first <= 0:
-            raise ValueError(f"a logarithm needs values greater than 0, got {first:g}")
-        elif given[0] == "log_uniform" and second / first == math.inf:
-            raise ValueError(f"{first:g} and {second:g} are too far apart")
-        return self
 
 
 class Axis(Section):

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cdpr.errors import PluginError
-from cdpr.simulation.cases import Outcome
+from cdpr.jobs.cases import Outcome
 from cdpr.study.figures import figures
 from cdpr.study.plan import Study
 

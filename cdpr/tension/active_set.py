@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from cdpr.model.jit import apart, kernel
+from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
 from cdpr.tension.factors import append, back_substitute, remove
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, UNSUPPORTED
@@ -42,22 +43,15 @@ def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array,
     d, z, dual, u, member = work[2 * r], work[2 * r + 1], work[2 * r + 2], work[2 * r + 3], work[2 * r + 4]
     size, count = work[2 * r + 5], work[2 * r + 6]
 
-    scale, excess = 0.0, 0.0
-    for i in range(m):
-        point[i] = c[i]
-        active[i] = 0.0
-        scale = max(scale, abs(c[i]))
-        if low[i] > -math.inf:
-            scale = max(scale, abs(low[i]))
-        excess = max(excess, low[i] - c[i], c[i] - high[i])
-    tolerance = FEASIBILITY_TOLERANCE * scale
     for j in range(r):
         x[j] = 0.0
     count[0] = 0
+    excess, scale = least(box, point, active)
+    tolerance = FEASIBILITY_TOLERANCE * scale
     if excess <= tolerance:  # nothing is in the way
-        for i in range(m):
-            point[i] = min(max(c[i], low[i]), high[i])
         return 0
+    for i in range(m):
+        point[i] = c[i]
     _lengths(N, r, size, m)
 
     k = 0  # number of active constraints
@@ -140,6 +134,23 @@ def nearest(N: Array, r: int, box: Array, x: Array, point: Array, active: Array,
     count[0] = k
     _settle(N, r, box, x, point, active)
     return steps
+
+
+@kernel
+def least(box: Array, point: Array, active: Array) -> tuple[float, float]:
+    """Write c, moved onto the limits beyond which it lies, into `point` (m,), and 0 into `active`; of lanes, too.
+
+    Returns how far it was moved at most, and the largest coordinate.
+    """
+    c, low, high = box[0], box[1], box[2]
+    scale, excess = 0.0, 0.0
+    for i in range(point.shape[0]):
+        active[i] = 0.0
+        scale = max(scale, abs(c[i]))
+        scale = choose(low[i] > -math.inf, max(scale, abs(low[i])), scale)
+        excess = max(excess, low[i] - c[i], c[i] - high[i])
+        point[i] = min(max(c[i], low[i]), high[i])
+    return excess, scale
 
 
 @apart

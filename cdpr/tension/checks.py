@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.model.jit import apart, kernel
+from cdpr.model.lanes import choose, every, some
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
@@ -43,9 +44,9 @@ def newton(limits: Array) -> float:
     largest = 0.0
     for i in range(limits.shape[1]):
         largest = max(largest, max(abs(limits[0, i]), abs(limits[1, i])))
-        if largest >= 1.0:
+        if every(largest >= 1.0):
             return 1.0
-    return largest if largest > 0.0 else 1.0
+    return choose(largest >= 1.0, 1.0, choose(largest > 0.0, largest, 1.0))
 
 
 @kernel
@@ -55,16 +56,14 @@ def room(limits: Array, tension: Array, report: Array, held: Array | None = None
     A locked cable, whose limits are equal, counts only where it does not have that tension. Cables whose `held` (m,) is
     not NaN are broken or jammed and do not count, whether or not the distribution knows: the others' room is told.
     """
-    margin, at_limit, tolerance = math.inf, 0, LIMIT_TOLERANCE * newton(limits)
+    margin, at_limit, tolerance = math.inf, 0.0, LIMIT_TOLERANCE * newton(limits)
     for i in range(tension.shape[0]):
         if held is not None and not math.isnan(held[i]):
             continue
         distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
-        if limits[0, i] == limits[1, i] and distance >= -tolerance:
-            continue
-        margin = min(margin, distance)
-        if distance <= tolerance:
-            at_limit += 1
+        locked = (limits[0, i] == limits[1, i]) & (distance >= -tolerance)
+        margin = choose(locked, margin, min(margin, distance))
+        at_limit += choose(locked, 0.0, choose(distance <= tolerance, 1.0, 0.0))
     report[2] = margin
     report[3] = at_limit
 
@@ -93,9 +92,10 @@ def judge(
             s = -wrench[j]
             for i in range(m):
                 s += W[j, i] * tension[i]
-            square += (unit * weights[j] * s) ** 2
-            load += (unit * weights[j] * wrench[j]) ** 2
-        if square < math.inf and load < math.inf:
+            lack, wanted = unit * weights[j] * s, unit * weights[j] * wrench[j]
+            square += lack * lack
+            load += wanted * wanted
+        if some((square < math.inf) & (load < math.inf)):
             break
         unit = FAR
     room(limits, tension, report, held)
@@ -119,15 +119,22 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
     for j in range(n):
         if not math.isfinite(wrench[j]):
             status = BAD_INPUT
-    if status == OK:
-        allowed = judge(W, wrench, weights, limits, answer, report)
-        if not (report[1] <= allowed < math.inf and report[2] >= -LIMIT_TOLERANCE * newton(limits)):
-            status = NOT_FOUND
+    if status == OK and not holds(W, wrench, weights, limits, answer, report):
+        status = NOT_FOUND
     if status == OK:
         for i in range(m):
             tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
     report[0] = status
     return status
+
+
+@kernel
+def holds(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, report: Array) -> bool:
+    """Whether a finite answer keeps the limits and balances the wrench, see `accept`; of lanes, too."""
+    allowed = judge(W, wrench, weights, limits, answer, report)
+    within = report[2] >= -LIMIT_TOLERANCE * newton(limits)
+    kept: bool = within & (report[1] <= allowed) & (allowed < math.inf)
+    return kept
 
 
 @kernel

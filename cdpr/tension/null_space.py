@@ -1,10 +1,14 @@
-"""Tension distribution in null-space form: W t = wrench, low <= t <= high as low <= c + N x <= high."""
+"""Tension distribution in null-space form: W t = wrench, low <= t <= high as low <= c + N x <= high.
+
+Of lanes (`cdpr.model.lanes`), those are answered as if alone for which `common` holds afterwards; others stray.
+"""
 
 from __future__ import annotations
 
 import math
 
 from cdpr.model.jit import apart, kernel
+from cdpr.model.lanes import choose, of_lanes, some, whole
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND
 
@@ -61,9 +65,9 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
         longest = 0.0
         for column in range(r):
             longest = max(longest, abs(N[i, column]))
-        if longest <= ROUNDING:
+        if some(longest <= ROUNDING):
             for column in range(r):
-                N[i, column] = 0.0
+                N[i, column] = choose(longest <= ROUNDING, 0.0, N[i, column])
     return r
 
 
@@ -105,9 +109,9 @@ def _expand(n: int, free: int, rank: int, first: int, end: int, box: Array, basi
                 y[i] -= s * v[i]
         for i in range(free):
             if unit < end:
-                basis[int(cable[i]), unit - first] = y[i]
+                basis[whole(cable[i]), unit - first] = y[i]
             else:
-                box[0, int(cable[i])] = y[i]
+                box[0, whole(cable[i])] = y[i]
 
 
 @apart
@@ -126,12 +130,12 @@ def factorise(m: int, W: Array, wrench: Array, t_min: Array, t_max: Array, box: 
     free, sound, load = 0, 0.0, 0.0
     for i in range(m):
         low, high = t_min[i], t_max[i]
-        if not low <= high:  # NaN, too
+        if not some(low <= high):  # NaN, too
             return -BAD_INPUT, 0
         box[0, i] = low  # what a locked cable keeps
         box[1, i] = low
         box[2, i] = high
-        if low < high:
+        if some(low < high):
             cable[free] = i
             free += 1
     for j in range(n):
@@ -139,7 +143,7 @@ def factorise(m: int, W: Array, wrench: Array, t_min: Array, t_max: Array, box: 
         load = max(load, abs(s))
         for i in range(m):
             sound += 0.0 * W[j, i]
-            if free < m and not t_min[i] < t_max[i]:
+            if free < m and not some(t_min[i] < t_max[i]):
                 s -= W[j, i] * t_min[i]
                 load = max(load, abs(W[j, i] * t_min[i]))
         rhs[j] = s
@@ -149,8 +153,8 @@ def factorise(m: int, W: Array, wrench: Array, t_min: Array, t_max: Array, box: 
                 work[j, i] = W[j, i]
         else:
             for k in range(free):
-                work[j, k] = W[j, int(cable[k])]
-    if sound != 0.0:
+                work[j, k] = W[j, whole(cable[k])]
+    if not some(sound == 0.0):
         return -BAD_INPUT, free
     return _triangulate(n, free, CONSISTENCY_TOLERANCE * load, work), free
 
@@ -171,22 +175,14 @@ def _triangulate(n: int, free: int, allowed: float, work: Array) -> int:
     rank = 0
     largest = 0.0
     for k in range(min(n, free)):
-        pivot = k
-        for j in range(k + 1, n):
-            if square[j] > square[pivot]:
-                pivot = j
-        norm = math.sqrt(square[pivot])
+        norm = math.sqrt(_bring_longest(V, rhs, square, k, n, free))
         if k == 0:
             largest = norm
-        if not norm > RANK_TOLERANCE * largest:
+        if not some(norm > RANK_TOLERANCE * largest):
             break
-        if pivot != k:
-            rhs[k], rhs[pivot] = rhs[pivot], rhs[k]
-            for i in range(free):
-                V[k, i], V[pivot, i] = V[pivot, i], V[k, i]
         v = V[k]
         alpha = v[k]
-        beta = -norm if alpha >= 0.0 else norm
+        beta = choose(alpha >= 0.0, -norm, norm)
         # H = 1 - scale v v^T with v = column - beta e_k turns the column into beta e_k.
         v[k] = alpha - beta
         factor = 1.0 / (norm * (norm + abs(alpha)))
@@ -213,8 +209,55 @@ def _triangulate(n: int, free: int, allowed: float, work: Array) -> int:
             s -= V[j, k] * rhs[k]
         if j < rank:
             rhs[j] = s / diagonal[j]
-            if not abs(rhs[j]) < TOO_LARGE:
+            if not some(abs(rhs[j]) < TOO_LARGE):
                 return -NOT_FOUND
-        elif not abs(s) <= allowed:
+        elif not some(abs(s) <= allowed):
             return -INFEASIBLE
     return rank
+
+
+def _bring_longest(V: Array, rhs: Array, square: Array, k: int, n: int, free: int) -> float:
+    """Exchange row k of V[:n, :free], and of `rhs`, for the longest from there on; return the square of its length."""
+    pivot = k
+    for j in range(k + 1, n):
+        if square[j] > square[pivot]:
+            pivot = j
+    if pivot != k:
+        rhs[k], rhs[pivot] = rhs[pivot], rhs[k]
+        for i in range(free):
+            V[k, i], V[pivot, i] = V[pivot, i], V[k, i]
+    return float(square[pivot])
+
+
+@of_lanes(_bring_longest)
+def _bring_longest_of_each(V: Array, rhs: Array, square: Array, k: int, n: int, free: int) -> float:
+    """Do that of lanes, each with a row of its own."""
+    longest: float = square[k]
+    pivot = 0.0 * longest + k
+    for j in range(k + 1, n):
+        longer = square[j] > longest
+        longest, pivot = choose(longer, square[j], longest), choose(longer, j, pivot)
+    for j in range(k + 1, n):
+        here = pivot == j
+        if some(here):
+            rhs[k], rhs[j] = choose(here, rhs[j], rhs[k]), choose(here, rhs[k], rhs[j])
+            for i in range(free):
+                V[k, i], V[j, i] = choose(here, V[j, i], V[k, i]), choose(here, V[k, i], V[j, i])
+    return longest
+
+
+@kernel
+def common(n: int, m: int, t_min: Array, t_max: Array, work: Array) -> bool:
+    """Whether lanes went through `reduce` as each would have alone: of full rank, with all cables free, finite.
+
+    `work` as `reduce` has left it, with rank n and m free cables.
+    """
+    rhs, diagonal = work[n], work[n + 3]
+    largest = abs(diagonal[0])
+    found: bool = largest < math.inf
+    for k in range(n):
+        norm = abs(diagonal[k])
+        found = found & (norm > RANK_TOLERANCE * largest) & (abs(rhs[k]) < TOO_LARGE)
+    for i in range(m):
+        found = found & (t_min[i] < t_max[i])
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cdpr.model.jit import apart, kernel
+from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
 from cdpr.tension.checks import RESIDUAL_TOLERANCE
 from cdpr.tension.status import INFEASIBLE, OK
@@ -49,6 +50,13 @@ def settle(W: Array, wrench: Array, box: Array, tension: Array) -> int:
 @kernel
 def verdict(W: Array, wrench: Array, N: Array, r: int, box: Array, x: Array, tension: Array) -> int:
     """Return OK where `tension` (m,), within the limits, is the solution c + N x of W t = wrench, else INFEASIBLE."""
+    breach, scale = compared(N, r, box, x, tension)
+    return _judge(W, wrench, tension, breach, scale)
+
+
+@kernel
+def compared(N: Array, r: int, box: Array, x: Array, tension: Array) -> tuple[float, float]:
+    """Return by how much `tension` differs from the solution c + N x at most, and how large that is; of lanes, too."""
     breach, scale = 0.0, 0.0
     for i in range(tension.shape[0]):
         s = box[0, i]
@@ -56,13 +64,13 @@ def verdict(W: Array, wrench: Array, N: Array, r: int, box: Array, x: Array, ten
             s += N[i, k] * x[k]
         scale = max(scale, abs(s))
         breach = _larger(breach, abs(s - tension[i]))
-    return _judge(W, wrench, tension, breach, scale)
+    return breach, scale
 
 
 @kernel
 def _larger(a: float, b: float) -> float:
     """The larger one, NaN if either is that."""
-    return a if b <= a or a != a else b
+    return choose((b <= a) | (a != a), a, b)
 
 
 @kernel

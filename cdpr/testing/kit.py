@@ -60,7 +60,7 @@ def check_backend(
 
     Args:
         factory: what the plugin's `PluginInfo.factory` names.
-        properties: what it declares: `order`, `snapshot` (true if it can), `speed_max` (m/s, if it clamps).
+        properties: what it declares: `order`, `snapshot` (true if it can), `threads`, `speed_max` (m/s, if it clamps).
         options: an instance of its options model; none by default.
         columns: those that it declares; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.

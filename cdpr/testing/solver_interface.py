@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from cdpr.distribution.poison import POISON, Memory
+from cdpr.model.lanes import WIDTH
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import CompiledSolver
+from cdpr.plugins.solver import Kernel
 from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.changes import expect_changes
@@ -159,6 +162,50 @@ def memory_never_decides(subject: SolverSubject) -> None:
                     expect_same_bits(tension, answers[-1][1], f"answer with {value} in its memory")
 
 
+def eight_are_answered_as_one(subject: SolverSubject) -> str:
+    """Its kernel for eight problems at once, if any, gives those that it answers the bits for which its other says OK.
+
+    Whatever stands beside them, in its memory, and in the answers of those that it leaves.
+    """
+    made = subject.make(samples.feasible()[0][0].robot)
+    needs(isinstance(made, CompiledSolver) and made.lanes is not None, "it has no kernel for eight problems at once")
+    answered = asked = 0
+    hard = [problems for _, problems in samples.misleading(80, seed=302)]
+    for k, group in enumerate((*samples.feasible(), *samples.infeasible(), *hard)):
+        solver = subject.make(group[0].robot)
+        if not isinstance(solver, CompiledSolver) or solver.lanes is None:
+            continue  # not for robots of this size
+        odd = [bad for problem in group[:2] for bad in (*_spoilt(problem), *_degenerate(problem))]
+        crossed = replace(group[0], t_min=group[0].t_max, t_max=group[0].t_min)
+        many = [*group[:80], *odd, crossed]
+        rng = np.random.default_rng([70, k])
+        for eight in (group[:WIDTH], *rng.permutation(len(many))[: len(many) // WIDTH * WIDTH].reshape(-1, WIDTH)):
+            problems = [each if isinstance(each, Problem) else many[each] for each in eight]
+            asked += WIDTH
+            answered += _expect_the_same(solver, solver.lanes, problems, POISON[asked // WIDTH % len(POISON)])
+    expect(answered, "it answers none of them")
+    return f"{answered} of {asked} answered"
+
+
+def _expect_the_same(solver: CompiledSolver, lanes: Kernel, problems: Sequence[Problem], rubbish: float) -> int:
+    """Ask eight problems at once and one after the other; return how many of them the former has answered."""
+    given = [np.stack([getattr(problem, name) for problem in problems], axis=-1) for name in ARRAYS]
+    kept = [array.copy() for array in given]
+    tension = np.full(given[-1].shape, np.nan)
+    work = np.full((*solver.work.shape, WIDTH), rubbish)
+    W, wrench, low, high = map(read_only, given)
+    found = lanes(W, wrench, low, high, tension, solver.parameters, work)
+    expect(0 <= found < 2**WIDTH, f"{found} are not the bits of eight")
+    for name, array, copy in zip(ARRAYS, given, kept, strict=True):
+        expect_same_bits(array, copy, f"{name} of eight after they are answered")
+    for lane, problem in enumerate(problems):
+        if found >> lane & 1:
+            status, alone = ask(solver, problem)
+            expect(status == Status.OK, f"answered among eight, where alone it is {Status(status)}")
+            expect_same_bits(tension[:, lane].copy(), alone, "answer among eight")
+    return int(found).bit_count()
+
+
 def _spoilt(problem: Problem) -> list[Problem]:
     """Copies with one entry, or all, of W or wrench not finite."""
     bad = []
@@ -255,6 +302,7 @@ CHECKS = [
         bad_input_raises_nothing,
         views_are_answered_alike,
         memory_never_decides,
+        eight_are_answered_as_one,
         degenerate_problems_are_answered,
         nothing_leaks,
     )

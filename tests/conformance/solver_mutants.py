@@ -103,6 +103,21 @@ class StaleWork(MinimumNorm):
         return super().solve(W, wrench, t_min, t_max, tension) if stale < 1e20 else Status.NOT_FOUND
 
 
+class Rounding(MinimumNorm):
+    """Eight at once it answers nearly to the last bit."""
+
+    def __init__(self, robot, options):
+        super().__init__(robot, options)
+        eight = self.lanes
+
+        def rounded(W, wrench, t_min, t_max, tension, parameters, work):
+            found = eight(W, wrench, t_min, t_max, tension, parameters, work)
+            tension *= 1.0 + 2.0**-52
+            return found
+
+        self.lanes = rounded if eight else None
+
+
 class HalfHearted(MinimumNorm):
     """A thousandth of the way from the optimum of its cost to the middle, in the null space."""
 
@@ -282,6 +297,7 @@ MUTANTS = {
     Owner: ({}, ["views_are_answered_alike"]),
     StaleWork: ({}, ["memory_never_decides"]),
     Leaning: ({}, ["memory_never_decides"]),
+    Rounding: ({}, ["eight_are_answered_as_one"]),
     HalfHearted: ({"objective": "own", "cost": "solver_mutants:square"}, ["objective_is_reached"]),
     Credulous: ({}, ["misleading_problems_are_answered_truly"]),
     Timid: ({}, ["misleading_problems_are_answered_truly"]),

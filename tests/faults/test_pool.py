@@ -15,8 +15,8 @@ from conftest import FAULTY, ROOT
 
 import cdpr
 from cdpr.errors import Diverged
-from cdpr.simulation import pool
-from cdpr.simulation.pool import Case, run_cases
+from cdpr.jobs import pool
+from cdpr.jobs.pool import Case, run_cases
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 SHORT = {"simulation.duration": 0.1}
@@ -156,7 +156,7 @@ def test_what_done_raises_ends_the_workers():
 
 PARENT = """
 import sys
-from cdpr.simulation.pool import Case, Worker, wait
+from cdpr.jobs.pool import Case, Worker, wait
 changes = {"controller.type": "faulty", "controller.fault": "hang", "controller.once": sys.argv[2]}
 worker = Worker()
 worker.begin(Case("hang", sys.argv[1], changes), None)

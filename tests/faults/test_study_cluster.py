@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib.util import find_spec
 
+import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
@@ -79,7 +80,7 @@ def scheduler(cluster):
 def at_work(cluster):
     """The worker processes in which cases run, or ran."""
     children = cluster[0].children(recursive=True)
-    return [child for child in children if "cdpr.simulation.worker" in child.cmdline()]
+    return [child for child in children if "cdpr.jobs.worker" in child.cmdline()]
 
 
 def begin(study, out, cluster, files):
@@ -101,6 +102,19 @@ def test_the_tables_are_the_same(scheduler, tmp_path):
     here, there = run(study, tmp_path / "here"), run(study, tmp_path / "there", "--scheduler", scheduler)
     assert here.returncode == there.returncode == 0, there.stderr
     assert tables(tmp_path / "there") == tables(tmp_path / "here")
+
+
+@pytest.mark.slow
+def test_a_rollout_on_the_cluster_is_the_same_to_the_bit(scheduler):
+    vary = {"controller.kp": {"uniform": [90.0, 110.0]}, "robot.platform.mass": [25.0] * 19 + [-1.0]}
+    given = {"vary": vary, "overrides": {"simulation.duration": 0.1}}
+    here, there = (
+        cdpr.rollout(ROOT / "scenarios" / "caroca.yaml", 20, **given, **where)
+        for where in ({}, {"scheduler": scheduler})
+    )
+    assert there.counts == {"finished": 19, "failed": 1}
+    assert np.array_equal(here.rows, there.rows, equal_nan=True)
+    assert here.outcomes == there.outcomes
 
 
 @pytest.mark.slow

@@ -53,9 +53,12 @@ def test_the_first_command_needs_no_file(python, tmp_path):
 
 
 @pytest.mark.slow
-def test_without_what_draws_one_line_says_how_to_install_it(python, tmp_path):
-    done = run(python, "-c", WITHOUT_MATPLOTLIB, "run", "caroca", *SHORT, "--out", "out", cwd=tmp_path)
-    (line,) = [line for line in done.stderr.splitlines() if "report" in line]
+def test_without_what_draws_there_is_a_report_and_one_line_says_what_figures_for_papers_need(python, tmp_path):
+    run(python, "-c", WITHOUT_MATPLOTLIB, "run", "caroca", *SHORT, "--out", "out", cwd=tmp_path)
+    assert "<svg" in (tmp_path / "out" / "report.html").read_text()
+    figure = ["--figure", "tension", "--out", "tension.pdf"]
+    done = run(python, "-c", WITHOUT_MATPLOTLIB, "view", "out", *figure, cwd=tmp_path, code=3)
+    (line,) = done.stderr.splitlines()
     assert "matplotlib" in line
     assert "pip install 'cdpr[plot]'" in line
 

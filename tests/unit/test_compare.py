@@ -18,7 +18,7 @@ from cdpr.compare.runs import Made, Runs, Wanted
 from cdpr.compare.scenarios import changes
 from cdpr.compare.verdict import against_order, against_scheme, spans
 from cdpr.errors import CdprError, LogError, PluginError
-from cdpr.simulation.pool import Outcome
+from cdpr.jobs.pool import Outcome
 
 SHORT = {"simulation.duration": 0.2}
 needs_mujoco = pytest.mark.skipif("mujoco" not in ENGINES, reason="mujoco is not installed")

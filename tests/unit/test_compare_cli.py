@@ -13,8 +13,8 @@ from compare_cases import ENGINES, INSTALLED, SCENARIOS, SOUND, comparison
 
 from cdpr.cli.compare import command
 from cdpr.errors import CdprError, ExitCode
+from cdpr.jobs.cases import Outcome
 from cdpr.report.text.compare import lines
-from cdpr.simulation.cases import Outcome
 
 CAROCA = str(SCENARIOS / "caroca.yaml")
 SHORT = ("--set", "simulation.duration=0.1")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from types import SimpleNamespace
 
 import numba
 import pytest
@@ -51,6 +52,21 @@ def test_an_interrupt_within_llvm_is_not_lost(called_back, monkeypatch, capsys):
     assert sys.unraisablehook is hook
     assert "Traceback" not in capsys.readouterr().err
     assert double(1.5) == 3.0  # what was compiled is whole
+
+
+def test_nor_is_one_for_which_numba_then_misses_its_result(monkeypatch):
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
+
+    def miss(interrupted):
+        with compiler._interruptible():
+            if interrupted:
+                sys.unraisablehook(SimpleNamespace(exc_value=KeyboardInterrupt()))
+            raise RuntimeError("no compiled object yet")
+
+    with pytest.raises(KeyboardInterrupt):
+        miss(True)
+    with pytest.raises(RuntimeError):
+        miss(False)
 
 
 @compiled

@@ -14,8 +14,8 @@ from pydantic import Field
 import cdpr
 from cdpr.cli import cli
 from cdpr.errors import PluginError, ScenarioError
+from cdpr.jobs.pool import Case, run_cases
 from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver, registry
-from cdpr.simulation.pool import Case, run_cases
 from cdpr.tension import Status
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"

@@ -16,7 +16,7 @@ from docs_cases import PAGES
 
 README = PAGES["README.md"]
 LINES = 150  # what a newcomer reads
-PYTHON = ("README.md", "docs/python.md", "docs/solvers.md")
+PYTHON = ("README.md", "docs/python.md", "docs/rollouts.md", "docs/solvers.md")
 SVG = "{http://www.w3.org/2000/svg}"
 PAPERS = ("#ffffff", "#0d1117")  # of light and of dark pages
 TOLD_APART = 3.0  # contrast that WCAG 2.1, 1.4.11, asks of graphics
@@ -58,7 +58,7 @@ def test_the_index_names_every_page():
 def test_python_examples_run(monkeypatch, tmp_path):
     """One after the other, as a reader would type them."""
     code = [re.findall(r"^```python\n(.*?)^```$", PAGES[page], re.DOTALL | re.MULTILINE) for page in PYTHON]
-    assert [len(blocks) for blocks in code] == [1, 3, 1]
+    assert [len(blocks) for blocks in code] == [1, 3, 2, 1]
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
     monkeypatch.chdir(tmp_path)
     exec("".join(block for blocks in code for block in blocks), {})

@@ -13,6 +13,7 @@ from study_cases import write_study
 from test_report_cases import diverged_run, make_run
 
 from cdpr.cli.study import _report
+from cdpr.jobs.cases import Outcome
 from cdpr.report.figures.study_layout import MOST_PLACES, layouts, panels, thinned
 from cdpr.report.marks import CABLES, LEAST_ERROR
 from cdpr.report.pages.study import render
@@ -20,7 +21,6 @@ from cdpr.report.pages.study_cases import MOST, choose, player
 from cdpr.report.plots.cases import BEYOND, overlay
 from cdpr.report.plots.panel import LEAST_SHARE
 from cdpr.report.text.study import FIGURES, LEAST_FORCE
-from cdpr.simulation.cases import Outcome
 from cdpr.study import Results, load_study, run_study
 from cdpr.study.table import make_table
 

@@ -16,8 +16,8 @@ from study_cases import TABLES, tables, write_study
 import cdpr
 from cdpr import locks
 from cdpr.errors import ExitCode, LogError, OutputError
+from cdpr.jobs.cases import Outcome
 from cdpr.scenario import Scenario
-from cdpr.simulation.cases import Outcome
 from cdpr.study import load_study, run_study
 from cdpr.study.figures import FIGURES
 from cdpr.study.folder import StudyFolder, ended
@@ -131,7 +131,7 @@ def test_who_comes_second_sees_what_the_first_wrote(results, tmp_path, monkeypat
         shutil.copy(tmp_path / "out" / "study.json", tmp_path / "new")
         return locks.lock(file)
 
-    monkeypatch.setattr("cdpr.study.folder.lock", late)
+    monkeypatch.setattr("cdpr.jobs.folder.lock", late)
     with pytest.raises(OutputError, match="holds another study"):
         StudyFolder(tmp_path / "new", other)
 

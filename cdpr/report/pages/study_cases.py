@@ -8,6 +8,7 @@ from html import escape
 from typing import Any, NamedTuple
 
 from cdpr.errors import CdprError
+from cdpr.jobs.folder import RESULTS
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Run
@@ -22,7 +23,7 @@ from cdpr.report.plots.cases import overlay
 from cdpr.report.plots.overlay import span
 from cdpr.report.text.study import FIGURES, Figure, Record, label_text, value
 from cdpr.study import Results, StudyCase
-from cdpr.study.folder import RESULTS, RUNS_NAME
+from cdpr.study.folder import RUNS_NAME
 from cdpr.view import colours
 
 MOST = 4  # cases; more over one another nobody can tell apart

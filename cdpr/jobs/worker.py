@@ -1,6 +1,6 @@
 """A worker process: runs one case after another that its parent sends, and tells how each ended.
 
-Started by `cdpr.simulation.pool`. Cases and answers go through a private socket; whatever engines print goes elsewhere.
+Started by `cdpr.jobs.pool`. Cases and answers go through a private socket; whatever engines print goes elsewhere.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from multiprocessing.connection import Connection
 from time import perf_counter
 
 from cdpr.errors import CdprError, ExitCode, one_line
+from cdpr.jobs.cases import BEGUN, Case, Outcome
 from cdpr.log.run import Run
 from cdpr.plugins.registry import use_files
 from cdpr.processes import end_with
 from cdpr.scenario import load_scenario
-from cdpr.simulation.cases import BEGUN, Case, Outcome
 from cdpr.simulation.simulate import simulate
 
 

@@ -16,13 +16,13 @@ from collections.abc import Callable, Sequence
 from math import inf
 from multiprocessing.connection import Connection, Pipe, wait
 from time import monotonic
-from typing import Any
+from typing import Any, Protocol
 
 from cdpr import processes
 from cdpr.errors import ExitCode
-from cdpr.simulation.cases import BEGUN, Case, Outcome
+from cdpr.jobs.cases import BEGUN, Case, Outcome
 
-__all__ = ["TICK", "Case", "Outcome", "Worker", "ready", "run_cases", "wait"]
+__all__ = ["TICK", "Case", "Executor", "Outcome", "Worker", "ready", "run_cases", "wait"]
 
 STARTING = 120.0  # s that a case may take, beyond its own limit, to import, compile and build before it begins
 TICK = 0.5  # s between two looks whether a worker lives and is in time
@@ -35,8 +35,18 @@ NOISE = "Extension modules:"  # faulthandler lists all that is loaded
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
+Done = Callable[[Outcome], None]
+
+
+class Executor(Protocol):
+    """Runs cases wherever, and calls `done` with how each ended as soon as it did."""
+
+    def __call__(self, cases: Sequence[Case], *, timeout: float | None, done: Done) -> object:
+        """Return when all cases have ended."""
+
+
 def run_cases(
-    cases: Sequence[Case], *, jobs: int, timeout: float | None, done: Callable[[Outcome], None] = lambda outcome: None
+    cases: Sequence[Case], *, jobs: int, timeout: float | None, done: Done = lambda outcome: None
 ) -> list[Outcome]:
     """Run all cases, `jobs` at a time, and return how each ended, in their order.
 
@@ -79,7 +89,7 @@ class Worker:
         os.set_blocking(self._output, False)
         self._said = b""
         self._mute = False
-        module = [sys.executable, "-P", "-u", "-m", "cdpr.simulation.worker"]
+        module = [sys.executable, "-P", "-u", "-m", "cdpr.jobs.worker"]
         self._process = processes.start(
             lambda: subprocess.Popen(
                 [*module, str(theirs.fileno()), str(os.getpid())],

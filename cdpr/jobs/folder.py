@@ -1,0 +1,128 @@
+"""The folder of many cases: what is run, and a ledger of how each ended, whole at every moment."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from cdpr.errors import LogError, OutputError
+from cdpr.jobs.cases import Outcome
+from cdpr.locks import Lock, lock, open_to_lock
+from cdpr.log.files import replace, unwritable
+from cdpr.log.run import FORESEEN
+from cdpr.log.run_json import plain
+
+LEDGER_NAME = "cases.jsonl"
+
+RESULTS = (*FORESEEN, "diverged")  # what need not be run again
+
+LINE = TypeAdapter(Outcome)
+
+
+class JobFolder:
+    """A folder for one study, or other many cases, new or with some of them; locked while it is open.
+
+    Attributes:
+        rows: how the cases ended that did, by id.
+    """
+
+    def __init__(self, path: Path, kind: str, content: Mapping[str, Any]) -> None:
+        """Open the folder of this `kind`, such as "study", described by `content` with name, cases and digest.
+
+        Raises OutputError where it is taken, in use or cannot be written, LogError where it is spoilt.
+        """
+        self.path, self._kind = path, kind
+        self._description = description = path / f"{kind}.json"
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            self._refuse_others()
+            self._ledger = open_to_lock(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+        except FileExistsError as error:
+            raise OutputError(f"{path}: is a file, not a folder; choose another --out") from error
+        except OSError as error:
+            raise unwritable(Path(error.filename or path), error) from error
+        try:
+            if lock(self._ledger) is Lock.ANOTHERS:
+                raise OutputError(f"{path}: another cdpr {kind} is at work there; wait for it, or end it")
+            self._refuse_others()  # such as a run that began at the same moment
+            if description.is_file():  # perhaps written by who had the lock
+                self._expect(content)
+            else:
+                replace(description, json.dumps(content, indent=1) + "\n")
+            self.rows = self._read()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let others have it."""
+        os.close(self._ledger)
+
+    def record(self, outcome: Outcome) -> None:
+        """Keep how a case ended: one line, in one write, which a kill leaves out or whole."""
+        line = json.dumps(plain(asdict(outcome)), ensure_ascii=False, allow_nan=False) + "\n"
+        try:
+            rest = memoryview(line.encode())
+            while rest:
+                rest = rest[os.write(self._ledger, rest) :]
+        except OSError as error:
+            raise unwritable(self.path / LEDGER_NAME, error) from error
+        self.rows[outcome.key] = outcome
+
+    def _refuse_others(self) -> None:
+        ours = {self._description.name, f"{self._description.name}.tmp", LEDGER_NAME}  # may be there before the first
+        strange = {entry.name for entry in self.path.iterdir()} - ours
+        if strange and not self._description.is_file():
+            raise OutputError(f"{self.path}: exists, is not empty and holds no {self._kind}; choose another --out")
+
+    def _expect(self, content: Mapping[str, Any]) -> None:
+        """Refuse a folder that holds another one."""
+        try:
+            known: Mapping[str, Any] = json.loads(self._description.read_text(encoding="utf-8"))
+            digest = known["digest"]
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise LogError(f"{self._description}: cannot be read ({error}); choose another --out") from error
+        if digest != content["digest"]:
+            raise OutputError(
+                f"{self.path}: holds another {self._kind}, '{known.get('name')}' of {known.get('cases')} cases; this "
+                f"is '{content['name']}' of {content['cases']}, or its scenario has changed since; choose another --out"
+            )
+
+    def _read(self) -> dict[str, Outcome]:
+        """Return the last line of each case; a line that was torn by a kill is cut off."""
+        with open(os.dup(self._ledger), "rb") as file:
+            file.seek(0)
+            found = file.read()
+        whole = found[: found.rfind(b"\n") + 1]
+        if len(whole) < len(found):
+            os.ftruncate(self._ledger, len(whole))
+        return read_rows(whole, self.path / LEDGER_NAME)
+
+
+def read_rows(lines: bytes, path: Path) -> dict[str, Outcome]:
+    """Return the last line of each case. Raises LogError."""
+    rows: dict[str, Outcome] = {}
+    for number, line in enumerate(lines.splitlines(), 1):
+        try:
+            row = LINE.validate_json(line)
+        except ValidationError as error:
+            first = error.errors()[0]
+            what = ": ".join([*map(str, first["loc"]), first["msg"]])
+            text = f"cannot be read ({what}); remove that line, and its case is run again"
+            raise LogError(f"{path}:{number}: {text}") from error
+        rows[row.key] = row
+    return rows
+
+
+def clear(folder: Path) -> None:
+    """Remove a run folder, where there is one."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.rmtree(folder)

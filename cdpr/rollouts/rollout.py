@@ -1,0 +1,277 @@
+"""Runs the cases of a rollout in threads or on a cluster, and puts together what they give."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import ExitStack
+from functools import partial
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from cdpr import tolerances
+from cdpr.errors import CdprError, LogError, OutputError
+from cdpr.jobs.cases import Outcome
+from cdpr.jobs.cluster import spread
+from cdpr.jobs.folder import RESULTS, JobFolder
+from cdpr.log.files import unwritable
+from cdpr.log.run_folder import folder_name
+from cdpr.model.robot import Array, read_only
+from cdpr.nearest import did_you_mean
+from cdpr.plugins.classes import PluginFile
+from cdpr.plugins.registry import plugin_files, use_files
+from cdpr.problems import shown
+from cdpr.rollouts.case import Chunk, Plan, layout_of, run_chunk
+from cdpr.rollouts.result import Rollouts
+from cdpr.rollouts.vary import check_count, values_of
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.overrides import plain_value
+from cdpr.simulation.build import build, plugins_of, versions_of
+from cdpr.simulation.columns import chosen_plugins
+from cdpr.simulation.loop import Loop
+
+KIND = "rollout"
+ROWS_NAME = "rows.npy"
+
+COLUMNS = ("position", "orientation", "tension")  # that are kept unless others are asked for
+SAMPLES = 100  # of a case that are kept, about, unless it is said
+
+# A chunk is so many cases at most, and fewer where their rows take more than so many bytes: what an interrupt costs.
+CASES, BYTES = 16, 1 << 25
+MEMORY = 0.5  # of the machine's that rows may take: beyond that they need a folder
+
+Progress = Callable[[int, int], None]
+
+
+def rollout(
+    scenario: str | os.PathLike[str] | Scenario,
+    n: int,
+    *,
+    vary: Mapping[str, Any],
+    seed: int = 0,
+    overrides: Mapping[str, Any] | None = None,
+    backend: str | None = None,
+    solver: str | None = None,
+    controller: str | None = None,
+    every: float | None = None,
+    columns: Sequence[str] = COLUMNS,
+    threads: int | None = None,
+    scheduler: str | None = None,
+    out: str | os.PathLike[str] | None = None,
+    progress: Progress = lambda done, total: None,
+) -> Rollouts:
+    """Run a scenario n times with some keys varied; on `reference` each case is `simulate` of it, to the bit.
+
+    Args:
+        scenario: a scenario file, or what `load_scenario` returned.
+        n: number of cases.
+        vary: by dotted key, an array (n, ...) or a list of n values, or a distribution: {"uniform": [lowest, highest]},
+            {"normal": [mean, standard deviation]}, {"log_uniform": [lowest, highest]}, as a study's `random`.
+        seed: of the distributions; the same seed gives the same values, and more cases begin with those of fewer.
+        overrides: values by dotted key, in all cases; `backend`, `solver` and `controller` as for `load_scenario`.
+        every: samples that are kept: a whole number, each so manyth; a float, one in so many seconds. The last one is
+            kept, too. About a hundred unless it is said.
+        columns: which columns of a run are kept.
+        threads: how many; one a core where backend, controller and solver run as compiled code, else one.
+        scheduler: address of a Dask cluster that runs the cases instead, such as tcp://host:8786.
+        out: a folder for what was computed; the same call goes on with what it holds.
+        progress: called with the number of cases that have ended, and their total.
+
+    A case that ends early (diverged, infeasible, ...) is a result, and one whose values the scenario does not take is
+    "failed", with its message. Where that is so for the first one, it is raised.
+
+    Raises ScenarioError and CdprError for what is wrong, PluginError where one is missing, OutputError where `out`
+    holds something else or cannot be written. After a KeyboardInterrupt `out` holds the cases that had ended.
+    """
+    n = check_count(n)
+    values = values_of(vary, n, seed, overrides or {})
+    base = _loaded(scenario, overrides, backend, solver, controller)
+    plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
+    beside = _compiled(plan, [given[0] for given in values.values()])
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise CdprError(f"rollout: threads: a whole number from 1 on is expected, got {shown(threads)}")
+    if threads is not None and threads > 1 and not beside:
+        raise CdprError(
+            f"rollout: threads: {threads} are of no use: backend, controller or solver of this scenario needs Python "
+            "in each step, or the backend does not say that its instances may step beside one another; leave it out"
+        )
+    if threads is not None and scheduler is not None:
+        raise CdprError(
+            "rollout: threads does not go with scheduler: the cluster's workers run a chunk for each thread"
+        )
+    with ExitStack() as opened:
+        folder = None if out is None else JobFolder(folder_name(out), KIND, _about(plan, values, n))
+        if folder is not None:
+            opened.callback(folder.close)
+        rows = _room(plan, n, folder)
+        ended = {} if folder is None else {key: row for key, row in folder.rows.items() if row.status in RESULTS}
+        progress(len(ended), n)
+
+        def done(found: list[Outcome], computed: Array) -> None:
+            for outcome, row in zip(found, computed, strict=True):
+                rows[int(outcome.key)] = row
+                ended[outcome.key] = outcome
+            if folder is not None:
+                for outcome in found:
+                    folder.record(outcome)
+            progress(len(ended), n)
+
+        chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended])
+        if scheduler is None:
+            _in_threads(chunks, threads or (len(os.sched_getaffinity(0)) if beside else 1), done)
+        else:
+            _on_cluster(chunks, scheduler, done)
+    layout = plan.layout
+    return Rollouts(
+        name=base.name,
+        time=read_only(plan.kept * base.simulation.control_step),
+        values=values,
+        rows=read_only(rows),
+        columns=tuple(layout.fields[name] for name in plan.columns),
+        cables=tuple(cable.name for cable in base.robot.cables),
+        outcomes=tuple(ended[str(i)] for i in range(n)),
+    )
+
+
+def _loaded(
+    scenario: str | os.PathLike[str] | Scenario,
+    overrides: Mapping[str, Any] | None,
+    backend: str | None,
+    solver: str | None,
+    controller: str | None,
+) -> Scenario:
+    changes = overrides or {}
+    if isinstance(scenario, Scenario):
+        return scenario.with_changes(changes, backend=backend, solver=solver, controller=controller)
+    return load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
+
+
+def _every(every: object, scenario: Scenario) -> int:
+    """Samples from one that is kept to the next."""
+    steps, step = scenario.simulation.steps, scenario.simulation.control_step
+    if every is None:
+        return max(1, steps // SAMPLES)
+    number = isinstance(every, int | float | np.integer) and not isinstance(every, bool)
+    ratio = (float(every) / step if isinstance(every, float) else float(every)) if number else 0.0  # type: ignore[arg-type]
+    if not 1.0 - tolerances.TIME <= ratio < np.inf:
+        raise CdprError(
+            f"rollout: every: a whole number of samples from 1 on, or seconds from the control step, {step:g} s, on as "
+            f"a float are expected, got {shown(every)}"
+        )
+    if abs(ratio - round(ratio)) > tolerances.TIME * ratio:
+        raise CdprError(f"rollout: every: a multiple of the control step, {step:g} s, is expected, got {every} s")
+    return min(round(ratio), steps)
+
+
+def _columns(columns: object, scenario: Scenario) -> tuple[str, ...]:
+    known = [name for name in layout_of(scenario).fields if name != "time"]
+    if not isinstance(columns, list | tuple) or not columns:
+        raise CdprError(f"rollout: columns: a list of names is expected, got {shown(columns)}")
+    asked = ["status" if name == "solver_status" else name for name in columns]  # as the attribute of a run
+    for name in asked:
+        if name not in known:
+            hint = did_you_mean(name, known) if isinstance(name, str) else ""
+            raise CdprError(f"rollout: columns: no column is named {shown(name)}: {hint}there are {', '.join(known)}")
+    return tuple(dict.fromkeys(asked))
+
+
+def _compiled(plan: Plan, first: Sequence[Any]) -> bool:
+    """Whether cases may run beside one another; raises what is wrong with the first one."""
+    scenario = plan.changed(0, first)
+    parts = build(scenario)
+    try:
+        interpreted = Loop(parts).program.interpreted
+    finally:
+        parts.controller.close()
+        parts.backend.close()
+    entry = chosen_plugins(scenario)["backend"]
+    options = scenario.backend_options(scenario.simulation.backend)
+    return not interpreted and bool(entry.properties(options).get("threads")) and scenario.actuators is None  # type: ignore[arg-type]
+
+
+def _about(plan: Plan, values: Mapping[str, Sequence[Any]], n: int) -> dict[str, Any]:
+    """What the folder says of the rollout, and its identity."""
+    scenario = plan.scenario
+    given = {key: plain_value(found) for key, found in values.items()}
+    what = [scenario.resolved_yaml(), given, n, plan.every, plan.columns]
+    digest = hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
+    shape = {"every": plan.every, "columns": plan.columns, "vary": list(plan.keys)}
+    versions = versions_of(scenario.plugins, plugins_of(scenario))
+    return {"name": scenario.name, "cases": n, "digest": digest, **shape, "versions": versions}
+
+
+def _room(plan: Plan, n: int, folder: JobFolder | None) -> Array:
+    """Return where the rows go, (n, K, W): in memory, or a file in the folder."""
+    shape = (n, len(plan.kept), len(plan.places))
+    need = 8 * int(np.prod(shape, dtype=object))
+    thin = "thin them by every=, or keep fewer columns="
+    if folder is None:
+        have = MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        if need > have:
+            raise CdprError(f"rollout: the rows need {need / 2**30:.3g} GiB of memory: give a folder, out=, {thin}")
+        return np.full(shape, np.nan)
+    path = folder.path / ROWS_NAME
+    try:
+        if not path.exists() and not folder.rows:
+            if need > shutil.disk_usage(folder.path).free:
+                raise OutputError(f"{path}: the rows need {need / 2**30:.3g} GiB, more than its disk has: {thin}")
+            np.lib.format.open_memmap(path, "w+", np.float64, shape)
+        rows: Array = np.lib.format.open_memmap(path, "r+")
+    except OSError as error:
+        raise unwritable(path, error) from error
+    except ValueError as error:
+        raise LogError(f"{path}: cannot be read ({error}); choose another folder, out=") from error
+    if rows.shape != shape or rows.dtype != np.float64:
+        raise LogError(f"{path}: rows of shape {shape} are expected, got {rows.shape}; choose another folder, out=")
+    return rows
+
+
+def _chunks(plan: Plan, values: Mapping[str, Sequence[Any]], waiting: Sequence[int]) -> Iterator[Chunk]:
+    size = max(1, min(CASES, BYTES // (8 * len(plan.kept) * len(plan.places))))
+    for first in range(0, len(waiting), size):
+        numbers = tuple(waiting[first : first + size])
+        yield Chunk(plan, numbers, tuple(tuple(given[i] for given in values.values()) for i in numbers))
+
+
+def _in_threads(chunks: Iterator[Chunk], threads: int, done: Callable[[list[Outcome], Array], None]) -> None:
+    stop = threading.Event()
+    with ThreadPoolExecutor(threads, thread_name_prefix=KIND) as pool:
+        try:
+            running: set[Future[tuple[list[Outcome], Array]]] = set()
+            while True:
+                # One more than there are threads: none waits for this one, and no more rows than these are in memory.
+                running |= {
+                    pool.submit(run_chunk, each, stop.is_set) for each in islice(chunks, threads + 1 - len(running))
+                }
+                if not running:
+                    return
+                ended, running = wait(running, return_when=FIRST_COMPLETED)
+                for each in ended:
+                    done(*each.result())
+        finally:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _on_cluster(chunks: Iterator[Chunk], address: str, done: Callable[[list[Outcome], Array], None]) -> None:
+    jobs = {str(chunk.numbers[0]): chunk for chunk in chunks}
+
+    def end(key: str, found: tuple[list[Outcome], Array] | None, lost: str) -> None:
+        if found is None:
+            raise CdprError(f"rollout: the cases from {key} on were {lost}; with out= the same call goes on")
+        done(*found)
+
+    spread(address, partial(_there, plugin_files()), jobs, end)
+
+
+def _there(files: tuple[PluginFile, ...], chunk: Chunk) -> tuple[list[Outcome], Array]:
+    """Run a chunk on a cluster's worker, with the same plugins as here."""
+    use_files(files)
+    return run_chunk(chunk)
