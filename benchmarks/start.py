@@ -52,8 +52,8 @@ from cdpr.scenario import load_scenario; stage("cdpr.scenario")
 from cdpr.plugins.registry import registry; registry(); stage("plugins found")
 scenario = load_scenario({SCENARIO!r}, overrides={{"simulation.duration": 2.0}}); stage("scenario loaded")
 scenario.warnings; stage("judged")
-import numba; stage("numba")
-from cdpr.model import kernel_store; kernel_store.folder(); stage("kernels found")
+
+from cdpr.model import kernel_cache; kernel_cache.kept(); stage("kernels found")
 from cdpr.simulation import simulate; stage("cdpr.simulation")
 from cdpr.simulation.start import attempt
 made = attempt(scenario, None, None, None, None, "out"); stage("folder made")

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from cdpr.model import Robot
-from cdpr.model.address import LED, ROW, VECTOR, address
+from cdpr.model.address import address
+from cdpr.model.kinds import LED, ROW, VECTOR
 from cdpr.model.robot import Array, CableExit, frozen_array
 
 # Columns of a row: A_i, world, and B_i, platform axes; addresses of the exit's kernels, all 0 for a point; its numbers.

@@ -10,7 +10,8 @@ from typing import Any
 from cdpr.cables import chain_of
 from cdpr.cables.chain import MOST, Part
 from cdpr.model import Cable, Robot
-from cdpr.model.address import LED, NUMBER, PAIR, ROW, VECTOR, address
+from cdpr.model.address import address
+from cdpr.model.kinds import LED, NUMBER, PAIR, ROW, VECTOR
 from cdpr.model.robot import Array, frozen_array
 
 # Columns of a row: the lowest tension there can be, 0 or, for rigid legs, minus infinity; addresses of the kernels, 0

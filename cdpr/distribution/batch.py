@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from cdpr.mechanics import geometry
 from cdpr.model import kernels
 from cdpr.model.jit import threaded_kernel
+from cdpr.model.kinds import CUBE, INDICES, NOTHING, ROW, TABLE, WHOLE, Block, Function, Group, Plain
 from cdpr.model.robot import Array
 from cdpr.tension.checks import accept, select
 from cdpr.tension.policy import fall_back
@@ -48,18 +48,16 @@ class Rows(NamedTuple):
     report: Array  # (K, 4), written, as `judge` says
 
 
-VECTOR, MATRIX, CUBE = (types.Array(types.float64, dimensions, "C") for dimensions in (1, 2, 3))
-DONE = types.Array(types.uint8, 1, "C")
-INDICES = types.Array(types.int64, 1, "C")
-SIZE = types.UniTuple(types.int64, 2)
-KERNEL = types.FunctionType(types.int64(MATRIX, *[VECTOR] * 5, MATRIX))
-WAY = types.NamedTuple((VECTOR, SIZE, types.int64, SIZE), Way)
-COMMON = types.NamedTuple((MATRIX, INDICES, VECTOR, VECTOR, VECTOR), Common)
-ROWS = types.NamedTuple((CUBE, *[MATRIX] * 4), Rows)
+SIZE = Group((WHOLE, WHOLE))
+DONE = Block(Plain("uint8"), 1)
+KERNEL = Function(WHOLE(TABLE, *[ROW] * 5, TABLE))
+WAY = Group((ROW, SIZE, WHOLE, SIZE), Way)
+COMMON = Group((TABLE, INDICES, ROW, ROW, ROW), Common)
+ROWS = Group((CUBE, *[TABLE] * 4), Rows)
 
 
 # The solver's kernel comes as a pointer, so that this is compiled once for all of them and kept on disk.
-@threaded_kernel(types.void(KERNEL, WAY, COMMON, ROWS, DONE))
+@threaded_kernel(NOTHING(KERNEL, WAY, COMMON, ROWS, DONE))
 def distribute_rows(kernel: Callable[..., int], way: Way, common: Common, given: Rows, done: NDArray[np.uint8]) -> None:
     """Fill tension and report of all rows but those that are `done` (K,) already: where that is not 0.
 

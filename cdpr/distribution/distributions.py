@@ -213,7 +213,7 @@ class _Task:
 def _compiled(task: _Task, jobs: int) -> None:
     """Fill tension and report by a solver's kernel, in threads: it takes no lock, and rows are independent."""
     from cdpr.distribution.batch import Common, Rows, Way, distribute_rows
-    from cdpr.model.jit import is_kernel
+    from cdpr.model.jit import Kernel
 
     robot, solver = task.robot, task.solver
     assert isinstance(solver, CompiledSolver)
@@ -232,7 +232,7 @@ def _compiled(task: _Task, jobs: int) -> None:
         weights=np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[robot.rows],
     )
     wrench = np.empty((0, 6)) if task.wrench is None else task.wrench
-    many = len(task.pose) >= MANY and is_kernel(solver.lanes) and common.lines.shape[1] == ANCHORS
+    many = len(task.pose) >= MANY and isinstance(solver.lanes, Kernel) and common.lines.shape[1] == ANCHORS
     eights = import_module("cdpr.distribution.side_by_side") if many else None
 
     def part(start: int) -> None:

@@ -9,19 +9,19 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from cdpr.distribution.batch import COMMON, CUBE, DONE, MATRIX, ROWS, VECTOR, Common, Rows
+from cdpr.distribution.batch import COMMON, DONE, ROWS, Common, Rows
 from cdpr.mechanics import geometry
 from cdpr.model import kernels
 from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.kinds import CUBE, NOTHING, ROW, TABLE, WHOLE, Function
 from cdpr.model.lanes import WIDTH, bits, side_by_side
 from cdpr.model.robot import Array
 from cdpr.tension.checks import holds, select
 from cdpr.tension.status import OK
 
-LANES_KERNEL = types.FunctionType(types.int64(CUBE, *[MATRIX] * 4, VECTOR, CUBE))
+LANES_KERNEL = Function(WHOLE(CUBE, *[TABLE] * 4, ROW, CUBE))
 
 # Where fewer of eight rows are answered the attempt costs more than it saves.
 WORTHWHILE = 4
@@ -82,7 +82,7 @@ def _accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Arra
     return bits(sound)
 
 
-@threaded_kernel(types.void(LANES_KERNEL, VECTOR, COMMON, ROWS, MATRIX, CUBE, DONE))
+@threaded_kernel(NOTHING(LANES_KERNEL, ROW, COMMON, ROWS, TABLE, CUBE, DONE))
 def distribute_eights(
     lanes: Callable[..., int],
     parameters: Array,

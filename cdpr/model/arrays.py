@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -31,7 +33,8 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
 
 def real(values: ArrayLike, name: str) -> Array:
     """Return `values` as C-contiguous, writeable float64 of any shape; CdprError where they are no real numbers."""
-    if isinstance(values, np.ma.MaskedArray) and np.ma.getmaskarray(values).any():
+    # Where nobody has imported numpy.ma, which takes as long as to load a scenario's robot, nothing is masked.
+    if "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray) and np.ma.getmaskarray(values).any():
         raise CdprError(f"{name}: some numbers are masked, which means that there are none; fill them in")
     try:
         found = np.asarray(values)

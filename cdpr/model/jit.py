@@ -1,26 +1,28 @@
-"""The one place where numba is told how to compile our kernels."""
+"""Kernels: functions that are compiled, once for a state of the sources; the one place where that is asked for.
+
+What an earlier process has left as machine code is called without numba (`objects`). Numba is imported for what is not
+there yet: it takes longer to start than a short run.
+"""
 
 from __future__ import annotations
 
-import contextlib
-import gc
+import functools
+import hashlib
+import os
 import sys
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
-import numba
 import numpy as np
-from numba.core import sigutils
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import CPUDispatcher
 
-from cdpr.model import kernel_cache, linking
-from cdpr.model.kernel_store import KernelStore
+from cdpr.model import kernel_cache, objects
+from cdpr.model.kinds import Kind, Signature, kind_of, text
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-OPTIONS = {"nopython": True, "error_model": "numpy", "_nrt": False}
+DISABLED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -32,21 +34,14 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     which would take half the time of a tension distribution (`_nrt`; each slice is an atomic increment otherwise).
     With NUMBA_DISABLE_JIT=1 the same source runs as plain Python, as silent as compiled code about what is not finite.
     """
-    if numba.config.DISABLE_JIT:
+    if DISABLED:
         return np.errstate(all="ignore")(function)
-    return cast("Callable[P, R]", _kept(_Kernel(function, targetoptions=OPTIONS)))
+    return cast("Callable[P, R]", Kernel(function))
 
 
-def kernel_of_kind(function: Callable[P, R], kind: object) -> Callable[P, R]:
+def kernel_of_kind(function: Callable[P, R], kind: str) -> Callable[P, R]:
     """Compile, as `kernel` does, a function that another makes anew for each `kind`, whose text tells them apart."""
-    kept = _Kernel(function, targetoptions=OPTIONS)
-    kept._cache = KernelStore(function, "", kind=repr(kind))
-    return cast("Callable[P, R]", kept)
-
-
-def is_kernel(function: object) -> bool:
-    """Whether this is what `kernel` returns, and compiled."""
-    return isinstance(function, _Kernel)
+    return cast("Callable[P, R]", Kernel(function, kind))
 
 
 def apart(function: Callable[P, R]) -> Callable[P, R]:
@@ -55,31 +50,59 @@ def apart(function: Callable[P, R]) -> Callable[P, R]:
     For the large ones that several call; the answers are the same to the bit. A small one is faster within its callers,
     where it is optimised with them.
     """
-    if isinstance(function, _Kernel) and isinstance(function._cache, KernelStore):
+    if isinstance(function, Kernel):
         function.apart = True
     return function
 
 
-def threaded_kernel(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Compile for one signature, when the module is imported, a kernel that lets other threads run meanwhile."""
+def bind(function: Callable[..., R], *args: Any) -> Callable[[], R]:
+    """Return a call of a kernel with these arguments: where it is called often, a `partial` costs more."""
+    return function.bind(*args) if isinstance(function, Kernel) else functools.partial(function, *args)
+
+
+def threaded_kernel(signature: Signature) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Compile for one signature, at its first call, a kernel that lets other threads run meanwhile."""
 
     def compiled(function: Callable[P, R]) -> Callable[P, R]:
-        if numba.config.DISABLE_JIT:
+        if DISABLED:
             return np.errstate(all="ignore")(function)
-        dispatcher = _kept(numba.njit(error_model="numpy", nogil=True)(function))
-        with global_compiler_lock, _uncollected(), _interruptible():
-            dispatcher.compile(signature)
-        dispatcher.disable_compile()
-        return cast("Callable[P, R]", dispatcher)
+        return cast("Callable[P, R]", Threaded(function, signature))
 
     return compiled
 
 
-class _Kernel(CPUDispatcher):  # type: ignore[misc]
-    """What numba calls; one version serves read-only arrays and arguments that are constants where it is called.
+class _Compiled:
+    """A function and what numba makes of it, when it is asked.
 
-    numba would compile another for each combination, and does so in the middle of a run where a caller's arrays are
-    read-only for the first time. The code is the same: that a kernel writes only what it says is its own duty.
+    Attributes:
+        py_func: the function.
+    """
+
+    def __init__(self, function: Callable[..., Any], kind: str | None = None) -> None:
+        functools.update_wrapper(cast("Callable[..., Any]", self), function)
+        self.py_func = function
+        self._kind = kind
+        self._sources = "" if kind is not None else kernel_cache.digest_around(function.__module__)
+        self._lock = threading.Lock()
+        self._made: Any = None
+
+    @property
+    def dispatcher(self) -> Any:
+        """What numba calls."""
+        if self._made is None:
+            compiler = _compiler()
+            with self._lock:
+                self._made = self._made or self._make(compiler)
+        return self._made
+
+    def _make(self, compiler: Any) -> Any:
+        raise NotImplementedError
+
+
+class Kernel(_Compiled):
+    """What `kernel` returns: code from disk where there is some for the arguments, else numba's.
+
+    What is not said here is numba's.
 
     Attributes:
         apart: whether callers call its code where it is.
@@ -87,90 +110,112 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]
 
     apart = False
 
-    def compile(self, sig: Any) -> Any:
-        args = tuple(sigutils.normalize_signature(sig)[0])
-        with global_compiler_lock, _uncollected(), _interruptible():
-            new = args not in self.overloads
-            entry = super().compile(sig)
-            if self.apart and new:
-                linking.call_apart(self.targetctx, self, self.overloads[args], linking.SYMBOL + self._cache.key(args))
-        return entry
+    def __init__(self, function: Callable[..., Any], kind: str | None = None) -> None:
+        super().__init__(function, kind)
+        code = function.__code__
+        self._identity = repr(
+            (function.__module__, function.__qualname__, code.co_firstlineno, code.co_code, self._sources, kind)
+        )
+        self._kept = self._sources is not None and (kind is not None or not function.__closure__)
+        self._calls: dict[tuple[Kind | None, ...], Callable[..., Any]] = {}
+        self._natives: dict[tuple[Kind, ...], objects.Found] = {}
+        self.call: Callable[..., Any] = self._choose
 
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        plain = [numba.types.unliteral(arg) for arg in args]
-        return super().get_call_template(plain, {name: numba.types.unliteral(arg) for name, arg in kws.items()})
+    def __call__(self, *args: Any, **kws: Any) -> Any:
+        """Call it."""
+        return self.dispatcher(*args, **kws) if kws else self.call(*args)
 
-    def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
-        given = [self.typeof_pyval(arg) for arg in args]
-        writable = [each.copy(readonly=False) if isinstance(each, numba.types.Array) else each for each in given]
-        if given == writable:
-            return super()._compile_for_args(*args, **kws)
-        entry = self.compile(tuple(writable))
-        self._insert([each._code for each in given], entry, False)
-        return entry
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.dispatcher, name)
+
+    def __reduce__(self) -> Any:
+        return Kernel, (self.py_func, self._kind)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.dispatcher._numba_type_
+
+    def key_of(self, types: str) -> str | None:
+        """Return what its code for such arguments is called; None where it is not kept without numba."""
+        if not self._kept:
+            return None
+        return hashlib.sha256(f"{self._identity} {types}".encode()).hexdigest()[:32]
+
+    def bind(self, *args: Any) -> Callable[[], Any]:
+        """Return a call of it with these arguments, for those that are many: nothing is asked each time."""
+        kinds = tuple(map(kind_of, args))
+        known = tuple(kind for kind in kinds if kind is not None)
+        found = self._find(known) if len(known) == len(kinds) else None
+        call = self.dispatcher.called() if found is None else objects.call(*found, known, self._by_numba)
+        return functools.partial(call, *args)
+
+    def native(self, kinds: tuple[Kind, ...]) -> objects.Found:
+        """Return its code for arguments of these kinds, as other compiled code calls it."""
+        found = self._natives.get(kinds)
+        if found is None:
+            kept = self._find(kinds)
+            found = self._natives[kinds] = self.dispatcher.native(kinds) if kept is None else kept[0]
+        return found
+
+    def _find(self, kinds: tuple[Kind, ...]) -> tuple[objects.Found, objects.Library] | None:
+        key = self.key_of(", ".join(map(text, kinds)))
+        return None if key is None else objects.find(key)
+
+    def _choose(self, *args: Any) -> Any:
+        """Call what these arguments need; from now on without asking, where they are of the first kinds again."""
+        kinds = tuple(map(kind_of, args))
+        call = self._calls.get(kinds)
+        first = self.call == self._choose
+        if call is None:
+            known = tuple(kind for kind in kinds if kind is not None)
+            found = self._find(known) if len(known) == len(kinds) else None
+            if found is not None:
+                call = self._calls[kinds] = objects.call(*found, known, self._by_numba)
+                if first:
+                    self.call = objects.call(*found, known, self._choose)
+            elif first:
+                self.call = self.dispatcher.called()
+        return self._by_numba(*args) if call is None else call(*args)
+
+    def _by_numba(self, *args: Any) -> Any:
+        return self.dispatcher.called()(*args)
+
+    def _make(self, compiler: Any) -> Any:
+        return compiler.dispatcher(self.py_func, self._sources, self._kind, self.apart, self.key_of)
 
 
-@contextlib.contextmanager
-def _uncollected() -> Iterator[None]:
-    """Look for no garbage meanwhile: a compiler makes objects by the million, and the looking costs a seventh of it."""
-    looks = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if looks:
-            gc.enable()
+class Threaded(_Compiled):
+    """What `threaded_kernel` returns."""
+
+    def __init__(self, function: Callable[..., Any], signature: Signature) -> None:
+        super().__init__(function)
+        self._signature = signature
+
+    def __call__(self, *args: Any) -> Any:
+        """Call it; kernels among the arguments are called by it."""
+        return self.dispatcher(*(each.dispatcher if isinstance(each, Kernel) else each for each in args))
+
+    def _make(self, compiler: Any) -> Any:
+        return compiler.threaded(self.py_func, self._sources, self._signature)
 
 
-@contextlib.contextmanager
-def _interruptible() -> Iterator[None]:
-    """End afterwards with an interrupt that came meanwhile.
-
-    Python raises it where LLVM, which takes nearly all the time, calls back; and no exception passes through there.
-    """
-    lost: list[BaseException] = []
-    before = sys.unraisablehook
-
-    def keep(raised: Any) -> None:
-        if isinstance(raised.exc_value, KeyboardInterrupt):
-            lost.append(raised.exc_value)
-        else:
-            before(raised)
-
-    sys.unraisablehook = keep
-    try:
-        yield
-    except Exception as error:  # numba misses what LLVM would have told it
-        if lost:
-            raise KeyboardInterrupt from error
-        raise
-    finally:
-        sys.unraisablehook = before
-    if lost:
-        raise KeyboardInterrupt
+_announcements: list[Callable[[], None]] = []
 
 
-def _kept(dispatcher: Any) -> Any:
-    """Have what numba compiles kept on disk."""
-    sources = kernel_cache.digest_around(dispatcher.__module__)
-    if sources is not None:
-        dispatcher._cache = KernelStore(dispatcher.py_func, sources)
-    return dispatcher
+@functools.cache
+def _compiler() -> Any:
+    from cdpr.model import compiler
+
+    for announce in _announcements:
+        compiler.on_first_compilation(announce)
+    return compiler
 
 
 def on_first_compilation(announce: Callable[[], None]) -> None:
     """Call `announce` once, should a kernel have to be compiled because no earlier run has left it on disk."""
-    from numba.core import event
-
-    class Listener(event.Listener):  # type: ignore[misc]
-        said = False
-
-        def on_start(self, event: object) -> None:
-            if not Listener.said:
-                Listener.said = True
-                announce()
-
-        def on_end(self, event: object) -> None:
-            pass
-
-    event.register("numba:compile", Listener())
+    if "cdpr.model.compiler" in sys.modules:
+        _compiler().on_first_compilation(announce)
+    else:
+        _announcements.append(announce)

@@ -143,6 +143,12 @@ def folder() -> str:
 
 
 @lru_cache(maxsize=1)
+def kept() -> Path:
+    """Return the folder of compiled kernels; it stays the same in a process."""
+    return Path(folder())
+
+
+@lru_cache(maxsize=1)
 def fallback() -> Path:
     """Return the folder that takes the place of the user's cache: one for this user on this machine, kept.
 

@@ -14,8 +14,6 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Callable
-from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import llvmlite
@@ -27,12 +25,6 @@ from numba.core.serialize import dumps
 from cdpr.model import kernel_cache, linking, object_code
 
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the start of each file
-
-
-@lru_cache(maxsize=1)
-def folder() -> Path:
-    """Return the folder of compiled kernels; it stays the same in a process."""
-    return Path(kernel_cache.folder())
 
 
 class KernelStore(_Cache):  # type: ignore[misc]
@@ -48,7 +40,7 @@ class KernelStore(_Cache):  # type: ignore[misc]
     cache_path = None
 
     def __init__(self, function: Callable[..., Any], sources: str, kind: str | None = None) -> None:
-        self.cache_path = str(folder())
+        self.cache_path = str(kernel_cache.kept())
         self._name = f"{function.__module__}.{function.__qualname__}"
         cells = () if kind is not None else tuple(cell.cell_contents for cell in function.__closure__ or ())
         code = function.__code__
@@ -62,7 +54,7 @@ class KernelStore(_Cache):  # type: ignore[misc]
     def load_overload(self, sig: object, target_context: Any) -> Any:
         """Return the compiled function, or None where it is not there or not whole."""
         try:
-            content = (folder() / self.key(sig)).read_bytes()
+            content = (kernel_cache.kept() / self.key(sig)).read_bytes()
         except OSError:
             return None
         checksum, payload = content[:CHECKSUM], content[CHECKSUM:]
@@ -78,7 +70,7 @@ class KernelStore(_Cache):  # type: ignore[misc]
         if data.lifted or data.library.has_dynamic_globals:  # pointers of this process
             return
         payload = dumps((linking.needed_by(data.library), object_code.packed(data)))
-        target = folder() / self.key(sig)
+        target = kernel_cache.kept() / self.key(sig)
         part = None
         try:
             with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as file:

@@ -21,7 +21,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, lower_cast, overload, register_model
 from numba.np.arrayobj import make_array, populate_array
 
-WIDTH = 8  # of the widest registers there are; where they are narrower, several take the place of one
+from cdpr.model.lanes import WIDTH
 
 NUMBERS = ir.VectorType(ir.DoubleType(), WIDTH)
 ANSWERS = ir.VectorType(ir.IntType(1), WIDTH)

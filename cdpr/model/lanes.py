@@ -10,20 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
-from numba.extending import overload
-
-from cdpr.model import lane_types
-from cdpr.model.lane_types import LANES, MASK, WIDTH, first, select
-from cdpr.model.robot import Array
+from cdpr.model.deferred import Deferred
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# Only compiled code calls these.
-bits: Callable[[bool], int] = lane_types.bits
-side_by_side: Callable[[Array], Array] = lane_types.side_by_side
+WIDTH = 8  # of the widest registers there are; where they are narrower, several take the place of one
 
-__all__ = ["WIDTH", "bits", "choose", "every", "of_lanes", "side_by_side", "some", "whole"]
+# Only compiled code calls these; what they do stands in `lane_types`.
+bits: Callable[..., int] = Deferred("lanes_word", "bits")
+side_by_side: Callable[..., Any] = Deferred("lanes_word", "side_by_side")
+
+# What numba is to be told of, when it first compiles a kernel: what one calls, and what lanes call in place of it.
+instead: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 
 
 def of_lanes(single: Callable[P, R]) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -33,10 +32,7 @@ def of_lanes(single: Callable[P, R]) -> Callable[[Callable[P, R]], Callable[P, R
     """
 
     def decorate(eight: Callable[P, R]) -> Callable[P, R]:
-        @overload(single, strict=False)  # type: ignore[untyped-decorator]
-        def either(*arguments: Any) -> Any:
-            return eight if arguments[0].dtype == LANES else single
-
+        instead.append((single, eight))
         return eight
 
     return decorate
@@ -60,25 +56,3 @@ def choose(condition: bool, a: float, b: float) -> float:
 def whole(number: float) -> int:
     """Return a whole number that is kept as a float, the same in all of eight."""
     return int(number)
-
-
-@overload(some, strict=False)  # type: ignore[untyped-decorator]
-def _some(condition: Any) -> Any:
-    return (lambda condition: lane_types.bits(condition) != 0) if condition == MASK else (lambda condition: condition)
-
-
-@overload(every, strict=False)  # type: ignore[untyped-decorator]
-def _every(condition: Any) -> Any:
-    return (lambda condition: lane_types.bits(condition) == 255) if condition == MASK else (lambda condition: condition)
-
-
-@overload(choose, strict=False)  # type: ignore[untyped-decorator]
-def _choose(condition: Any, a: Any, b: Any) -> Any:
-    if condition == MASK:
-        return lambda condition, a, b: select(condition, a, b)
-    return lambda condition, a, b: a if condition else b
-
-
-@overload(whole, strict=False)  # type: ignore[untyped-decorator]
-def _whole(number: Any) -> Any:
-    return (lambda number: int(first(number))) if number == LANES else (lambda number: int(number))

@@ -49,6 +49,11 @@ def needed_by(library: Any) -> list[Needed]:
     return [_linked[name][0] for name in names if name.startswith(SYMBOL)]
 
 
+def found(symbol: str) -> tuple[Needed, Any]:
+    """Return what stands behind a symbol: where it is found, and what numba compiled."""
+    return _linked[symbol]
+
+
 def link(needed: Needed) -> bool:
     """Have a kernel loaded, or compiled; return whether its symbol has an address: not so where it has changed."""
     if needed.symbol not in _linked:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from cdpr.model.jit import threaded_kernel
 from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
+from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
 
@@ -18,10 +18,8 @@ LOW, HIGH, INFEASIBLE, UNANSWERED = range(6, 10)
 
 ANSWERED, NO_TENSIONS = int(Status.OK), int(Status.INFEASIBLE)
 
-MATRIX, VECTOR, INDICES = types.float64[:, ::1], types.float64[::1], types.int64[::1]
 
-
-@threaded_kernel(types.void(MATRIX, VECTOR, INDICES, VECTOR))
+@threaded_kernel(NOTHING(TABLE, ROW, INDICES, ROW))
 def count(rows: Array, since: Array, at: NDArray[np.int64], figures: Array) -> None:
     """Add rows (n, width) to the figures, in the order of FIGURES; a NaN stays."""
     for k in range(rows.shape[0]):

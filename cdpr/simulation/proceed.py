@@ -6,12 +6,12 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from cdpr.model.address import caller
 from cdpr.model.bound import ENTRY
 from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.kinds import WHOLE
 from cdpr.model.robot import Array
 
 # What the compiled code returns beside the codes of acts, which are small: the goal is reached; Python's turn.
@@ -76,7 +76,7 @@ def enter(entry: int, place: int) -> int:
 def entering_alone() -> Callable[[int, int], int]:
     """Return what does as `enter`, and lets Python's other threads run meanwhile; that costs more than a short call."""
 
-    @threaded_kernel(types.intp(types.intp, types.intp))
+    @threaded_kernel(WHOLE(WHOLE, WHOLE))
     def enter_alone(entry: int, place: int) -> int:
         code: int = call_entry(entry, place, 0.0)
         return code

@@ -14,6 +14,7 @@ import numpy as np
 
 from cdpr.errors import Infeasible
 from cdpr.model.bound import bound
+from cdpr.model.jit import bind
 from cdpr.model.robot import Array
 from cdpr.simulation.proceed import (
     ACT,
@@ -109,7 +110,7 @@ class Program:
         whole: Callable[[], int] = partial(proceed, self._table, self._place, self._time, self._row, rows, self._period)
         packed = bound(whole)
         self._packed = packed  # its arguments must stay where they are
-        self._turn = whole if packed is None else partial(self._enter, packed.entry, packed.place)
+        self._turn = whole if packed is None else bind(self._enter, packed.entry, packed.place)
 
     @property
     def place(self) -> tuple[int, int, float, int]:

@@ -16,19 +16,18 @@ from functools import cache, partial
 from typing import Any
 
 import mujoco
-import numba
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from cdpr.model.address import c_callback, c_caller
-from cdpr.model.jit import kernel
+from cdpr.model.jit import DISABLED, kernel
+from cdpr.model.kinds import C_INT, NOTHING, WHOLE
 from cdpr.model.robot import Array
 
 # What of the library is used, beside mj_step, which is called back.
-APPLY = types.intc(types.intp, types.intp, types.intc, types.intp, types.intp, types.intc)
-GET_STATE = types.void(types.intp, types.intp, types.intp, types.intc)
-IN_BATCH = types.intp, types.intp, types.intc, types.intp  # the batch's model and data, a number, what it was given
+APPLY = C_INT(WHOLE, WHOLE, C_INT, WHOLE, WHOLE, C_INT)
+GET_STATE = NOTHING(WHOLE, WHOLE, WHOLE, C_INT)
+IN_BATCH = WHOLE, WHOLE, C_INT, WHOLE  # the batch's model and data, a number, what it was given
 
 NAMES = "mj_step", "mj_getState", "mjb_defaultConfig", "mjb_makeBatch", "mjb_deleteBatch", "mjb_apply", "mjb_error"
 CONFIG_BYTES = 256  # more than mjBatchConfig has, whose first member is the number of threads
@@ -79,7 +78,7 @@ class _Words(ctypes.Array[ctypes.c_int64]):
 
 def direct(model: Any, data: Any) -> Direct | None:
     """Return the way past Python; None where there is none: the binding serves then."""
-    library = None if numba.config.DISABLE_JIT else find_library()
+    library = None if DISABLED else find_library()
     if library is None or not hasattr(model, "_address") or not hasattr(data, "_address"):
         return None
     config = (ctypes.c_int * (CONFIG_BYTES // 4))()

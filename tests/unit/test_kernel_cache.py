@@ -96,9 +96,9 @@ def test_what_is_used_stays_however_old_it_is(tmp_path, monkeypatch):
 def store(tmp_path, monkeypatch):
     """Kernels made in this test are kept in this folder, under the name that the test process and others would use."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    kernel_store.folder.cache_clear()
-    yield kernel_store.folder()
-    kernel_store.folder.cache_clear()
+    kernel_cache.kept.cache_clear()
+    yield kernel_cache.kept()
+    kernel_cache.kept.cache_clear()
 
 
 def copied(tmp_path):
@@ -308,7 +308,10 @@ def test_processes_at_once_keep_kernels_and_what_they_call_apart(store, tmp_path
     path = os.pathsep.join(map(str, (ROOT, tmp_path / "modules", tmp_path / "other")))
     both = [
         subprocess.Popen(
-            [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, text=True
+            [sys.executable, "-c", script],
+            env={**os.environ, "PYTHONPATH": path, "CC": "/nowhere/cc"},  # they leave nothing but what numba loads
+            stdout=subprocess.PIPE,
+            text=True,
         )
         for _ in range(2)
     ]

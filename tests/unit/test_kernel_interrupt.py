@@ -10,14 +10,14 @@ import numba
 import pytest
 from numba.core.registry import cpu_target
 
-from cdpr.model import jit
+from cdpr.model import compiler
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
 
 
 def kernel():
     """One that no cache holds."""
-    return jit._Kernel(lambda x: 2.0 * x, targetoptions={"nopython": True, "_nrt": False})
+    return compiler.Dispatcher(lambda x: 2.0 * x, targetoptions={"nopython": True, "_nrt": False})
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_nor_is_one_for_which_numba_then_misses_its_result(monkeypatch):
     monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
 
     def miss(interrupted):
-        with jit._interruptible():
+        with compiler._interruptible():
             if interrupted:
                 sys.unraisablehook(SimpleNamespace(exc_value=KeyboardInterrupt()))
             raise RuntimeError("no compiled object yet")

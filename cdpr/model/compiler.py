@@ -1,0 +1,160 @@
+"""The one place where numba is told how to compile our kernels; imported when one is compiled or loaded by it."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numba
+from numba.core import event, sigutils
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+
+from cdpr.model import lane_words, leaving, linking
+from cdpr.model.kernel_store import KernelStore
+from cdpr.model.kinds import Kind, Signature
+from cdpr.model.numba_kinds import kind_from, numba_signature, numba_types
+from cdpr.model.objects import Found
+
+OPTIONS = {"nopython": True, "error_model": "numpy", "_nrt": False}
+
+
+def dispatcher(
+    function: Callable[..., Any],
+    sources: str | None,
+    kind: str | None,
+    apart: bool,
+    key_of: Callable[[str], str | None],
+) -> Any:
+    """Return what compiles a kernel, of which `sources` and `kind` tell as `KernelStore` has them, and calls it."""
+    made = Dispatcher(function, targetoptions=OPTIONS)
+    if sources is not None:
+        made._cache = KernelStore(function, sources, kind)
+        made.apart, made.key_of = apart, key_of
+    return made
+
+
+def threaded(function: Callable[..., Any], sources: str | None, signature: Signature) -> Any:
+    """Compile for one signature what lets other threads run meanwhile."""
+    made = numba.njit(error_model="numpy", nogil=True)(function)
+    if sources is not None:
+        made._cache = KernelStore(function, sources)
+    with global_compiler_lock, _uncollected(), _interruptible():
+        lane_words.tell_numba()
+        made.compile(numba_signature(signature))
+    made.disable_compile()
+    return made
+
+
+class Dispatcher(CPUDispatcher):  # type: ignore[misc]
+    """What numba calls; one version serves read-only arrays and arguments that are constants where it is called.
+
+    numba would compile another for each combination, and does so in the middle of a run where a caller's arrays are
+    read-only for the first time. The code is the same: that a kernel writes only what it says is its own duty.
+
+    Attributes:
+        apart: whether callers call its code where it is.
+        key_of: what its code for such arguments is called in shared objects (`cdpr.model.objects`).
+    """
+
+    apart = False
+    key_of: Callable[[str], str | None] | None = None
+
+    def called(self) -> Any:
+        """Return itself, to be called by Python."""
+        leaving.wanted(self, None)
+        return self
+
+    def native(self, kinds: tuple[Kind, ...]) -> Found:
+        """Return its code for arguments of these kinds, as other compiled code calls it."""
+        args = numba_types(kinds)
+        self.compile(args)
+        entry = self.overloads[args]
+        leaving.wanted(self, args)
+        place = entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name)
+        return Found(int(place), 0, kind_from(entry.signature.return_type))
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one signature, or load what is on disk."""
+        args = tuple(sigutils.normalize_signature(sig)[0])
+        with global_compiler_lock, _uncollected(), _interruptible():
+            lane_words.tell_numba()
+            new = args not in self.overloads
+            entry = super().compile(sig)
+            if self.apart and new and isinstance(self._cache, KernelStore):
+                linking.call_apart(self.targetctx, self, self.overloads[args], linking.SYMBOL + self._cache.key(args))
+        return entry
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return what numba asks of a kernel that another one calls."""
+        plain = [numba.types.unliteral(arg) for arg in args]
+        return super().get_call_template(plain, {name: numba.types.unliteral(arg) for name, arg in kws.items()})
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
+        given = [self.typeof_pyval(arg) for arg in args]
+        writable = [each.copy(readonly=False) if isinstance(each, numba.types.Array) else each for each in given]
+        if given == writable:
+            return super()._compile_for_args(*args, **kws)
+        entry = self.compile(tuple(writable))
+        self._insert([each._code for each in given], entry, False)
+        return entry
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Look for no garbage meanwhile: a compiler makes objects by the million, and the looking costs a seventh of it."""
+    looks = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if looks:
+            gc.enable()
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[None]:
+    """End afterwards with an interrupt that came meanwhile.
+
+    Python raises it where LLVM, which takes nearly all the time, calls back; and no exception passes through there.
+    """
+    lost: list[BaseException] = []
+    before = sys.unraisablehook
+
+    def keep(raised: Any) -> None:
+        if isinstance(raised.exc_value, KeyboardInterrupt):
+            lost.append(raised.exc_value)
+        else:
+            before(raised)
+
+    sys.unraisablehook = keep
+    try:
+        yield
+    except Exception as error:  # numba misses what LLVM would have told it
+        if lost:
+            raise KeyboardInterrupt from error
+        raise
+    finally:
+        sys.unraisablehook = before
+    if lost:
+        raise KeyboardInterrupt
+
+
+def on_first_compilation(announce: Callable[[], None]) -> None:
+    """Call `announce` once, should a kernel have to be compiled because no earlier run has left it on disk."""
+
+    class Listener(event.Listener):  # type: ignore[misc]
+        said = False
+
+        def on_start(self, event: object) -> None:
+            if not Listener.said:
+                Listener.said = True
+                announce()
+
+        def on_end(self, event: object) -> None:
+            pass
+
+    event.register("numba:compile", Listener())
