@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from functools import partial
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,7 +12,11 @@ from cdpr.cli.names import change_keys, plugin_files, plugin_option
 from cdpr.cli.numbers import Whole
 from cdpr.errors import PluginError
 
+if TYPE_CHECKING:
+    from cdpr.cli.progress import Signals
+
 USUAL = (700, 10, 10)  # when Python by itself looks for garbage
+LOST = 1.0  # s after which an interrupt that Python has lost is heard
 LOCAL = ("127.0.0.1", "localhost", "::1")
 EXPOSED = (
     "warning: whoever reaches this address and knows its token can run simulations here, with the plugins that are "
@@ -46,7 +51,7 @@ def command(
     """
     from cdpr.cli.progress import terminating
 
-    with terminating():
+    with terminating() as signals:
         try:
             from cdpr.gui.window import Window
         except ModuleNotFoundError as error:
@@ -70,14 +75,19 @@ def command(
                 Thread(target=_open, args=(window.address,), daemon=True).start()  # some browsers take their time
             tell_of_compilation()
             window.begin()
-            _hold()
+            _hold(signals)
 
 
-def _hold() -> None:
-    """Go on until the command is ended."""
+def _hold(signals: Signals) -> None:
+    """Go on until the command is ended.
+
+    Python loses an interrupt that comes while it does what no exception passes through, such as the end of an import.
+    """
     from threading import Event
 
-    Event().wait()
+    while not signals.pending:
+        Event().wait(LOST)
+    raise KeyboardInterrupt
 
 
 def _open(address: str) -> None:

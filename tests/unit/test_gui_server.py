@@ -23,6 +23,8 @@ from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import connect
 
 from cdpr.cli import cli
+from cdpr.cli.gui import _hold
+from cdpr.cli.progress import Signals
 from cdpr.errors import CdprError
 from cdpr.gui.board import Board
 from cdpr.gui.desk import Desk
@@ -288,3 +290,12 @@ def test_what_needs_no_window_imports_none():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_an_interrupt_that_python_loses_ends_the_command_all_the_same():
+    """It came while no exception could pass, such as at the end of an import."""
+    signals = Signals()
+    with pytest.raises(KeyboardInterrupt):
+        signals.handle(signal.SIGTERM, None)
+    with pytest.raises(KeyboardInterrupt):
+        _hold(signals)
