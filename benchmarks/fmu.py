@@ -21,7 +21,7 @@ import fmpy
 import fmpy.fmi2
 import fmpy.fmi3
 import numpy as np
-from step import SCENARIOS, pinv_cost, step_cost
+from step import SCENARIOS, Kind, pinv_cost, step_cost
 
 from cdpr.fmu.export import Plant, cached_fmu
 from cdpr.fmu.read.archive import open_archive
@@ -116,8 +116,8 @@ def measure() -> dict[str, dict[str, float]]:
             "process": costs["process"] / costs["ours"],
             "process_pinv": costs["process"] / costs["pinv"],
         }
-    result["FMI 3"]["loop"] = step_cost("fmu", 1, "caroca_fmu")["ratio"]
-    result["reference"] = {"loop": step_cost("reference", 1, "caroca_fmu")["ratio"]}
+    result["FMI 3"]["loop"] = step_cost(Kind("fmu", scenario="caroca_fmu"))["ratio"]
+    result["reference"] = {"loop": step_cost(Kind("reference", scenario="caroca_fmu"))["ratio"]}
     return result
 
 

@@ -13,6 +13,7 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -44,11 +45,26 @@ def pinv_cost(matrix: np.ndarray) -> float:
     return (perf_counter() - start) / PINV_CALLS
 
 
-def one_run(backend: str, substeps: int, path: Path, steps: list[float], pinvs: list[float]) -> None:
+@dataclass(frozen=True)
+class Kind:
+    """What is run."""
+
+    backend: str
+    substeps: int = 1  # physics steps in one of control
+    scenario: str = "caroca"
+    interpreted: bool = False  # the controller's own method is called, from Python, in place of its kernel
+    disk: bool = True  # the log goes there
+
+
+def one_run(kind: Kind, steps: list[float], pinvs: list[float]) -> None:
     """Run once and append what a step and a pinv cost in each chunk, s."""
-    overrides = {"simulation.duration": SECONDS, "simulation.physics_step": 1e-3 / substeps}
-    scenario = load_scenario(path, backend=backend, overrides=overrides)
-    loop = Loop(build(scenario))
+    overrides = {"simulation.duration": SECONDS, "simulation.physics_step": 1e-3 / kind.substeps}
+    scenario = load_scenario(SCENARIOS / f"{kind.scenario}.yaml", backend=kind.backend, overrides=overrides)
+    parts = build(scenario)
+    if kind.interpreted:
+        vars(parts.controller)["control"] = parts.controller.control  # for what is put in by hand no kernel speaks
+    loop = Loop(parts)
+    assert ("controller" in loop.program.interpreted) == kind.interpreted
     loop.warm_up(scenario.initial.state())
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(make_header(scenario), scenario.simulation.steps, Path(folder))
@@ -56,7 +72,8 @@ def one_run(backend: str, substeps: int, path: Path, steps: list[float], pinvs: 
 
         def chunk(k: int) -> None:
             nonlocal done, since
-            recorder.flush(k)
+            if kind.disk:
+                recorder.flush(k)
             steps.append((perf_counter() - since) / (k - done))
             pinvs.append(pinv_cost(loop.W))
             done, since = k, perf_counter()
@@ -65,14 +82,13 @@ def one_run(backend: str, substeps: int, path: Path, steps: list[float], pinvs: 
         recorder.close(loop.count)
 
 
-def step_cost(backend: str, substeps: int, scenario: str = "caroca") -> dict[str, float]:
+def step_cost(kind: Kind) -> dict[str, float]:
     """Medians over interleaved chunks of several runs: a step and a pinv, s, and their ratio."""
     steps: list[float] = []
     pinvs: list[float] = []
-    path = SCENARIOS / f"{scenario}.yaml"
-    one_run(backend, substeps, path, [], [])
+    one_run(kind, [], [])
     for _ in range(RUNS):
-        one_run(backend, substeps, path, steps, pinvs)
+        one_run(kind, steps, pinvs)
     step, pinv = median(steps), median(pinvs)
     return {"step_us": 1e6 * step, "pinv_us": 1e6 * pinv, "ratio": step / pinv}
 
@@ -142,9 +158,11 @@ def measure() -> dict[str, dict[str, object]]:
     result: dict[str, dict[str, object]] = {}
     for backend in BACKENDS:
         result[backend] = {
-            **step_cost(backend, 1),
-            "ratio_cogiro": step_cost(backend, 1, "cogiro")["ratio"],
-            "ratio_10_substeps": step_cost(backend, 10)["ratio"],
+            **step_cost(Kind(backend)),
+            "ratio_in_memory": step_cost(Kind(backend, disk=False))["ratio"],
+            "ratio_python_controller": step_cost(Kind(backend, interpreted=True))["ratio"],
+            "ratio_cogiro": step_cost(Kind(backend, scenario="cogiro"))["ratio"],
+            "ratio_10_substeps": step_cost(Kind(backend, substeps=10))["ratio"],
             "parts": part_costs(backend),
         }
     return result
@@ -153,7 +171,7 @@ def measure() -> dict[str, dict[str, object]]:
 def gate(limit: float) -> None:
     """Fail where a step costs more than `limit` pinvs."""
     for backend in BACKENDS:
-        ratio = step_cost(backend, 1)["ratio"]
+        ratio = step_cost(Kind(backend))["ratio"]
         print(f"{backend}: {ratio:.2f} pinv a step, at most {limit:g} allowed")
         if ratio > limit:
             sys.exit(1)
@@ -169,8 +187,9 @@ def main() -> None:
         return
     for backend, costs in result.items():
         print(
-            f"{backend}: {costs['ratio']:.2f} pinv a step, {costs['ratio_cogiro']:.2f} for cogiro, "
-            f"{costs['ratio_10_substeps']:.2f} with 10 physics steps "
+            f"{backend}: {costs['ratio']:.2f} pinv a step, {costs['ratio_in_memory']:.2f} in memory, "
+            f"{costs['ratio_python_controller']:.2f} with a controller in Python, {costs['ratio_cogiro']:.2f} for "
+            f"cogiro, {costs['ratio_10_substeps']:.2f} with 10 physics steps "
             f"({costs['step_us']:.1f} us against {costs['pinv_us']:.1f} us)"
         )
         for part, share in costs["parts"].items():

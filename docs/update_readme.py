@@ -35,6 +35,8 @@ def figure_table() -> str:
     lines = ["| figure | measured |", "|---|---|"]
     for backend, costs in figures["step"].items():
         lines.append(f"| closed-loop step on `{backend}`, log included | {costs['ratio']:.2f} pinv |")
+        lines.append(f"| the same with the samples in memory, without log | {costs['ratio_in_memory']:.2f} pinv |")
+        lines.append(f"| the same with a controller in Python | {costs['ratio_python_controller']:.2f} pinv |")
         lines.append(f"| the same for CoGiRo, whose mass lies off the origin | {costs['ratio_cogiro']:.2f} pinv |")
         lines.append(
             f"| the same for caroca with 10 physics steps per control step | {costs['ratio_10_substeps']:.2f} pinv |"

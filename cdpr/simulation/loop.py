@@ -318,7 +318,12 @@ class Loop:
         given = self.given_state, self.given_desired, self.out
         known = isinstance(controller, Controller) and speaks_for(controller.compiled, controller.control)
         law = controller.compiled(*given) if known else None
-        deciding = Act("controller", law) if law else Act("controller", self._control, timed=True)
+        control = controller.control
+
+        def ask(time: float) -> None:
+            control(time, *given)
+
+        deciding = Act("controller", law) if law else Act("controller", ask, timed=True)
         advancing = [
             Act("command", partial(copy, self.tension, backend.command)),
             *self._moving(),
@@ -332,9 +337,6 @@ class Loop:
         playback = Playback(parts.events, parts.control_step, self.give)
         self._playback = playback if playback else None
         self.program = Program([deciding, *self._through(self.stage)], advancing, self.row, parts.control_step)
-
-    def _control(self, time: float) -> None:
-        self.parts.controller.control(time, self.given_state, self.given_desired, self.out)
 
     def _moving(self) -> list[Act]:
         """What takes the plant a control step further."""

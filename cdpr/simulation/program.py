@@ -67,7 +67,7 @@ class Program:
                 line[: GIVEN + 1] = found.entry, found.place
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
         pairs = zip(self.acts, self._bound, strict=True)
-        self._plain = [act.do if found is None and act.plain else None for act, found in pairs] + [None]
+        self._plain = [(act.do, act.timed) if found is None and act.plain else None for act, found in pairs] + [None]
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, row[None]
         self._turn: Callable[[], int]
@@ -148,18 +148,19 @@ class Program:
         self._go(self.count + 1, self._complete + 1)
 
     def _go(self, sample: int, act: int) -> None:
-        acts, plain = self.acts, self._plain
-        place = self._place.data  # an index into numpy's own costs a tenth of a turn to Python and back
+        acts, plain, turn = self.acts, self._plain, self._turn
+        place, time = self._place.data, self._time.data  # an index into numpy's own costs a tenth of a turn to Python
         place[LAST], place[LAST_ACT] = sample, act
-        while (code := self._turn()) != REACHED:
+        while (code := turn()) != REACHED:
             at = place[ACT]
             try:
                 if code != PYTHON:
                     at += 1 + acts[at].meet(code)
                 elif plain[at] is None:
                     at += 1 + acts[at](self.time)
-                while (do := plain[at]) is not None:
-                    answer = do()
+                while (found := plain[at]) is not None:
+                    do, timed = found
+                    answer = do(time[0]) if timed else do()
                     at += 1 if answer is None else 1 + acts[at].meet(answer)
             except Infeasible:
                 tell(acts[at + 1 : self._complete], self.time)

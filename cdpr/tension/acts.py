@@ -25,8 +25,8 @@ class Act(NamedTuple):
 
     @property
     def plain(self) -> bool:
-        """Whether it is done always, and takes nothing."""
-        return self.when is None and not self.timed and not self.due and self.name != ""
+        """Whether it is done always."""
+        return self.when is None and not self.due and self.name != ""
 
     def __call__(self, time: float) -> int:
         """Do it; return how many acts to leave out."""
