@@ -124,6 +124,7 @@ class Loop:
                 )
             if real_time:
                 self.stage.warm_up_policy()
+                self.program.warm_up()
             self.schedule.warm_up()
             parts.backend.command[...] = self.tension
             parts.backend.read_tension(self.tension)

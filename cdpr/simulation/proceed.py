@@ -17,8 +17,9 @@ from cdpr.model.robot import Array
 # What the compiled code returns beside the codes of acts, which are small: the goal is reached; Python's turn.
 REACHED, PYTHON = 1 << 40, 1 << 41
 
-# Columns of the table of acts: what is called and with what, and when.
-CALLED, GIVEN, WHEN = range(3)
+# Columns of the table of acts: what is called and with what, and when; what is called with what that returns, where it
+# is not 0, and how many acts are left out if that returns 0.
+CALLED, GIVEN, WHEN, MENDS, MENDS_GIVEN, SKIP = range(6)
 NEVER, ALWAYS, DUE = range(3)
 KEEP, TICK = 1, 2  # what is called where the sample is complete, and where the time of the next begins: nothing
 
@@ -59,7 +60,11 @@ def proceed(
             else:
                 code = call_entry(called, table[act, GIVEN], time[0])
                 if code != 0:
-                    break
+                    mends = table[act, MENDS]
+                    if mends == 0 or call_entry(mends, table[act, MENDS_GIVEN], float(code)) != 0:
+                        break
+                    code = 0
+                    act += table[act, SKIP]
         act += 1
     place[SAMPLE], place[ACT] = sample, act
     return code

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from cdpr.errors import Infeasible
-from cdpr.model.bound import bound
+from cdpr.model.bound import Bound, bound
 from cdpr.model.jit import bind
 from cdpr.model.robot import Array
 from cdpr.simulation.proceed import (
@@ -26,10 +26,12 @@ from cdpr.simulation.proceed import (
     KEEP,
     LAST,
     LAST_ACT,
+    MENDS,
     NEVER,
     PYTHON,
     REACHED,
     SAMPLE,
+    SKIP,
     TICK,
     WHEN,
     enter,
@@ -61,13 +63,16 @@ class Program:
         self._complete = len(deciding)
         known = {id(act.do): bound(act.do, act.timed) for act in self.acts}  # some are done more than once
         self._bound = [known[id(act.do)] for act in self.acts]
-        self._table = np.zeros((len(self.acts), 3), dtype=np.int64)
+        self._table = np.zeros((len(self.acts), 1 + SKIP), dtype=np.int64)
         for line, found in zip(self._table, self._bound, strict=True):
             if found is not None:
                 line[: GIVEN + 1] = found.entry, found.place
         self._table[[self._complete, self._complete + 1], CALLED] = KEEP, TICK
-        pairs = zip(self.acts, self._bound, strict=True)
+        pairs = list(zip(self.acts, self._bound, strict=True))
         self._plain = [(act.do, act.timed) if found is None and act.plain else None for act, found in pairs] + [None]
+        # How each act mends, bound when it first has to: many runs never do, and these kernels take long to compile.
+        self._unbound = [act.mend if found is not None else None for act, found in pairs]
+        self._mends: list[Bound] = []
         self._place, self._time = np.zeros(5, dtype=np.int64), np.zeros(1)
         self._row, self._period, self._rows = row, period, row[None]
         self._turn: Callable[[], int]
@@ -132,6 +137,19 @@ class Program:
         for line, act in zip(self._table, self.acts, strict=True):
             line[WHEN] = DUE if act.due else NEVER if act.when is not None and not act.when() else ALWAYS
 
+    def warm_up(self) -> None:
+        """Bind what seldom happens, so that it does not compile in the loop."""
+        for at in range(len(self.acts)):
+            self._bind(at)
+
+    def _bind(self, at: int) -> None:
+        """Let compiled code mend what an act returned."""
+        mend, self._unbound[at] = self._unbound[at], None
+        found = bound(mend, timed=True) if mend is not None else None
+        if found is not None:
+            self._mends.append(found)
+            self._table[at, MENDS:] = found.entry, found.place, self.acts[at].skip
+
     def look(self, sample: int) -> None:
         """Go on until a sample is looked at, and nothing of it is decided."""
         self._go(sample, 0)
@@ -155,6 +173,7 @@ class Program:
             at = place[ACT]
             try:
                 if code != PYTHON:
+                    self._bind(at)
                     at += 1 + acts[at].meet(code)
                 elif plain[at] is None:
                     at += 1 + acts[at](self.time)

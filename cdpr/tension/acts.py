@@ -18,6 +18,8 @@ class Act(NamedTuple):
     do: Callable[..., object]
     refused: Callable[[Any], object] | None = None  # called with what it returned, where that is not 0
     skip: int = 0  # so many of the acts that follow are left out then
+    # Called before `refused`, with a float: 0 where no more is to be done about it. By compiled code, as `do`.
+    mend: Callable[[float], int] | None = None
     timed: bool = False  # whether it takes the time, s
     when: Callable[[], bool] | None = None  # whether it is done at all: may change where something happens
     due: bool = False  # whether it is done only where something happens
@@ -38,7 +40,8 @@ class Act(NamedTuple):
         """Do what is to be done about what it returned; return how many acts to leave out."""
         if self.refused is None or not code:
             return 0
-        self.refused(code)
+        if self.mend is None or self.mend(code):  # type: ignore[arg-type]
+            self.refused(code)
         return self.skip
 
 

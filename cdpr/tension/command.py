@@ -46,11 +46,10 @@ class CommandStage:
         cables: Cables | None = None,
     ) -> None:
         self.command = np.zeros(robot.m)
-        self._stop = policy == "stop"
         self.live = live
         self.cables = cables = cables or Cables.of(robot)
         result = (cables.limits, live.W, live.tension, live.wrench, live.report)
-        self.acts = [Act("distribution", partial(take, self.command, *result), self._refuse)]
+        self.acts = [Act("distribution", partial(take, policy == "stop", self.command, *result), self._refuse)]
         self.imposing = [Act("distribution", partial(impose, cables.held, *result))]
 
     answered = True  # there is no solver to be asked
@@ -86,15 +85,14 @@ class CommandStage:
     def _refuse(self, status: int) -> None:
         if status == BAD_INPUT:
             raise Diverged("the controller put out a command that is not finite")
-        if self._stop:
-            raise BeyondLimits(f"{BEYOND} (policy stop)")
+        raise BeyondLimits(f"{BEYOND} (policy stop)")
 
 
 @kernel
-def take(command: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> int:
-    """Clip `command` (m,) to the limits (2, m) and write tension, wrench and report; return the status.
+def take(stop: bool, command: Array, limits: Array, W: Array, tension: Array, wrench: Array, report: Array) -> int:
+    """Clip `command` (m,) to the limits (2, m) and write tension, wrench and report.
 
-    Nothing is written where the command is not finite.
+    Return the status where it ends the run, else 0. Nothing is written where the command is not finite.
     """
     for i in range(command.shape[0]):
         if not math.isfinite(command[i]):
@@ -107,7 +105,7 @@ def take(command: Array, limits: Array, W: Array, tension: Array, wrench: Array,
         tension[i] = min(max(command[i], low), high)
     report[0] = status
     account(limits, W, tension, wrench, report)
-    return status
+    return status if stop else 0
 
 
 @kernel

@@ -5,14 +5,22 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdpr.model.jit import apart, kernel
 from cdpr.model.robot import Array
 from cdpr.tension.box_least_squares import box_least_squares
 from cdpr.tension.checks import judge
+from cdpr.tension.status import BAD_INPUT, NOT_FOUND
 
 Policy = Literal["best_effort", "hold_tension", "stop"]
 
 NEAREST, HOLD, CLIP = range(3)
+
+# What is known of a solver: whether it has written anything into its answer where that had to be replaced, and whether
+# it was told which check a refused answer failed.
+WRITTEN, TOLD = range(2)
 
 # What a run says of the samples where a policy replaced the solver's answer.
 FALLBACK = {
@@ -70,3 +78,37 @@ def fall_back(
     judge(W, wrench, weights, limits, tension, report)
     report[0] = status
     return True
+
+
+@kernel
+def replace(
+    known: NDArray[np.int64],
+    answered: bool,
+    action: int,
+    W: Array,
+    wrench: Array,
+    weights: Array,
+    limits: Array,
+    answer: Array,
+    tension: Array,
+    report: Array,
+    work: Array,
+    status: float,
+) -> int:
+    """Do as `fall_back` where a solver gave no answer, or (`answered`) none that passed the checks; return 0.
+
+    Return the status where there is more to say: it is none, an input is not finite, or nothing was told yet of a
+    refused answer. Nothing is replaced then. `known` (2,) is WRITTEN and TOLD; the tensions become the solver's answer
+    of the step before.
+    """
+    code = int(status)
+    for i in range(answer.shape[0]):
+        if not math.isnan(answer[i]):
+            known[WRITTEN] = 1
+    if not 0 < code <= BAD_INPUT or (answered and code == NOT_FOUND and known[TOLD] == 0):
+        return code
+    if not fall_back(action, code, W, wrench, weights, limits, answer, tension, report, work):
+        return code
+    for i in range(answer.shape[0]):
+        answer[i] = tension[i]
+    return 0

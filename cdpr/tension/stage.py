@@ -15,7 +15,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.tension import box_least_squares as box
 from cdpr.tension.acts import Act, perform
 from cdpr.tension.checks import LIMIT_TOLERANCE, accept, impose, judge, newton, select
-from cdpr.tension.policy import Policy, action, fall_back
+from cdpr.tension.policy import TOLD, WRITTEN, Policy, action, replace
 from cdpr.tension.present import Cables, Present
 from cdpr.tension.status import Status
 
@@ -80,8 +80,6 @@ class TensionStage:
     Attributes:
         live, cables: as given.
         acts: what `distribute` does, one after the other; likewise `imposing`.
-        answered: whether the solver has written anything into its answer where it had to be replaced.
-        refusal: which check the first refused answer failed, and by how much; "" until there is one.
     """
 
     def __init__(
@@ -93,8 +91,8 @@ class TensionStage:
     ) -> None:
         self._name = asked.name
         self._stop = asked.policy == "stop"
-        self.answered = False
-        self.refusal = ""
+        self._known = np.zeros(2, dtype=np.int64)
+        self._refused = ""
         self.live = live
         self.cables = cables = cables or Cables.of(robot)
         W, wrench, limits = live.W, live.wrench, cables.limits
@@ -114,18 +112,36 @@ class TensionStage:
         self._accept = partial(accept, W, wrench, weights, limits, answer, *result)
         self._impose = partial(impose, cables.held, W, wrench, weights, limits, *result)
         spare = np.zeros((box.work_rows(robot.n, robot.m), max(robot.n, robot.m)))
-        # Without an answer, and with one.
-        self._actions = action(asked.policy, True), action(asked.policy, asked.respects_bounds)
-        self._arguments = (W, wrench, weights, limits, answer, *result, spare)
+        arguments = (W, wrench, weights, limits, answer, *result, spare)
+        self._replacing = [  # without an answer, and with one
+            partial(replace, self._known, answered, action(asked.policy, minds), *arguments)
+            for answered, minds in ((False, True), (True, asked.respects_bounds))
+        ]
+        unanswered, refused = (None, None) if self._stop else self._replacing
         compiled = asked.compiled(*given, answer) if asked.compiled else None
         solve = compiled or partial(self._ask, partial(asked.solve, *given, answer))
         selecting = [] if self._select is None else [Act("distribution", self._select)]
         self.acts = [
             *selecting,
-            Act("solver", solve, lambda status: self._replace(status, False), skip=1),
-            Act("distribution", self._accept, lambda status: self._replace(status, True)),
+            Act("solver", solve, lambda status: self._replace(status, False), 1, unanswered),
+            Act("distribution", self._accept, lambda status: self._replace(status, True), 0, refused),
         ]
         self.imposing = [*selecting, Act("distribution", self._impose)]
+
+    @property
+    def answered(self) -> bool:
+        """Whether the solver has written anything into its answer where it had to be replaced."""
+        return bool(self._known[WRITTEN])
+
+    @property
+    def refusal(self) -> str:
+        """Which check the first refused answer failed, and by how much; "" until there is one."""
+        return self._refused
+
+    @refusal.setter
+    def refusal(self, text: str) -> None:
+        self._refused = text
+        self._known[TOLD] = text != ""
 
     def distribute(self) -> None:
         """Write the tensions and the report for the present wrench.
@@ -141,7 +157,7 @@ class TensionStage:
 
     def warm_up_policy(self) -> None:
         """Call what only an infeasible wrench needs, so that it does not compile in the loop."""
-        fall_back(self._actions[0], Status.NOT_FOUND.value, *self._arguments)
+        self._replacing[0](float(Status.NOT_FOUND))
 
     def forget(self) -> None:
         """Forget all answers."""
@@ -153,11 +169,11 @@ class TensionStage:
 
     def snapshot(self) -> object:
         """Return what future answers depend on beside limits and held cables: the answer before."""
-        return self._answer.copy(), self.answered, self.refusal
+        return self._answer.copy(), self._known.copy(), self._refused
 
     def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot."""
-        self._answer[:], self.answered, self.refusal = snapshot
+        self._answer[:], self._known[:], self._refused = snapshot
 
     def _ask(self, solve: Callable[[], int]) -> int:
         """Call what may be anybody's; return its status."""
@@ -179,11 +195,12 @@ class TensionStage:
     def _replace(self, code: int, answered: bool) -> None:
         """Apply the policy where the solver gave no answer, or none that passed the checks."""
         status = self._status(code)
-        if not self.answered:
-            self.answered = not np.isnan(self._answer).all()
         if answered and status == Status.NOT_FOUND and not self.refusal:
             self.refusal = self._refusal(self._answer)
-        if not fall_back(self._actions[answered], status.value, *self._arguments):
+        self._known[TOLD] = 1  # all there is to tell: of an answer that is beyond limits it does not mind, nothing
+        more = self._replacing[answered](float(code))
+        self._known[TOLD] = self.refusal != ""
+        if more:
             raise Diverged("the controller put out a wrench that is not finite")
         if self._stop:
             if status == Status.INFEASIBLE:
@@ -191,4 +208,3 @@ class TensionStage:
             failed = f": {self.refusal}" if answered and self.refusal else ""
             text = f"solver '{self._name}' gave no valid answer: {MEANING[status]}{failed} (policy stop)"
             raise Unanswered(text)
-        self._answer[:] = self.live.tension  # what the solver finds as the tensions of the step before

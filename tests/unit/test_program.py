@@ -72,6 +72,22 @@ def test_blocks_and_python_give_the_same_bits(path, tmp_path, by_python):
     same(both_ways(path, tmp_path, by_python))
 
 
+@compiled
+@pytest.mark.parametrize("policy", ["best_effort", "hold_tension"])
+@pytest.mark.parametrize("solver", ["qp", "analytic_centre", "improved_closed_form"])
+def test_samples_without_tensions_need_python_once(solver, policy, tmp_path, by_python, monkeypatch):
+    """The first one binds what compiled code does from then on; warming up may have met one, too."""
+    met = []
+    meet = Act.meet
+    monkeypatch.setattr(Act, "meet", lambda act, code: (code and met.append(code)) or meet(act, code))
+    overrides = {"simulation.duration": 0.5, "solver.infeasible": policy}
+    thesis = ROOT / "scenarios" / "thesis.yaml"
+    run = cdpr.simulate(thesis, out=tmp_path / "one", solver=solver, overrides=overrides)
+    assert np.count_nonzero(run.solver_status != Status.OK) > 100
+    assert 0 < len(met) <= 3
+    same(both_ways(thesis, tmp_path, by_python, solver=solver, overrides=overrides))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ENGINES)
 @pytest.mark.parametrize("path", SCENARIOS)
