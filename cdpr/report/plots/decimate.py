@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from cdpr.model.robot import Array
 
 BINS = 600  # across the width of a figure; each gives two points
+LARGEST = 1e100  # beyond, axes overflow: not drawn, as what is not finite
 
 
 class Extrema:
@@ -28,7 +29,6 @@ class Extrema:
 
     def add(self, time: Array, values: Array) -> None:
         """Take the samples that follow: times (n,), s, and values (n, c)."""
-        values = np.where(np.isfinite(values), values, np.nan)
         rows, columns = values.shape
         if self._all:
             index = np.repeat(np.arange(rows)[:, None], columns, axis=1)
@@ -38,30 +38,44 @@ class Extrema:
             first = [ends] if not self._pieces else []
             index = np.concatenate([*first, index, *([ends + rows - 1] if rows == self._left else [])])
         self._left -= rows
-        self._pieces.append((time[index], np.take_along_axis(values, index, axis=0)))
+        chosen = np.take_along_axis(values, index, axis=0)
+        self._pieces.append((time[index], np.where(_drawable(chosen), chosen, np.nan)))
         self.last = index
 
     def result(self) -> tuple[Array, Array]:
         """Return times and values, both (P, c) with P <= K or P <= 2 bins + 2.
 
-        Every point is a sample at its own time. What is not finite becomes NaN; a bin without a finite sample gives
-        NaN, a gap in the line.
+        Every point is a sample at its own time. What is not finite, or beyond LARGEST, becomes NaN; a bin of nothing
+        else gives NaN, a gap in the line.
         """
         times, values = zip(*self._pieces, strict=True)
         return np.concatenate(times), np.concatenate(values)
 
     def _extreme(self, values: Array) -> NDArray[np.int64]:
-        rows, columns = values.shape
-        size = self._size
-        count = -(-rows // size)
-        padding = np.full((count * size - rows, columns), np.nan)
-        blocks = np.concatenate([values, padding]).reshape(count, size, columns)
-        missing = np.isnan(blocks)
-        low = np.where(missing, np.inf, blocks).argmin(axis=1)
-        high = np.where(missing, -np.inf, blocks).argmax(axis=1)
-        pairs = np.stack([np.minimum(low, high), np.maximum(low, high)], axis=1)
-        inner: NDArray[np.int64] = (pairs + size * np.arange(count)[:, None, None]).reshape(-1, columns)
-        return inner
+        """Return where each bin has its smallest and its largest value, the earlier one first, (2 bins, c)."""
+        rows, size = len(values), self._size
+        whole = rows - rows % size
+        parts = [(first, values[first:stop]) for first, stop in ((0, whole), (whole, rows)) if stop > first]
+        found = [first + _pairs(part, min(size, len(part))) for first, part in parts]
+        return np.concatenate(found)
+
+
+def _drawable(values: Array) -> NDArray[np.bool_]:
+    drawable: NDArray[np.bool_] = np.abs(values) < LARGEST
+    return drawable
+
+
+def _pairs(values: Array, size: int) -> NDArray[np.int64]:
+    """The same for whole bins of so many values (n, c)."""
+    bins = np.ascontiguousarray(values.T).reshape(values.shape[1], -1, size)  # neighbours in memory: four times faster
+    low, high = bins.argmin(axis=2), bins.argmax(axis=2)
+    # Where there is something that is not drawn, one of both is that.
+    if not all(_drawable(np.take_along_axis(bins, each[..., None], 2)).all() for each in (low, high)):
+        shown = _drawable(bins)
+        low, high = np.where(shown, bins, np.inf).argmin(axis=2), np.where(shown, bins, -np.inf).argmax(axis=2)
+    pairs = np.stack([np.minimum(low, high), np.maximum(low, high)], axis=2)
+    pairs += size * np.arange(bins.shape[1])[:, None]
+    return np.ascontiguousarray(pairs.reshape(len(bins), -1).T)
 
 
 def extrema(time: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:

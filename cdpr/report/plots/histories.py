@@ -19,8 +19,6 @@ from cdpr.log.summary import PIECE
 from cdpr.model.robot import Array
 from cdpr.report.plots.decimate import BINS, Extrema
 
-LARGEST = 1e100  # beyond, axes overflow
-
 
 class Points(NamedTuple):
     """Columns of a quantity, each with the samples worth drawing."""
@@ -36,7 +34,7 @@ class Points(NamedTuple):
 def points(time: Array, values: Array) -> Points:
     """Return what is to be drawn of values (K, c) at times (K,), s."""
     bins = Extrema(len(time))
-    bins.add(time, _drawable(values))
+    bins.add(time, values)
     return Points(*bins.result())
 
 
@@ -72,7 +70,7 @@ class Histories:
             with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
                 for name, bins in found.items():
                     values = attitude.follow(part) if name == "attitude" else _quantity(name)(part)
-                    bins.add(part.time[:n], _drawable(values[:n, None] if values.ndim == 1 else values[:n]))
+                    bins.add(part.time[:n], values[:n, None] if values.ndim == 1 else values[:n])
             if self.outline is self._run and not isinstance(self._run.rows, np.ndarray):
                 status.append(_status(part)[:n])
                 chosen = np.unique(np.concatenate([found[name].last for name in PLACES], axis=None))
@@ -127,10 +125,6 @@ def _rpy(q: Array) -> Array:
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
     yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return np.stack([roll, pitch, yaw], axis=1)
-
-
-def _drawable(values: Array) -> Array:
-    return np.where(np.abs(values) < LARGEST, values, np.nan)
 
 
 def _norm_and_parts(vectors: Array) -> Array:
