@@ -7,11 +7,9 @@ import io
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
 from unittest import mock
 
 from cdpr.cli import main
-from cdpr.jobs import pool
 
 
 def cdpr_here(*arguments: object, code: int | None = 0, cwd: object = ".") -> subprocess.CompletedProcess[str]:
@@ -34,35 +32,3 @@ def cdpr_here(*arguments: object, code: int | None = 0, cwd: object = ".") -> su
     assert code in (None, done.returncode), done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done
-
-
-@contextlib.contextmanager
-def workers_stay() -> Iterator[None]:
-    """Keep each worker that is alive and idle at the end of its study for the next one in the same environment."""
-    idle: list[tuple[str, pool.Worker]] = []
-
-    class Staying(pool.Worker):
-        lost = False
-
-        def _lost(self, status: str) -> pool.Outcome:
-            self.lost = True
-            return super()._lost(status)
-
-        def kill(self) -> None:
-            if self.case is None and self.alive and not self.lost:
-                idle.append((pool._environment()["PYTHONPATH"], self))
-            else:
-                super().kill()
-
-    def worker() -> pool.Worker:
-        here = pool._environment()["PYTHONPATH"]
-        found = next((one for one in idle if one[0] == here and one[1].alive), None)
-        if found is None:
-            return Staying()
-        idle.remove(found)
-        return found[1]
-
-    with mock.patch.object(pool, "Worker", worker):
-        yield
-    for _, each in idle:
-        pool.Worker.kill(each)

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import workers_stay
 from hypothesis import settings
 
 from cdpr.model import Cable, Platform, Robot, rotations
@@ -121,10 +120,3 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     registry.cache_clear()
     yield
     registry.cache_clear()
-
-
-@pytest.fixture(scope="module")
-def warm_workers() -> Iterator[None]:
-    """Studies and comparisons of a file share workers."""
-    with workers_stay():
-        yield

@@ -58,6 +58,9 @@ def command(
         if out is not None:
             claim(Path(out), RESERVED)
     else:
+        from cdpr.jobs import forks
+
+        forks.begin()
         from cdpr.compare import job
 
         made = (0, 0)

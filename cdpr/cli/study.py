@@ -58,6 +58,10 @@ def command(
     """
     if jobs is not None and scheduler is not None:
         raise click.UsageError("--jobs does not go with --scheduler: the cluster's workers run a case for each thread")
+    if not dry_run and scheduler is None:
+        from cdpr.jobs import forks
+
+        forks.begin()
     from cdpr.cli.progress import Progress, terminating
     from cdpr.log.run_folder import new_folder
     from cdpr.study import load_study, run_study

@@ -9,8 +9,6 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import subprocess
-import sys
 from collections import deque
 from collections.abc import Callable, Sequence
 from math import inf
@@ -18,8 +16,8 @@ from multiprocessing.connection import Connection, Pipe, wait
 from time import monotonic
 from typing import Any, Protocol
 
-from cdpr import processes
 from cdpr.errors import ExitCode
+from cdpr.jobs import forks
 from cdpr.jobs.cases import BEGUN, Case, Outcome
 
 __all__ = ["TICK", "Case", "Executor", "Outcome", "Worker", "ready", "run_cases", "wait"]
@@ -28,12 +26,8 @@ STARTING = 120.0  # s that a case may take, beyond its own limit, to import, com
 TICK = 0.5  # s between two looks whether a worker lives and is in time
 PIPE = 65536  # bytes that a pipe holds
 TAIL = 16384  # bytes kept of what a worker printed
-LINES = 20  # of these shown with a crash
+LINES = 30  # of these shown with a crash
 NOISE = "Extension modules:"  # faulthandler lists all that is loaded
-
-# One thread each: the workers are as many as the cores, and must not fight for them.
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-
 
 Done = Callable[[Outcome], None]
 
@@ -78,7 +72,7 @@ def run_cases(
 
 
 class Worker:
-    """A process that runs one case at a time. It imports what it needs once; after a death or a hang it is used up."""
+    """A process that runs one case at a time; after a death or a hang it is used up."""
 
     def __init__(self) -> None:
         self.case: Case | None = None
@@ -89,20 +83,13 @@ class Worker:
         os.set_blocking(self._output, False)
         self._said = b""
         self._mute = False
-        module = [sys.executable, "-P", "-u", "-m", "cdpr.jobs.worker"]
-        self._process = processes.start(
-            lambda: subprocess.Popen(
-                [*module, str(theirs.fileno()), str(os.getpid())],
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=output,
-                env=_environment(),
-                pass_fds=[theirs.fileno()],
-                start_new_session=True,  # Ctrl-C is for us; and what it starts can be killed with it
-            )
-        )
-        theirs.close()
-        os.close(output)
+        with theirs:
+            try:
+                self._process = forks.fork([theirs.fileno(), output])
+            finally:
+                os.close(output)
+        with contextlib.suppress(OSError):  # it has died: `look` finds out
+            self._connection.send(forks.Surroundings.ours())
 
     def begin(self, case: Case, timeout: float | None) -> None:
         """Send a case; the worker has none."""
@@ -147,8 +134,7 @@ class Worker:
         if not self._open:
             return
         self._open = False
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
         self._process.wait()
         self._listen()
         self._connection.close()
@@ -159,10 +145,9 @@ class Worker:
         assert self.case is not None
         case, self.case = self.case, None
         if status == "died":
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(TICK)  # its socket is closed: it is about to end by itself
+            self._process.wait(TICK)  # its socket is closed: it is about to end by itself
         self.kill()
-        text = f"no answer after {self._limit:g} s" if status == "hung" else _reason(self._process.returncode)
+        text = f"no answer after {self._limit:g} s" if status == "hung" else _reason(self._process.returncode or 0)
         said = self._said.decode(errors="replace").strip().splitlines()
         said = [line for line in said if not line.startswith(NOISE)]
         message = "\n".join([text, *said[-LINES:]])
@@ -194,9 +179,3 @@ def _reason(code: int) -> str:
     except ValueError:
         name = f"signal {-code}"
     return f"the process of this case was ended by {name}"
-
-
-def _environment() -> dict[str, str]:
-    """The same modules as here, whatever the working folder holds, and one thread."""
-    paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
-    return {**os.environ, "PYTHONPATH": paths, **dict.fromkeys(ONE_THREAD, "1")}

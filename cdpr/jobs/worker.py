@@ -1,18 +1,25 @@
-"""A worker process: runs one case after another that its parent sends, and tells how each ended.
+"""Worker processes: each runs one case after another that it is sent, and tells how each ended.
 
-Started by `cdpr.jobs.pool`. Cases and answers go through a private socket; whatever engines print goes elsewhere.
+All are forks of one process that `cdpr.jobs.forks` starts and asks for them. Cases and answers go through a private
+socket each; whatever engines print goes elsewhere.
 """
 
 from __future__ import annotations
 
 import faulthandler
+import gc
 import os
+import socket
 import sys
+import traceback
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from time import perf_counter
+from typing import NoReturn
 
 from cdpr.errors import CdprError, ExitCode, one_line
 from cdpr.jobs.cases import BEGUN, Case, Outcome
+from cdpr.jobs.forks import NUMBER, RUNNING, START
 from cdpr.log.run import Run
 from cdpr.plugins.registry import use_files
 from cdpr.processes import end_with
@@ -21,11 +28,65 @@ from cdpr.simulation.simulate import simulate
 
 
 def main(descriptor: int, parent: int) -> None:
-    """Answer the cases that come through the socket until the parent closes it or ends."""
-    os.set_inheritable(descriptor, False)
+    """Fork workers as the socket asks for them, and tell how they ended, until its other end closes or ends."""
     end_with(parent)
-    faulthandler.enable()  # a crash in native code tells where Python was
-    connection = Connection(descriptor)
+    here = os.getpid()
+    gc.freeze()  # what is loaded by now is everybody's
+    with socket.socket(fileno=descriptor) as asked:
+        asked.set_inheritable(False)
+        while True:
+            what, descriptors, _, _ = socket.recv_fds(asked, 1 + NUMBER.size, 2)
+            if not what:
+                return
+            if what != START:
+                pid, status = os.waitpid(NUMBER.unpack(what[1:])[0], os.WNOHANG)
+                asked.sendall(NUMBER.pack(status if pid else RUNNING))
+                continue
+            connection, output = descriptors
+            pid = _forked()
+            if pid == 0:
+                asked.close()
+                _begin(connection, output, here)
+            for each in descriptors:
+                os.close(each)
+            asked.sendall(NUMBER.pack(pid))
+
+
+def _forked() -> int:
+    """Fork; return the number of the worker, 0 in itself, or -1 where the system has no room."""
+    try:
+        pid = os.fork()
+    except OSError:
+        return -1
+    with suppress(OSError):  # both do it: whoever is the first, it is a group of its own before it is asked for
+        os.setpgid(pid, pid)
+    return pid
+
+
+def _begin(descriptor: int, output: int, parent: int) -> NoReturn:
+    """Be a worker until the socket closes, and end as an interpreter does."""
+    code = 1
+    try:
+        end_with(parent)
+        os.dup2(output, 1)
+        os.dup2(output, 2)
+        os.close(output)
+        faulthandler.enable()  # a crash in native code tells where Python was
+        _work(Connection(descriptor))
+        code = 0
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        with suppress(Exception):
+            sys.stdout.flush()
+        os._exit(code)
+
+
+def _work(connection: Connection) -> None:
+    with suppress(EOFError):
+        connection.recv().enter()
     while True:
         try:
             case = connection.recv()

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from cdpr.errors import PluginError
 from cdpr.jobs.cases import Outcome
@@ -13,6 +16,8 @@ from cdpr.study.figures import figures
 from cdpr.study.plan import Study
 
 NOT_RUN = "not run"
+
+INT64 = 2**63 - 1  # beyond, a whole number becomes a float
 
 Cell = bool | int | float | str | None
 
@@ -71,20 +76,34 @@ def to_parquet(table: Table) -> bytes:
         from pyarrow import parquet
     except ImportError as error:
         raise PluginError("Parquet needs pyarrow, which is not installed: pip install 'cdpr[data]'") from error
-    columns = [pyarrow.array(_uniform(column)) for column in zip(*table.rows, strict=True)]
+    columns = [_arrow(pyarrow, column) for column in zip(*table.rows, strict=True)]
     buffer = io.BytesIO()
     parquet.write_table(pyarrow.Table.from_arrays(columns, names=list(table.columns)), buffer)
     return buffer.getvalue()
 
 
-def _uniform(cells: Sequence[Cell]) -> Iterable[Cell]:
-    """Make cells of one type: numbers where all are, else texts."""
+def _arrow(pyarrow: Any, cells: Sequence[Cell]) -> Any:
+    """Cells as Arrow's array of one type: numbers where all are, else texts.
+
+    From memory as the format has it: for what is in lists pyarrow imports pandas, which takes as long as thirty cases.
+    """
+    known = np.array([cell is not None for cell in cells])
     kinds = {type(cell) for cell in cells if cell is not None}
-    if len(kinds) <= 1:
-        return cells
-    if kinds == {int, float}:
-        return [None if cell is None else float(cell) for cell in cells]
-    return [None if cell is None else _text(cell) for cell in cells]
+    if not kinds:
+        return pyarrow.nulls(len(cells))
+    first = np.packbits(known, bitorder="little")
+    if kinds == {bool}:
+        kind, rest = pyarrow.bool_(), [np.packbits([cell is True for cell in cells], bitorder="little")]
+    elif kinds == {int} and all(abs(cell or 0) <= INT64 for cell in cells):  # type: ignore[arg-type]
+        kind, rest = pyarrow.int64(), [np.array([cell or 0 for cell in cells], dtype="<i8")]
+    elif kinds <= {int, float}:
+        kind, rest = pyarrow.float64(), [np.array([0.0 if cell is None else cell for cell in cells], dtype="<f8")]
+    else:
+        texts = [_text(cell).encode() for cell in cells]
+        ends = np.cumsum([0, *map(len, texts)]).astype("<i4")
+        kind, rest = pyarrow.string(), [ends, np.frombuffer(b"".join(texts), np.uint8)]
+    buffers = [pyarrow.py_buffer(part.tobytes()) for part in (first, *rest)]
+    return pyarrow.Array.from_buffers(kind, len(cells), buffers)
 
 
 def _text(cell: Cell) -> str:

@@ -161,7 +161,8 @@ changes = {"controller.type": "faulty", "controller.fault": "hang", "controller.
 worker = Worker()
 worker.begin(Case("hang", sys.argv[1], changes), None)
 print(worker._process.pid, flush=True)
-wait(worker.sources())
+while worker.look() is None:  # it says that it has begun
+    wait(worker.sources())
 """
 
 

@@ -15,7 +15,7 @@ from study_cases import command, environment, faulty_study, tables, wait_until, 
 
 from cdpr.errors import ExitCode
 
-pytestmark = pytest.mark.usefixtures("warm_workers", "faulty_plugin")
+pytestmark = pytest.mark.usefixtures("faulty_plugin")
 
 
 def run(study, out, *options):
@@ -84,7 +84,7 @@ def test_a_case_that_always_dies_is_recorded(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def sound(warm_workers, faulty_plugin, tmp_path_factory):
+def sound(faulty_plugin, tmp_path_factory):
     """A study without faults, and its tables."""
     folder = tmp_path_factory.mktemp("sound")
     study = faulty_study(folder, ["none"] * 6, 1.5)

@@ -20,7 +20,7 @@ from cdpr.errors import ExitCode
 # Asked for, not imported: that takes seconds, and each of pytest's processes collects this file.
 pytestmark = [
     pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed"),
-    pytest.mark.usefixtures("warm_workers", "faulty_plugin"),
+    pytest.mark.usefixtures("faulty_plugin"),
 ]
 
 KINDS = """

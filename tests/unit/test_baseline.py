@@ -15,11 +15,9 @@ from cdpr.errors import CdprError, OutputError
 
 SHORT = ["simulation.duration=0.1"]
 
-pytestmark = pytest.mark.usefixtures("warm_workers")
-
 
 @pytest.fixture(scope="module")
-def home(warm_workers, tmp_path_factory):
+def home(tmp_path_factory):
     """A copy of the scenarios, with a baseline beside them."""
     root = tmp_path_factory.mktemp("home")
     shutil.copytree(SCENARIOS, root / "scenarios")

@@ -20,11 +20,9 @@ CAROCA = str(SCENARIOS / "caroca.yaml")
 SHORT = ("--set", "simulation.duration=0.1")
 ONE = ("--backends", ENGINES[0])
 
-pytestmark = pytest.mark.usefixtures("warm_workers")
-
 
 @pytest.fixture(scope="module")
-def compared(warm_workers, tmp_path_factory):
+def compared(tmp_path_factory):
     """A comparison, refined, with its folder."""
     folder = tmp_path_factory.mktemp("compare") / "out"
     done = cdpr_here("compare", CAROCA, "--refine", *ONE, *SHORT, "--json", "--out", folder)

@@ -210,12 +210,12 @@ def kept_study(tmp_path, text):
 
 
 @pytest.fixture(scope="module")
-def few(warm_workers, tmp_path_factory):
+def few(tmp_path_factory):
     return kept_study(tmp_path_factory.mktemp("few"), KP)
 
 
 @pytest.fixture(scope="module")
-def many(warm_workers, tmp_path_factory):
+def many(tmp_path_factory):
     return kept_study(tmp_path_factory.mktemp("many"), KD + KP)
 
 

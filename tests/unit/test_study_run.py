@@ -22,8 +22,6 @@ from cdpr.study import load_study, run_study
 from cdpr.study.figures import FIGURES
 from cdpr.study.folder import StudyFolder, ended
 
-pytestmark = pytest.mark.usefixtures("warm_workers")
-
 SCENARIOS = ROOT / "scenarios"
 
 # Finished, diverged and infeasible: all of them results.
@@ -40,7 +38,7 @@ axes:
 
 
 @pytest.fixture(scope="module")
-def computed(warm_workers, tmp_path_factory):
+def computed(tmp_path_factory):
     """A study that was run once, by two workers; what was said meanwhile."""
     folder = tmp_path_factory.mktemp("study")
     said = []
