@@ -36,7 +36,7 @@ ROWS = 40  # of the table that are printed
 @click.option("--out", type=OutPath(), help="Folder; one that holds a part of this study is completed.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, such as tcp://host:8786.")
 @click.option("--dry-run", is_flag=True, help="Check all cases and list them; run none.")
-@click.option("--report/--no-report", default=True, help="Write study.html (its figures need the extra 'plot').")
+@click.option("--report/--no-report", default=True, help="Write study.html.")
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
 @click.pass_context
 def command(
@@ -97,7 +97,9 @@ def command(
                     progress.say(f"{told}; this goes on: {again(context, folder)}")
                 raise
         if report:
-            _report(results)
+            from cdpr.report.pages.study import write_study
+
+            write_study(results, folder / "study.html")
     if as_json:
         content = {"name": loaded.name, "folder": str(folder), "counts": results.counts}
         click.echo(json.dumps(content | {"cases": results.table.records()}, indent=1, allow_nan=False))
@@ -105,15 +107,6 @@ def command(
         _print(results)
     if results.exit_code:
         raise click.exceptions.Exit(results.exit_code)
-
-
-def _report(results: Results) -> None:
-    """Write study.html; without the library that draws it has its table and the cases that play."""
-    from cdpr.report.pages.study import undrawn, write_study
-
-    write_study(results, results.folder / "study.html")
-    if problem := undrawn():
-        click.echo(f"study.html has no figures: {problem}", err=True)
 
 
 def _list(study: Study, as_json: bool) -> None:

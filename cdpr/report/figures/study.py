@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import nan
 from typing import Any
 
-from cdpr.report.figures.canvas import Axes, Chart, Line2D, styled
-from cdpr.report.figures.chart import OnChart
+import numpy as np
+
 from cdpr.report.figures.legend import LINE, legend_width, write_legend
 from cdpr.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
-from cdpr.report.marks import CABLES, INK, shorten
+from cdpr.report.figures.surface import LABEL, Frame, Look
+from cdpr.report.figures.svg import OnPage, ticks_within
+from cdpr.report.marks import CABLES, shorten
 from cdpr.report.plots.panel import room_for
 from cdpr.report.text.study import Figure, Record, label_text
+from cdpr.study.points import Label
 
 # Inches.
 WIDTH = 9.0  # of every figure: that of its card, with letters as large as the page's
@@ -35,11 +40,63 @@ MOST_NAMES = 24  # on x
 DOTS = 3000  # of a figure
 
 DECADE = 30.0  # largest ratio on a linear scale
+FEW = 3.0  # decades on a scale that has ticks at 2 and 5, too
+TICKS = 6  # intervals between those of a scale, at most ...
+NAME = 0.45  # ... and in, for the name of each
 MARK = 0.055  # height of a row of crosses, of the panel's
+ABOVE, BELOW = 0.05, 0.3  # in: of a title above its frame, of what x is below it
+CROWDED, TURNED = 30, 35.0  # letters of names on x, beyond which they are turned, by degrees
 
 
-@styled
-def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: int = DOTS) -> Chart:
+@dataclass(frozen=True)
+class Scale:
+    """What an edge of the panels stands for: values, or their decadic logarithms.
+
+    Attributes:
+        low, high: at the ends; logarithms on a logarithmic scale.
+    """
+
+    low: float
+    high: float
+    logarithmic: bool
+
+    @classmethod
+    def of(cls, values: Sequence[float], least: float = 0.0) -> Scale:
+        """Return one that has some air around values; what is less than `least` has no magnitude."""
+        low, high = min(values), max(values)
+        if low > 0.0 and high > least and high / low > DECADE:
+            first, last = math.log10(low), math.log10(high)
+            air = 0.06 * (last - first)
+            return cls(first - air, last + air, True)
+        air = 0.06 * (high - low)
+        if high == low:
+            air = 0.05 * abs(high) or 1.0
+        air = max(air, 0.5 * (room_for(low, high, least) - (high - low)))
+        return cls(low - air, high + air, False)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Both ends."""
+        return self.low, self.high
+
+    def at(self, value: float) -> float:
+        """Return where a value stands."""
+        if not self.logarithmic:
+            return value
+        return math.log10(value) if value > 0.0 else nan
+
+    def ticks(self, most: int) -> dict[float, str]:
+        """Return the names of ticks, about `most` intervals apart, by where they stand."""
+        if not self.logarithmic:
+            return {tick: f"{tick + 0.0:.6g}" for tick in ticks_within(self.low, self.high, most)}
+        parts = (1, 2, 5) if self.high - self.low < FEW else (1,)
+        powers = range(math.floor(self.low), math.ceil(self.high))
+        every = math.ceil(len(powers) / most)
+        found = {power + math.log10(part): f"{part * 10.0**power:g}" for power in powers[::every] for part in parts}
+        return {place: name for place, name in found.items() if self.low <= place <= self.high}
+
+
+def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: int = DOTS) -> OnPage:
     """Draw one figure of all runs: a panel per combination of `layout.panels`, the same scales in all.
 
     Of more runs than about `dots` the least and the greatest of their neighbourhoods are drawn.
@@ -62,26 +119,29 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     tall = ALONE if down == 1 else HEIGHT
     height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM
     height = max(height, top + LINE * (len(entries) + 3))
-    sheet = OnChart(WIDTH, height)
-    chart = sheet.chart
-    first: Axes | None = None
+    sheet = OnPage(WIDTH, height)
+    x = _along(layout, drawn, wide)
+    values = [value for curves in drawn.values() for curve in curves for at in curve.values for value in at]
+    y = Scale.of(values or [0.0, 1.0], figure.least)
+    heights = y.ticks(TICKS)
     for k, (title, curves) in enumerate(drawn.items()):
         row, column = divmod(k, across)
         left = LEFT + column * (wide + GAP)
         bottom = height - top - tall - row * (tall + ROW_GAP)
-        box = (left / WIDTH, bottom / height, wide / WIDTH, tall / height)
-        axes = chart.add_axes(box, sharex=first, sharey=first)
-        if first is None:
-            first = axes
-            _scale(axes, layout, drawn, figure.least)
-        axes.set_title(shorten(title, 44), fontsize=8.5, loc="left", pad=4)
-        axes.tick_params(labelleft=column == 0, labelbottom=k + across >= len(drawn))
-        if k + across >= len(drawn):
-            axes.set_xlabel(shorten(layout.x, 40))
+        frame = sheet.frame((left, bottom, wide, tall))
+        frame.scale(x=x.span, y=y.span)
+        last = k + across >= len(drawn)
+        frame.axis(0, [*x.ticks], [*x.ticks.values()] if last else [], turned=x.turned)
+        frame.axis(1, [*heights], [*heights.values()] if column == 0 else [])
+        sheet.text(left, bottom + tall + ABOVE, shorten(title, 44), {})
+        if last:
+            below = {"ha": "center", "va": "top", "fontsize": LABEL}
+            sheet.text(left + wide / 2, bottom - BELOW, shorten(layout.x, 40), below)
         for i, curve in enumerate(curves):
-            _draw(axes, layout, curve, looks[curve.label], (i, len(curves)), _positions(layout, drawn))
+            aside = 0.0 if layout.numeric else BESIDE * (i - (len(curves) - 1) / 2)
+            _draw(frame, layout, curve, looks[curve.label], aside, x, y, i)
     write_legend(sheet, [*heading, *entries, *ending], (WIDTH - legend, height - top))
-    return chart
+    return sheet
 
 
 def _look(i: int, count: int, scale: float) -> dict[str, Any]:
@@ -93,8 +153,6 @@ def _look(i: int, count: int, scale: float) -> dict[str, Any]:
         "linestyle": DASHES[(i - 1) % len(DASHES)] if i else "-",
         "marker": MARKS[i % len(MARKS)] if count > 1 else "o",
         "markersize": scale * LARGE + share * (SMALL - LARGE) * scale,
-        "markeredgewidth": 0.0,
-        "markevery": [1],  # in a legend
     }
 
 
@@ -104,73 +162,43 @@ def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
     return last if 1 < last <= ACROSS else min(ACROSS, count)
 
 
-def _draw(
-    axes: Axes,
-    layout: Layout,
-    curve: Curve,
-    look: dict[str, Any],
-    rank: tuple[int, int],  # of the curve, and how many there are
-    place: Mapping[Any, float],
-) -> None:
+def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, x: Along, y: Scale, row: int) -> None:
     """Dots, joined through the middle where a place has several; crosses at the top for cases without a figure."""
-    i, count = rank
-    aside = 0.0 if layout.numeric else BESIDE * (i - (count - 1) / 2)
-    x = [place[at] + aside for at in curve.x]
-    middle = [sorted(values)[len(values) // 2] for values in curve.values]
+    at = [x.places[place] + aside for place in curve.x]
+    middle = [y.at(sorted(values)[len(values) // 2]) for values in curve.values]
     joined = {} if layout.numeric and not layout.scattered else {"linestyle": ""}
-    axes.add_artist(Line2D(x, middle, **{**look, **joined, "markevery": None}))
-    for at, values in zip(x, curve.values, strict=True):
-        if len(values) > 1:
-            axes.add_artist(Line2D([at] * 2, [min(values), max(values)], linewidth=0.8, color=look["color"]))
-    heights = [0.965 - MARK * i] * len(curve.lost)
-    lost = [place[at] + aside for at in curve.lost]
+    frame.line(at, middle, {**look, **joined})
+    several = [(here, values) for here, values in zip(at, curve.values, strict=True) if len(values) > 1]
+    if several:
+        ends = [(y.at(min(values)), y.at(max(values)), nan) for _, values in several]
+        bars = [(here, here, nan) for here, _ in several]
+        frame.line(np.ravel(bars), np.ravel(ends), {"linewidth": 0.8, "color": look["color"]})
+    lost = [x.places[place] + aside for place in curve.lost]
     cross = {"marker": "x", "markersize": 4.0, "linestyle": "", "color": look["color"]}
-    axes.add_artist(Line2D(lost, heights, transform=axes.get_xaxis_transform(), **cross))
+    if lost:
+        frame.line(lost, [0.965 - MARK * row] * len(lost), cross, "y")
 
 
-def _scale(axes: Axes, layout: Layout, drawn: Mapping[str, Sequence[Curve]], least: float) -> None:
-    curves = [curve for curves in drawn.values() for curve in curves]
-    values = [value for curve in curves for at in curve.values for value in at]
-    positions = _positions(layout, drawn)
-    if layout.numeric:
-        low, high, logarithmic = _limits(list(positions.values()))
-        axes.set_xscale("log" if logarithmic else "linear")
-        axes.set_xlim(low, high)
-        axes.xaxis.set_major_formatter(_plain)
-    else:
-        axes.set_xlim(-0.5, len(positions) - 0.5)
-        every = math.ceil(len(positions) / MOST_NAMES)
-        names = [shorten(label_text(label), 14) for label in positions][::every]
-        crowded = sum(map(len, names)) > 30
-        axes.set_xticks(
-            range(0, len(positions), every), names, rotation=35 if crowded else 0, ha="right" if crowded else "center"
-        )
-    low, high, logarithmic = _limits(values or [0.0, 1.0], least)
-    axes.set_yscale("log" if logarithmic else "linear")
-    axes.set_ylim(low, high)
-    axes.yaxis.set_major_formatter(_plain)
-    axes.minorticks_off()
-    axes.tick_params(colors=INK)
+@dataclass(frozen=True)
+class Along:
+    """What lies along x: where each place stands, and what the edge says."""
+
+    places: Mapping[Label, float]
+    span: tuple[float, float]
+    ticks: Mapping[float, str]
+    turned: float = 0.0
 
 
-def _plain(value: float, _: object) -> str:
-    return f"{value:g}"
-
-
-def _positions(layout: Layout, drawn: Mapping[str, Sequence[Curve]]) -> dict[Any, float]:
-    """Where each place on x stands."""
+def _along(layout: Layout, drawn: Mapping[str, Sequence[Curve]], wide: float) -> Along:
+    """Along panels so wide, in."""
     places = dict.fromkeys(at for curves in drawn.values() for curve in curves for at in (*curve.x, *curve.lost))
-    return {at: float(at) if layout.numeric else float(i) for i, at in enumerate(places)}  # type: ignore[arg-type]
-
-
-def _limits(values: Sequence[float], least: float = 0.0) -> tuple[float, float, bool]:
-    """Limits with some air, and whether the scale is logarithmic; what is less than `least` has no magnitude."""
-    low, high = min(values), max(values)
-    if low > 0.0 and high > least and high / low > DECADE:
-        air = (high / low) ** 0.06
-        return low / air, high * air, True
-    air = 0.06 * (high - low)
-    if high == low:
-        air = 0.05 * abs(high) or 1.0
-    air = max(air, 0.5 * (room_for(low, high, least) - (high - low)))
-    return low - air, high + air, False
+    if layout.numeric:
+        numbers = {place: float(place or 0.0) for place in places}
+        scale = Scale.of(list(numbers.values()))
+        at = {place: scale.at(number) for place, number in numbers.items()}
+        return Along(at, scale.span, scale.ticks(min(TICKS, int(wide / NAME))))
+    every = math.ceil(len(places) / MOST_NAMES)
+    names = {float(i): shorten(label_text(label), 14) for i, label in enumerate(places) if i % every == 0}
+    crowded = sum(map(len, names.values())) > CROWDED
+    at = {place: float(i) for i, place in enumerate(places)}
+    return Along(at, (-0.5, len(places) - 0.5), names, TURNED if crowded else 0.0)

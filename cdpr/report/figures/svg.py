@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from html import escape
 from math import floor, isfinite, log10
@@ -23,6 +24,19 @@ HALO = 2.0  # pt
 VALUES = 6  # intervals between the ticks of values, at most
 # Powers of ten of numbers that are written out; others have one in common, which stands beside the axis.
 TIME, VALUE = range(-2, 6), range(-4, 5)
+
+# Marks of half a point around their place, as the paths of an SVG go; those that are open are drawn as lines.
+MARKS = {
+    "s": "m-.45-.45h.9v.9h-.9z",
+    "D": "m0-.6l.6.6l-.6.6l-.6-.6z",
+    "^": "m0-.5l.5 1h-1z",
+    "v": "m0 .5l.5-1h-1z",
+    "P": "m-.17-.5h.34v.33h.33v.34h-.33v.33h-.34v-.33h-.33v-.34h.33z",
+    "X": "m-.5-.25l.25-.25l.25.25l.25-.25l.25.25l-.25.25l.25.25l-.25.25l-.25-.25l-.25.25l-.25-.25l.25-.25z",
+    "*": "m0-.6l.14.41h.43l-.34.26l.12.41l-.35-.24l-.35.24l.12-.41l-.34-.26h.43z",
+}
+NUMBER = re.compile(r"-?\d*\.?\d+")
+CROSS, STROKE = "m-.5-.5l1 1m0-1l-1 1", 1.2  # pt
 
 DASHES = {"--": (4.0, 2.0), ":": (1.0, 1.65)}  # in widths of the line
 ANCHORS = {"left": "start", "center": "middle", "right": "end"}
@@ -105,18 +119,14 @@ class _Frame:
         self._texts.append(write)
 
     def time_axis(self, ticks: int) -> None:
-        for at in ticks_within(self._low[0], self._high[0], ticks):
-            self.line([at, at], [0.0, 1.0], GRID, "y")
-        self.line([0.0, 1.0], [0.0, 0.0], SPINE, "xy")
+        self._grid(0, ticks_within(self._low[0], self._high[0], ticks))
         self._ticks = ticks
 
     def label_time(self, label: str, below: float) -> None:
         width, height = self._size
         known = ticks_within(self._low[0], self._high[0], self._ticks)
         names, power = numbers(known, TIME)
-        for at, name in zip(known, names, strict=True):
-            x, _ = self._placed(np.array((at, 0.0)), "y")
-            self._write(x, height + PAD, name, "center", "top")
+        self._name(0, known, names)
         if power:
             self._write(width, height + PAD + 1.2 * LETTERS, power, "right", "top")
         self._write(width / 2, height + PT * below, label, "center", "top", LABEL)
@@ -127,16 +137,33 @@ class _Frame:
             names, power = ["10" + f"{at:.0f}".translate(SUPERSCRIPT) for at in known], ""
         else:
             names, power = numbers(known, VALUE)
-        for at, name in zip(known, names, strict=True):
-            self.line([0.0, 1.0], [at, at], GRID, "x")
-            _, y = self._placed(np.array((0.0, at)), "x")
-            self._write(-PAD, y, name, "right", "center")
-        self.line([0.0, 0.0], [0.0, 1.0], SPINE, "xy")
+        self._grid(1, known)
+        self._name(1, known, names)
         if power:
             self._write(-PAD, -PAD, power, "right", "bottom")
         x, y = self._left - PT * beside + LABEL * LOWER["bottom"], self._top + self._size[1] / 2
-        turned = f' transform="rotate(-90 {x:.5g} {y:.5g})"'
-        self._texts.append(lambda: _text(x, y, label, {"ha": "center", "fontsize": LABEL}, turned))
+        self._texts.append(lambda: _text(x, y, label, {"ha": "center", "fontsize": LABEL}, _turned(x, y, 90)))
+
+    def axis(self, which: int, ticks: Sequence[float], names: Sequence[str] = (), *, turned: float = 0.0) -> None:
+        """Ticks with these names, if any, along the lower (0) or the left edge (1); `turned` by degrees, if crowded."""
+        self._grid(which, ticks)
+        self._name(which, ticks, names, turned)
+
+    def _grid(self, which: int, ticks: Sequence[float]) -> None:
+        for at in ticks:
+            x, y = ((0.0, 1.0), (at, at)) if which else ((at, at), (0.0, 1.0))
+            self.line(x, y, GRID, "yx"[which])
+        x, y = ((0.0, 0.0), (0.0, 1.0)) if which else ((0.0, 1.0), (0.0, 0.0))
+        self.line(x, y, SPINE, "xy")
+
+    def _name(self, which: int, ticks: Sequence[float], names: Sequence[str], turned: float = 0.0) -> None:
+        for at, name in zip(ticks, names, strict=bool(names)):
+            x, y = self._placed(np.array((at, at)), "yx"[which])
+            if which:
+                self._write(-PAD, y, name, "right", "center")
+            else:
+                below = self._size[1] + PAD
+                self._write(x, below, name, "right" if turned else "center", "top", turned=turned)
 
     def bare(self) -> None:
         """Nothing is drawn that is not asked for."""
@@ -159,9 +186,12 @@ class _Frame:
         placed = self._size * shares
         return np.where(np.isfinite(placed), np.clip(placed, -FAR, FAR), np.nan)
 
-    def _write(self, x: float, y: float, text: str, ha: str, va: str, size: float = LETTERS) -> None:
+    def _write(
+        self, x: float, y: float, text: str, ha: str, va: str, size: float = LETTERS, *, turned: float = 0.0
+    ) -> None:
         at = (x + self._left, y + self._top)
-        self._texts.append(lambda: _text(*at, text, {"ha": ha, "va": va, "fontsize": size}))
+        more = _turned(*at, turned) if turned else ""
+        self._texts.append(lambda: _text(*at, text, {"ha": ha, "va": va, "fontsize": size}, more))
 
 
 def ticks_within(low: float, high: float, most: int, *, whole: bool = False) -> list[float]:
@@ -203,11 +233,20 @@ def _line(points: Array, look: Look) -> str:
         dashes = f"; stroke-dasharray: {' '.join(f'{width * part:.3g}' for part in pattern)}" if pattern else ""
         ink = f"stroke: {colour}; stroke-width: {width:.3g}; stroke-linecap: {cap}{dashes}"
         parts += [f'<path d="{d}" style="{ink}"/>'] * bool(d)
-    if marker:
-        radius = f"{look['markersize'] / 2:.3g}"
-        dots = [f'<circle cx="{x:.5g}" cy="{y:.5g}" r="{radius}"/>' for x, y in points[known]]
-        parts += [f'<g style="fill: {colour}">{"".join(dots)}</g>'] * bool(dots)
+    if marker and known.any():
+        parts.append(_marks(points[known], marker, look["markersize"], colour))
     return "\n".join(parts)
+
+
+def _marks(points: Array, marker: str, size: float, colour: str) -> str:
+    """Marks so large, pt, at points."""
+    if marker == "o":
+        dots = "".join(f'<circle cx="{x:.5g}" cy="{y:.5g}" r="{size / 2:.3g}"/>' for x, y in points)
+        return f'<g style="fill: {colour}">{dots}</g>'
+    shape = MARKS.get(marker, CROSS)
+    shape = NUMBER.sub(lambda found: f"{size * float(found[0]):+.3g}", shape)
+    ink = f"fill: {colour}" if marker in MARKS else f"stroke: {colour}; stroke-width: {STROKE}"
+    return f'<path d="{"".join(f"M{x:.5g} {y:.5g}{shape}" for x, y in points)}" style="{ink}"/>'
 
 
 def _strokes(points: Array, known: NDArray[np.bool_]) -> list[str]:
@@ -244,6 +283,11 @@ def _area(rings: Sequence[Array], look: Look) -> str:
     edge, face = look.get("edgecolor", "none"), look.get("facecolor", "none")
     ink = f"stroke: {edge}; stroke-width: {look['linewidth']:.3g}" if look.get("linewidth") else "stroke: none"
     return f'<path d="{d}" style="fill: {face}; {ink}"/>' if d else ""
+
+
+def _turned(x: float, y: float, degrees: float) -> str:
+    """What turns a text to the left about its place."""
+    return f' transform="rotate(-{degrees:g} {x:.5g} {y:.5g})"'
 
 
 def _text(x: float, y: float, text: str, look: Look, more: str = "", *, halo: bool = False) -> str:

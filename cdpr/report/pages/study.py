@@ -8,8 +8,8 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from cdpr.errors import PluginError
 from cdpr.log.files import replace_markup
+from cdpr.report.figures.study import multiples
 from cdpr.report.figures.study_layout import Layout, layouts
 from cdpr.report.pages.page import banner, figure, hall, page, section, table
 from cdpr.report.pages.study_cases import account, choose, player
@@ -32,7 +32,7 @@ class Wanted(NamedTuple):
 
 
 def write_study(results: Results, path: Path) -> None:
-    """Write the page; without matplotlib it has no figures, and says so. OutputError where it cannot be written."""
+    """Write the page. Raises OutputError where it cannot be written."""
     replace_markup(path, render(results))
 
 
@@ -44,9 +44,6 @@ def render(results: Results) -> str:
     blocks = [[record for record in records if record.get("block") == grid.name] for grid in study.blocks]
     pairs = zip(study.blocks, blocks, strict=True)
     wanted = [_wanted(grid, inside, f"block{k}") for k, (grid, inside) in enumerate(pairs, 1)]
-    if problem := undrawn():
-        parts.append(section("figures", f"<p>No figures: {escape(problem)}.</p>"))
-        wanted = [[] for _ in wanted]
     count = sum(map(len, wanted))
     dots, left = DOTS // max(min(count, MOST_FIGURES), 1), MOST_FIGURES
     for k, (grid, inside, figures) in enumerate(zip(study.blocks, blocks, wanted, strict=True), 1):
@@ -99,15 +96,6 @@ def _about(results: Results) -> str:
     )
 
 
-def undrawn() -> str:
-    """Return why there are no figures, or nothing."""
-    try:
-        import cdpr.report.figures.canvas  # noqa: F401
-    except PluginError as error:
-        return str(error)
-    return ""
-
-
 def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
     """Return the figures of a part of a study in which there is something to see: not those that are always zero."""
     return [
@@ -119,11 +107,8 @@ def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
 
 
 def _drawn(records: Sequence[Record], wanted: Wanted, dots: int) -> str:
-    from cdpr.report.figures.canvas import inline_svg
-    from cdpr.report.figures.study import multiples
-
     key, layout, what = wanted
-    svg = inline_svg(multiples(layout, records, what, dots), key, what.title)
+    svg = multiples(layout, records, what, dots).markup(what.title)
     return figure(key, escape(what.title), svg, escape(_caption(layout)))
 
 
