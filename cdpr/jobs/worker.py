@@ -21,9 +21,9 @@ from cdpr.errors import CdprError, ExitCode, one_line
 from cdpr.jobs.cases import BEGUN, Case, Outcome
 from cdpr.jobs.forks import NUMBER, RUNNING, START
 from cdpr.log.run import Run
-from cdpr.plugins.registry import use_files
+from cdpr.plugins.registry import registry, use_files
 from cdpr.processes import end_with
-from cdpr.scenario import load_scenario
+from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.simulate import simulate
 
 
@@ -95,6 +95,19 @@ def _work(connection: Connection) -> None:
         connection.send(_run(case, connection))
 
 
+_before: dict[str, Scenario] = {}  # the last one, by its file: cases differ in a few keys
+
+
+def _load(case: Case) -> Scenario:
+    use_files(case.plugins)
+    before = _before.get(case.scenario)
+    same = before is not None and before.plugins is registry()
+    scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes, before=before if same else None)
+    _before.clear()
+    _before[case.scenario] = scenario
+    return scenario
+
+
 def _run(case: Case, connection: Connection) -> Outcome:
     started = perf_counter()
     begun = False
@@ -108,9 +121,7 @@ def _run(case: Case, connection: Connection) -> Outcome:
     run: Run | None = None
     message, code = "", ExitCode.OK
     try:
-        use_files(case.plugins)
-        scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes)
-        run = simulate(scenario, out=case.out, progress=progress)
+        run = simulate(_load(case), out=case.out, progress=progress)
     except CdprError as error:
         run, message, code = error.run, str(error), error.exit_code
     except Exception as error:

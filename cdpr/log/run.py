@@ -72,7 +72,7 @@ class Header:
         """Time from one row of the run to the next, s."""
         return self.log_every * self.control_step
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """Columns of the rows."""
         return Layout(len(self.cables), self.ideal_cables, self.columns)

@@ -30,6 +30,7 @@ def load_scenario(
     solver: str | None = None,
     controller: str | None = None,
     plugins: Registry | None = None,
+    before: Scenario | None = None,
 ) -> Scenario:
     """Load and check a scenario.
 
@@ -39,7 +40,8 @@ def load_scenario(
     out and listed in `Scenario.unused`; `Scenario.notes` says what was kept. With `text`, that is read
     in place of the file; `path` then only names it in messages, and its folder is where relative file names start.
     `files` are texts that are read in place of robot files that it names, by their absolute paths.
-    `plugins` are the installed ones unless given.
+    `plugins` are the installed ones unless given. What a scenario `before` of the same file, loaded with the same
+    plugins, says too has passed the checks and is taken from there.
 
     Raises ScenarioError with all problems, or PluginError if nothing but plugins is missing.
     """
@@ -47,7 +49,7 @@ def load_scenario(
     document = open_document(file_name(path), "scenario", problems, text=text)
     document.files = files or {}
     chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
-    return build_scenario(document, overrides, chosen, plugins or registry(), problems)
+    return build_scenario(document, overrides, chosen, plugins or registry(), problems, before)
 
 
 def load_robot(path: str | os.PathLike[str], *, text: str | None = None, overrides: Overrides = ()) -> Robot:

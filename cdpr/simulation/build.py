@@ -145,7 +145,11 @@ def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
     simulation, wanted = scenario.simulation, scenario.desired
     end, (fewest, most) = simulation.steps * simulation.control_step, PATH_POINTS
     times = np.linspace(0.0, end, min(max(fewest, math.ceil(end / PATH_STEP) + 1), most))
-    path = np.array([wanted.sample(float(t))[:3] for t in times])
+    path, desired = np.empty((len(times), 3)), np.empty(19)
+    sample = wanted.sampler(desired)
+    for point, time in zip(path, times.tolist(), strict=True):
+        sample(time)
+        point[:] = desired[:3]
     path = thinned(path, PATH_TOLERANCE * scenario.robot.characteristic_length)
     if len(path) == 2 and np.array_equal(*path):
         path = path[:1]

@@ -6,6 +6,8 @@ import csv
 import json
 import re
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -21,6 +23,7 @@ from cdpr.scenario import Scenario
 from cdpr.study import load_study, run_study
 from cdpr.study.figures import FIGURES
 from cdpr.study.folder import StudyFolder, ended
+from cdpr.study.table import _arrow
 
 SCENARIOS = ROOT / "scenarios"
 
@@ -77,6 +80,39 @@ def test_results(results, tmp_path):
     assert not (tmp_path / "out" / "runs").exists()
     heading, first, *_ = (tmp_path / "out" / "times.csv").read_text().splitlines()
     assert float(dict(zip(heading.split(","), first.split(","), strict=True))["case_s"]) > 0
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        [1.5, None, float("nan"), -0.0, float("inf")],
+        [1, None, 2**62, -7],
+        [True, None, False, *[True] * 9],
+        ["a", None, "", "schräg", "b" * 300],
+        [None, None],
+        [0.1, 0.2],
+        ["x"] * 17,
+        [True] * 8,
+        [None] * 20 + ["late"],
+    ],
+)
+def test_a_column_is_what_pyarrow_makes_of_it(cells):
+    pyarrow = pytest.importorskip("pyarrow")
+    ours, theirs = _arrow(pyarrow, cells), pyarrow.array(cells)
+    ours.validate(full=True)
+    assert ours.type == theirs.type
+    assert str(ours.to_pylist()) == str(theirs.to_pylist()) == str(cells)
+
+
+def test_a_table_is_written_without_pandas():
+    """It takes as long to import as 60 short cases."""
+    pytest.importorskip("pyarrow")
+    code = (
+        "import sys; from cdpr.study.table import Table, to_parquet; "
+        "print(len(to_parquet(Table((), ('a', 'b'), ('a', 'b'), ((1.0, 'x'), (None, 'y'))))));"
+        "assert 'pandas._libs' not in sys.modules"
+    )
+    assert int(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout) > 100
 
 
 def test_parquet_holds_the_same(results, tmp_path):
