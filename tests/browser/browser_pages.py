@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
+
 import pytest
 from chromium import browser, executable
 
@@ -43,3 +45,18 @@ def open_page(chromium):
     for context in contexts:
         context.close()
     assert told == []
+
+
+def pixels(page, box):
+    """Bytes of red, green and blue of a part of the page."""
+    image = page.screenshot(clip=box)
+    return page.evaluate(
+        """async (data) => {
+          const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
+          const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+          const canvas = new OffscreenCanvas(image.width, image.height), c = canvas.getContext("2d");
+          c.drawImage(image, 0, 0);
+          return Array.from(c.getImageData(0, 0, image.width, image.height).data).filter((_, i) => i % 4 !== 3);
+        }""",
+        b64encode(image).decode(),
+    )

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from base64 import b64encode
 from contextlib import closing
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from browser_pages import PHONE, READY
+from browser_pages import PHONE, READY, pixels
 from command_line import cdpr_here
 from conftest import ROOT
 from test_report_cases import CASES
@@ -173,21 +172,6 @@ def test_the_scene_is_drawn_of_few_lines_with_and_without_webgl(page, request):
     assert len(colours) > 20
     written = "Array.from(cdpr.stage.paper.getContext('2d').getImageData(0, 0, 500, 500).data).some((x) => x > 0)"
     assert page.evaluate(written)  # numbers of cables, names of axes
-
-
-def pixels(page, box):
-    """Bytes of red, green and blue of a part of the page."""
-    image = page.screenshot(clip=box)
-    return page.evaluate(
-        """async (data) => {
-          const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
-          const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-          const canvas = new OffscreenCanvas(image.width, image.height), c = canvas.getContext("2d");
-          c.drawImage(image, 0, 0);
-          return Array.from(c.getImageData(0, 0, image.width, image.height).data).filter((_, i) => i % 4 !== 3);
-        }""",
-        b64encode(image).decode(),
-    )
 
 
 @pytest.mark.parametrize("page", [{"color_scheme": "dark"}], indirect=True)

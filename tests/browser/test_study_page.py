@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from browser_pages import PHONE, READY
+from browser_pages import PHONE, READY, pixels
 from study_cases import write_study
 
+from cdpr.report.figures.study import multiples
+from cdpr.report.figures.study_layout import layouts
+from cdpr.report.marks import CABLES
 from cdpr.report.pages.study import write_study as write_page
+from cdpr.report.text.study import FIGURES
 from cdpr.study import load_study, run_study
 
 pytestmark = pytest.mark.browser
-pytest.importorskip("matplotlib", reason="pages of studies need matplotlib: pip install 'cdpr[plot]'")
+
+SAME = 25  # in red, green and blue, from 0 to 255
+SEEN = 40  # pixels at 100 to an inch
 
 AXES = """keep: all
 axes:
@@ -63,7 +70,7 @@ def test_a_click_in_a_plot_of_the_cases_seeks(page):
 def test_figures_fill_their_cards(page):
     for key in ("block1figure1_1", "block1figure1_4"):
         card = page.locator(f"#{key}").bounding_box()
-        drawing = page.locator(f"#{key} svg").bounding_box()
+        drawing = page.locator(f"#{key} svg[role=img]").bounding_box()
         assert drawing["width"] > 0.9 * card["width"]
 
 
@@ -77,5 +84,30 @@ def test_on_paper_figures_and_tables_stand_and_nothing_plays(page):
     page.emulate_media(media="print")
     assert not page.locator(".transport").is_visible()
     assert page.locator("#cases svg[role=img]").is_visible()
-    assert page.locator("#block1figure1_1 svg").is_visible()
+    assert page.locator("#block1figure1_1 svg[role=img]").is_visible()
     assert page.locator("#table table").is_visible()
+
+
+def rgb(colour):
+    return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
+
+
+@pytest.mark.parametrize("count", [2, 3, len(CABLES)])
+def test_curves_upon_one_another_are_all_seen(count, open_page, tmp_path):
+    """As lp and qp are, whose platforms go the same way: of each so much is drawn that the eye finds it."""
+    values = ", ".join(str(10 * i) for i in range(1, count + 1))
+    places = "{start: 100, stop: 900, count: 9}"
+    axes = f"axes:\n  - {{key: controller.kd, values: [{values}]}}\n  - {{key: controller.kp, linspace: {places}}}\n"
+    study = load_study(write_study(tmp_path, axes))
+    error = FIGURES[0]
+    records = [
+        {**case.labels, "status": "finished", error.column: 1e-5 * case.labels["controller.kp"]} for case in study.cases
+    ]
+    figure = multiples(layouts(study.blocks[0])[0], records, error)
+    (tmp_path / "figure.html").write_text(figure.markup("label", both=False))
+    shown = open_page((tmp_path / "figure.html").as_uri(), ready="() => true", device_scale_factor=100 / 72)
+    box = shown.locator("svg svg").first.bounding_box()  # not the legend
+    image = np.reshape(pixels(shown, box), (-1, 3))
+    for colour in CABLES[:count]:
+        seen = np.count_nonzero(np.abs(image - rgb(colour)).max(axis=1) < SAME)
+        assert seen > SEEN, colour

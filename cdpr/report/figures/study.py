@@ -90,9 +90,9 @@ class Scale:
         if not self.logarithmic:
             return {tick: f"{tick + 0.0:.6g}" for tick in ticks_within(self.low, self.high, most)}
         parts = (1, 2, 5) if self.high - self.low < FEW else (1,)
-        powers = range(math.floor(self.low), math.ceil(self.high))
-        every = math.ceil(len(powers) / most)
-        found = {power + math.log10(part): f"{part * 10.0**power:g}" for power in powers[::every] for part in parts}
+        every = math.ceil((self.high - self.low) / most)
+        powers = range(math.floor(self.low / every) * every, math.ceil(self.high), every)
+        found = {power + math.log10(part): f"{part * 10.0**power:g}" for power in powers for part in parts}
         return {place: name for place, name in found.items() if self.low <= place <= self.high}
 
 
