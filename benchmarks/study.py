@@ -2,7 +2,9 @@
 
 Overhead of a case: wall time of the whole command with one worker (start, checks, workers, logs, tables, report) less
 the time in the loops themselves, over the number of cases. Both are worth believing on an idle machine only; the load
-before each run is printed. Run: python benchmarks/study.py [--json]
+before each run is printed. With --short 200 cases of a fifth of a second are run instead, the whole command two at a
+time; by an older version in turn where its interpreter is given, and then the ratio of the minima is told.
+Run: python benchmarks/study.py [--json | --short [PYTHON]]
 """
 
 from __future__ import annotations
@@ -26,16 +28,25 @@ axes:
   - {{key: controller.kd, values: [20, 40, 60, 80]}}
   - {{key: controller.kp, logspace: {{start: 100, stop: 1600, count: 8}}}}
 """
+SHORT = """
+scenario: {scenario}
+changes: {{simulation.duration: 0.2}}
+axes:
+  - {{key: simulation.backend, values: [reference, mujoco]}}
+  - {{key: controller.kd, values: [20, 30, 40, 60, 80]}}
+  - {{key: controller.kp, logspace: {{start: 100, stop: 1600, count: 20}}}}
+"""
+SHORT_CASES = 200
 CASES = 64
 DURATION = 60.0  # s, simulated: about half a second each
 REPEATS = 3  # alternately, the median counts
 
 
-def run(study: Path, out: Path, jobs: int) -> float:
+def run(study: Path, out: Path, jobs: int, python: str = sys.executable) -> float:
     """Wall time of the command, s."""
     load = os.getloadavg()[0]
     started = perf_counter()
-    command = [sys.executable, "-m", "cdpr", "study", str(study), "--out", str(out), "--jobs", str(jobs)]
+    command = [python, "-P", "-m", "cdpr", "study", str(study), "--out", str(out), "--jobs", str(jobs)]
     subprocess.run(command, check=True, capture_output=True)
     seconds = perf_counter() - started
     print(f"{jobs} at a time: {seconds:.2f} s, load before {load:.2f}", file=sys.stderr)
@@ -72,7 +83,24 @@ def measure() -> dict[str, float]:
         }
 
 
+def short(others: list[str]) -> None:
+    """Tell how many short cases a second go through."""
+    with tempfile.TemporaryDirectory() as name:
+        study = Path(name) / "study.yaml"
+        study.write_text(SHORT.format(scenario=os.path.relpath(ROOT / "scenarios" / "caroca.yaml", name)))
+        times: dict[str, list[float]] = {python: [] for python in (sys.executable, *others)}
+        for k in range(REPEATS + 3):
+            for python, found in times.items():
+                found.append(run(study, Path(name) / f"{k}-{len(python)}-{len(found)}", 2, python))
+    best = {python: min(found[1:]) for python, found in times.items()}
+    for python, seconds in best.items():
+        print(f"{python}: {SHORT_CASES / seconds:.0f} cases a second, {best[python] / best[sys.executable]:.2f} times")
+
+
 if __name__ == "__main__":
+    if "--short" in sys.argv:
+        short([word for word in sys.argv[1:] if word != "--short"])
+        raise SystemExit
     figures = measure()
     if "--json" in sys.argv:
         print(json.dumps(figures, indent=1))

@@ -67,24 +67,28 @@ class Fork:
         self._server = server
         self.pid = pid
         self.returncode: int | None = None
+        self._end: int | None = None  # becomes readable with its end
+        with suppress(ProcessLookupError):
+            self._end = os.pidfd_open(pid)
+            weakref.finalize(self, os.close, self._end)
 
     def poll(self) -> int | None:
         """Return how it ended, None while it runs."""
-        if self.returncode is None:
+        if self.returncode is None and self._ended(0.0):
             self.returncode = self._server.look(self.pid)
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until it has ended, for at most so many seconds if it is said."""
-        if self.poll() is not None:
-            return
-        with suppress(ProcessLookupError):
-            end = os.pidfd_open(self.pid)
-            try:
-                select.select([end], [], [], timeout)
-            finally:
-                os.close(end)
+        self._ended(timeout)
         self.poll()
+
+    def _ended(self, timeout: float | None) -> bool:
+        if self._end is None:
+            return True
+        look = select.poll()
+        look.register(self._end, select.POLLIN)
+        return bool(look.poll(None if timeout is None else 1e3 * timeout))
 
     def kill(self) -> None:
         """End it at once, with all that it started."""
