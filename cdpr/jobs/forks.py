@@ -42,9 +42,13 @@ class Surroundings:
     @classmethod
     def ours(cls) -> Surroundings:
         """Return those of this process."""
-        path = tuple(part or os.getcwd() for part in sys.path)
+        try:
+            folder = os.getcwd()
+        except OSError:  # it was removed
+            folder = os.sep
+        path = tuple(part or folder for part in sys.path)
         one = dict.fromkeys(ONE_THREAD, "1")
-        return cls(os.getcwd(), path, {**os.environ, "PYTHONPATH": os.pathsep.join(path), **one})
+        return cls(folder, path, {**os.environ, "PYTHONPATH": os.pathsep.join(path), **one})
 
     def enter(self) -> None:
         """Let them be those of this process."""

@@ -88,8 +88,9 @@ class Worker:
                 self._process = forks.fork([theirs.fileno(), output])
             finally:
                 os.close(output)
+        around = forks.Surroundings.ours()
         with contextlib.suppress(OSError):  # it has died: `look` finds out
-            self._connection.send(forks.Surroundings.ours())
+            self._connection.send(around)
 
     def begin(self, case: Case, timeout: float | None) -> None:
         """Send a case; the worker has none."""

@@ -15,7 +15,7 @@ from conftest import FAULTY, ROOT
 
 import cdpr
 from cdpr.errors import Diverged
-from cdpr.jobs import pool
+from cdpr.jobs import forks, pool
 from cdpr.jobs.pool import Case, run_cases
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
@@ -152,6 +152,37 @@ def test_what_done_raises_ends_the_workers():
     with pytest.raises(KeyboardInterrupt):
         run_cases([case("sound"), case("hang", "hang")], jobs=2, timeout=600, done=done)
     assert time.monotonic() - started < 60
+
+
+def test_what_workers_are_forked_from_may_be_killed():
+    """Who is at work goes with it; those that follow come from another one."""
+
+    def done(outcome):
+        if outcome.key == "0":
+            server = forks._known[os.getpid()]._process
+            server.kill()
+            server.wait()
+
+    outcomes = run_cases([case(str(k)) for k in range(4)], jobs=1, timeout=60, done=done)
+    assert [outcome.status for outcome in outcomes].count("died") <= 1
+    assert [outcome.status for outcome in outcomes][-2:] == ["finished"] * 2
+
+
+def test_a_folder_that_is_gone_harms_no_case(tmp_path, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    (outcome,) = run_cases([case("sound")], jobs=1, timeout=60)
+    assert outcome.status == "finished", outcome.message
+
+
+def test_workers_find_what_is_around_us_now(monkeypatch, tmp_path):
+    """Not what was there when the process that they are forked from began."""
+    run_cases([case("first")], jobs=1, timeout=60)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "short.yaml").write_text(cdpr.load_scenario(CAROCA, overrides=SHORT).resolved_yaml())
+    (outcome,) = run_cases([Case("here", "short.yaml")], jobs=1, timeout=60)
+    assert outcome.status == "finished", outcome.message
 
 
 PARENT = """
