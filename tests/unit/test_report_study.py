@@ -159,6 +159,17 @@ def test_figures_are_as_wide_as_their_cards(tmp_path):
     assert "max-width:" not in re.sub(r"<style>.*?</style>", "", render(found), flags=re.DOTALL)
 
 
+def test_names_that_are_turned_have_room_above_what_x_is(tmp_path):
+    names = ["a rather long name", "another long name", "one more"]
+    points = ", ".join(f"{name}: {{controller.kp: {i}}}" for i, name in enumerate(names, 1))
+    found = results(tmp_path, f"axes:\n  - {{name: gains, points: {{{points}}}}}\n")
+    drawn = multiples(layouts(found.study.blocks[0])[0], found.table.records(), ERROR).markup("label")
+    turned = [float(y) for y in re.findall(r'y="([\d.]+)"[^>]*rotate', drawn)]
+    (below,) = re.findall(r'y="([\d.]+)"[^>]*>gains<', drawn)
+    assert len(turned) == len(names)
+    assert float(below) > max(turned) + 30.0  # pt
+
+
 def test_a_figure_of_very_many_cases_stays_small_and_keeps_its_peak(tmp_path):
     layout = layouts(load_study(write_study(tmp_path, "axes:" + DRAWN)).blocks[0])[0]
     records = [

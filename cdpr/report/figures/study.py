@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.report.figures.legend import LINE, legend_width, write_legend
+from cdpr.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
 from cdpr.report.figures.surface import LABEL, Frame, Look
 from cdpr.report.figures.svg import OnPage, ticks_within
@@ -117,10 +117,10 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     looks = {label: _look(i, len(labels), min(1.0, wide / FULL)) for i, label in enumerate(labels)}
     entries = list(zip(names, looks.values(), strict=False))
     tall = ALONE if down == 1 else HEIGHT
-    height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM
+    x = _along(layout, drawn, wide)
+    height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM + x.room
     height = max(height, top + LINE * (len(entries) + 3))
     sheet = OnPage(WIDTH, height)
-    x = _along(layout, drawn, wide)
     values = [value for curves in drawn.values() for curve in curves for at in curve.values for value in at]
     y = Scale.of(values or [0.0, 1.0], figure.least)
     heights = y.ticks(TICKS)
@@ -136,7 +136,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
         sheet.text(left, bottom + tall + ABOVE, shorten(title, 44), {})
         if last:
             below = {"ha": "center", "va": "top", "fontsize": LABEL}
-            sheet.text(left + wide / 2, bottom - BELOW, shorten(layout.x, 40), below)
+            sheet.text(left + wide / 2, bottom - BELOW - x.room, shorten(layout.x, 40), below)
         for i, curve in enumerate(curves):
             aside = 0.0 if layout.numeric else BESIDE * (i - (len(curves) - 1) / 2)
             _draw(frame, layout, curve, looks[curve.label], aside, x, y, i)
@@ -187,6 +187,7 @@ class Along:
     span: tuple[float, float]
     ticks: Mapping[float, str]
     turned: float = 0.0
+    room: float = 0.0  # in, which turned names take below
 
 
 def _along(layout: Layout, drawn: Mapping[str, Sequence[Curve]], wide: float) -> Along:
@@ -199,6 +200,8 @@ def _along(layout: Layout, drawn: Mapping[str, Sequence[Curve]], wide: float) ->
         return Along(at, scale.span, scale.ticks(min(TICKS, int(wide / NAME))))
     every = math.ceil(len(places) / MOST_NAMES)
     names = {float(i): shorten(label_text(label), 14) for i, label in enumerate(places) if i % every == 0}
-    crowded = sum(map(len, names.values())) > CROWDED
-    at = {place: float(i) for i, place in enumerate(places)}
-    return Along(at, (-0.5, len(places) - 0.5), names, TURNED if crowded else 0.0)
+    at, span = {place: float(i) for i, place in enumerate(places)}, (-0.5, len(places) - 0.5)
+    if sum(map(len, names.values())) <= CROWDED:
+        return Along(at, span, names)
+    room = LETTER * max(map(len, names.values())) * math.sin(math.radians(TURNED))
+    return Along(at, span, names, TURNED, room)
