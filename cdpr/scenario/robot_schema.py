@@ -248,7 +248,8 @@ class RobotSection(Section):
 
     def to_robot(self, folder: str = "") -> Robot:
         """Return the robot as the frozen arrays that the simulation takes; `folder` is where its files lie."""
-        platform = self.platform
+        platform, base = self.platform, self.frame or FrameSection()
+        anchors = base.placed([cable.frame for cable in self.cables])
         return Robot(
             name=self.name,
             platform=Platform(
@@ -258,7 +259,7 @@ class RobotSection(Section):
                 shape=platform.shape.build(folder) if platform.shape else None,
                 colour=platform.colour,
             ),
-            cables=tuple(self._cable(i) for i in range(len(self.cables))),
+            cables=tuple(self._cable(i, anchor, base) for i, anchor in enumerate(anchors)),
             dof=self.dof,
             unilateral=self.unilateral,
             home=self._home(),
@@ -314,16 +315,16 @@ class RobotSection(Section):
         own = getattr(cable, name)
         return own if own is not None else self.winch if name == "winch" else getattr(self.cable, name)
 
-    def _cable(self, i: int) -> Cable:
+    def _cable(self, i: int, anchor: Array, base: FrameSection) -> Cable:
         cable = self.cables[i]
         low, high = limits(self.tension, cable, i)
-        length, base = cable.length or LengthLimits(), self.frame or FrameSection()
+        length = cable.length or LengthLimits()
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
         numbers = {key: value for key, value in given.items() if value is not None}
         return Cable(
             name=cable_name(cable, i),
-            frame=frozen_array(base.placed(cable.frame)),
+            frame=frozen_array(anchor),
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,

@@ -318,7 +318,7 @@ def build_scenario(
     data, options = _split(document.data)
     data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
     sections = validate(ScenarioSection, data_of_robot, document, problems)
-    report_nulls(data_of_robot, (), document, problems)
+    report_nulls({key: value for key, value in data_of_robot.items() if key not in unchanged}, (), document, problems)
     if not robot_known:
         RobotChecks(document, problems).run(("robot",))
     motion = before._motion if before and motion_known else RunChecks(document, problems).run()
