@@ -330,12 +330,11 @@ def test_a_scenario_whose_other_keys_change_is_checked_as_a_file_is():
         {"events": [{"type": "cable_break", "time": 0.1, "cable": "none such"}]},
         {"robot.cables[3].platform": [0.0, 0.0, "x"], "robot.cables[4].frame": None},
     ):
-        told = []
-        for wrong in (lambda given: base.with_changes(given), lambda given: cdpr.load_scenario(CAROCA, overrides=given)):
-            with pytest.raises(ScenarioError) as caught:
-                wrong(changes)
-            told.append(str(caught.value))
-        assert told[0] == told[1]
+        with pytest.raises(ScenarioError) as of_change:
+            base.with_changes(changes)
+        with pytest.raises(ScenarioError) as of_file:
+            cdpr.load_scenario(CAROCA, overrides=changes)
+        assert str(of_change.value) == str(of_file.value)
     with pytest.raises(ScenarioError, match=r"initial\.position"):
         base.with_changes(
             {"initial.position": base.robot.anchors[0, :3].tolist(), "robot.cables[0].platform": [0, 0, 0]}
