@@ -29,6 +29,12 @@ def multiply(a: Array, b: Array) -> Array:
     )
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Cross products (K, 3) of vectors (K, 3): what numpy's takes on a few is almost all preparation."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+
+
 def conjugate(q: Array) -> Array:
     """Inverse of a unit quaternion, (4,)."""
     return np.array([q[0], -q[1], -q[2], -q[3]])
@@ -86,7 +92,7 @@ def rotation_vector(q: Array) -> Array:
 def between(a: Array, b: Array) -> Array:
     """Rotation vectors (K, 3), rad, that turn the attitudes a into b, both (K, 4), in the axes that both refer to."""
     w = np.sum(a * b, axis=1, keepdims=True)  # the product b * conjugate(a), row by row
-    xyz = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(b[:, 1:], a[:, 1:])
+    xyz = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - cross(b[:, 1:], a[:, 1:])
     return rotation_vector(np.concatenate([w, xyz], axis=1))
 
 

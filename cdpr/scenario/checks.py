@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -30,18 +30,13 @@ class Checks:
 
     def section(self, model: type[S], path: Path) -> S | None:
         """Return the section at `path` if it is right but for unknown keys, else None."""
-        data = self.document.get(path)
-        if isinstance(data, dict):
-            data = {key: value for key, value in data.items() if key in model.model_fields}
-        return _read(model, json.dumps(data))
+        return _known(model, self.document.get(path))
 
     def cables(self, root: Path) -> Iterator[tuple[int, CableSection]]:
         """Yield the cables that are right, and their indices, of the robot at `root`."""
         given = self.document.get((*root, "cables"))
-        for i in range(len(given) if isinstance(given, list) else 0):
-            cable = self.section(CableSection, (*root, "cables", i))
-            if cable:
-                yield i, cable
+        if isinstance(given, list):
+            yield from _read_cables(json.dumps(given))
 
     def directions(self, path: Path) -> tuple[DofName, ...] | None:
         """Return the directions at `path`, all where there are none; None where they are wrong by themselves."""
@@ -56,7 +51,20 @@ class Checks:
         self.problems.add(self.document.mark(path), path, text)
 
 
-@lru_cache(maxsize=4 * MAX_CABLES)  # several checks ask for each cable, and the cases of a study for the same ones
+def _known(model: type[S], data: Any) -> S | None:
+    """Return a section if it is right but for unknown keys, else None."""
+    if isinstance(data, dict):
+        data = {key: value for key, value in data.items() if key in model.model_fields}
+    return _read(model, json.dumps(data))
+
+
+@lru_cache(maxsize=16)  # several checks ask for all cables, and the cases of a study for the same ones
+def _read_cables(text: str) -> tuple[tuple[int, CableSection], ...]:
+    cables = ((i, _known(CableSection, data)) for i, data in enumerate(json.loads(text)))
+    return tuple((i, cable) for i, cable in cables if cable)
+
+
+@lru_cache(maxsize=4 * MAX_CABLES)  # and of some it is one cable that differs
 def _read(model: type[S], text: str) -> S | None:
     try:
         return model.model_validate_json(text)

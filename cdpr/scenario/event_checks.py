@@ -41,6 +41,8 @@ class EventChecks(Checks):
         They are the document's unless others are `given`.
         """
         events = self._read() if given is None else list(enumerate(given))
+        if not events:
+            return []
         simulation = self.section(Simulation, ("simulation",))
         if simulation:
             for i, event in events:

@@ -246,24 +246,34 @@ class RobotSection(Section):
     winch: WinchSection | None = Field(None, description="the winch of every cable that names none of its own")
     cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
 
-    def to_robot(self, folder: str = "") -> Robot:
-        """Return the robot as the frozen arrays that the simulation takes; `folder` is where its files lie."""
-        platform = self.platform
+    def to_robot(self, folder: str = "", like: Robot | None = None) -> Robot:
+        """Return the robot as the frozen arrays that the simulation takes; `folder` is where its files lie.
+
+        All but the platform is that of a robot `like` it, if there is one.
+        """
+        if like is not None:
+            return dataclasses.replace(like, platform=self._platform(folder))
+        base = self.frame or FrameSection()
+        anchors = base.placed([cable.frame for cable in self.cables])
         return Robot(
             name=self.name,
-            platform=Platform(
-                mass=platform.mass,
-                inertia=self._inertia(),
-                center_of_mass=frozen_array(platform.center_of_mass),
-                shape=platform.shape.build(folder) if platform.shape else None,
-                colour=platform.colour,
-            ),
-            cables=tuple(self._cable(i) for i in range(len(self.cables))),
+            platform=self._platform(folder),
+            cables=tuple(self._cable(i, anchor, base) for i, anchor in enumerate(anchors)),
             dof=self.dof,
             unilateral=self.unilateral,
             home=self._home(),
             cable_model=self.cable.model,
             frame=self.frame.build(np.array([cable.frame for cable in self.cables])) if self.frame else None,
+        )
+
+    def _platform(self, folder: str) -> Platform:
+        platform = self.platform
+        return Platform(
+            mass=platform.mass,
+            inertia=self._inertia(),
+            center_of_mass=frozen_array(platform.center_of_mass),
+            shape=platform.shape.build(folder) if platform.shape else None,
+            colour=platform.colour,
         )
 
     def _home(self) -> Array | None:
@@ -314,16 +324,16 @@ class RobotSection(Section):
         own = getattr(cable, name)
         return own if own is not None else self.winch if name == "winch" else getattr(self.cable, name)
 
-    def _cable(self, i: int) -> Cable:
+    def _cable(self, i: int, anchor: Array, base: FrameSection) -> Cable:
         cable = self.cables[i]
         low, high = limits(self.tension, cable, i)
-        length, base = cable.length or LengthLimits(), self.frame or FrameSection()
+        length = cable.length or LengthLimits()
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
         numbers = {key: value for key, value in given.items() if value is not None}
         return Cable(
             name=cable_name(cable, i),
-            frame=frozen_array(base.placed(cable.frame)),
+            frame=frozen_array(anchor),
             platform=frozen_array(cable.platform),
             tension_min=low,
             tension_max=high,

@@ -51,10 +51,12 @@ class RunChecks(Checks):
         tips = anchors[:, 1] @ rotations.matrix(initial.orientation.quaternion()).T + initial.position
         common = self.section(CablesSection, ("robot", "cable"))
         base = self.section(FrameSection, ("robot", "frame")) or FrameSection()
-        for (i, cable), frame, tip in zip(cables, base.placed(anchors[:, 0]), tips, strict=True):
+        placed = base.placed(anchors[:, 0])
+        lengths = np.linalg.norm(placed - tips, axis=1)
+        for (i, cable), frame, tip, length in zip(cables, placed, tips, lengths, strict=True):
             leaves = base.leaving(cable.exit or (common.exit if common else None))
             why = leaves.obstacle(frame.tolist(), tip.tolist()) if leaves else ""
-            if np.linalg.norm(frame - tip) < tolerances.LENGTH:
+            if length < tolerances.LENGTH:
                 why = "its two anchors coincide, so it has no direction"
             if why:
                 self.say(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")

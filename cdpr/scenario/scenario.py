@@ -318,7 +318,7 @@ def build_scenario(
     data, options = _split(document.data)
     data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
     sections = validate(ScenarioSection, data_of_robot, document, problems)
-    report_nulls(data_of_robot, (), document, problems)
+    report_nulls({key: value for key, value in data_of_robot.items() if key not in unchanged}, (), document, problems)
     if not robot_known:
         RobotChecks(document, problems).run(("robot",))
     motion = before._motion if before and motion_known else RunChecks(document, problems).run()
@@ -338,6 +338,7 @@ def build_scenario(
     robot = sections.robot.named()
     thought = believed and believed.named()
     trajectory = (motion or sections.trajectory).complete(sections.initial)
+    like = before.robot if before and _all_but_platform(document) == _all_but_platform(before._document) else None
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in events]
     made = Scenario(
@@ -350,7 +351,7 @@ def build_scenario(
                 "events": events,
             }
         ),
-        robot=before.robot if before and robot_known else robot.to_robot(document.folder),
+        robot=before.robot if before and robot_known else robot.to_robot(document.folder, like),
         believed=thought.to_robot(document.folder) if thought else None,
         controller_options=controller_options,
         solver_options=solver_options,
@@ -377,6 +378,11 @@ def _unchanged(document: Document, before: Document) -> set[str]:
     """Return the sections that say the same in both; those that neither has, too."""
     keys = ScenarioSection.model_fields.keys() | document.data.keys() | before.data.keys()
     return {key for key in keys if document.data.get(key) == before.data.get(key)}
+
+
+def _all_but_platform(document: Document) -> dict[str, Any]:
+    """Return what a document that has passed the checks says of its robot beside the platform."""
+    return {key: value for key, value in document.data["robot"].items() if key != "platform"}
 
 
 def _believed(document: Document, problems: Problems) -> tuple[RobotSection | None, Document | None]:

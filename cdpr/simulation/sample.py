@@ -53,6 +53,8 @@ class Sample:
         W = np.zeros((6, robot.m))
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled, None if parts.believed is None else robot)
+        bounds = acceleration_bounds(robot, parts.backend.gravity)
+        self._body = Body(lines(robot), robot.inertial, parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
         self.true_W = W if parts.believed is None else np.zeros((6, robot.m))
         parts.controller.connect(self.live.report)
@@ -64,11 +66,10 @@ class Sample:
 
     def looking(self, period: float, refuse: Refuse) -> list[Act]:
         """Return what looks at the plant a control `period` (s) after the last time; 0 where no time has passed."""
-        parts, backend, robot = self._parts, self._parts.backend, self._parts.robot
+        parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
         seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
-        body = Body(lines(robot), robot.inertial, backend.gravity, acceleration_bounds(robot, backend.gravity))
-        look = observing(body, Shown(backend.state, backend.external, backend.highest), seen, period)
+        look = observing(self._body, Shown(backend.state, backend.external, backend.highest), seen, period)
         acts = [Act("geometry", look, refuse)]
         if not parts.ideal_cables and period:
             acts += self._readings[1]

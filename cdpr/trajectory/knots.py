@@ -116,14 +116,14 @@ def _turns(q: Array) -> Array:
     """Rotation vectors (K - 1, 3), rad, from each attitude (K, 4) to the next, in the axes of the former."""
     a, b = q[:-1], q[1:]
     scalar = np.sum(a * b, axis=1, keepdims=True)
-    axis = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
+    axis = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - rotations.cross(a[:, 1:], b[:, 1:])
     return rotations.rotation_vector(np.concatenate([scalar, axis], axis=1))
 
 
 def _to_body(q: Array, vectors: Array) -> Array:
     """Vectors (K, 3) from world axes to those of the attitudes (K, 4)."""
-    twice = 2.0 * np.cross(vectors, q[:, 1:])
-    return np.asarray(vectors + q[:, :1] * twice + np.cross(twice, q[:, 1:]))
+    twice = 2.0 * rotations.cross(vectors, q[:, 1:])
+    return np.asarray(vectors + q[:, :1] * twice + rotations.cross(twice, q[:, 1:]))
 
 
 def _quintic(h: Array, x: Array, step: Array, v0: Array, v1: Array, a0: Array, a1: Array) -> Array:

@@ -31,6 +31,8 @@ def minimum_jerk(times: Array, x: Array, v: Array, a: Array) -> tuple[Array, Arr
     A knot's unknowns meet only its neighbours', so that time and memory grow with K.
     """
     v, a = v.copy(), a.copy()
+    if not (np.isnan(v).any() or np.isnan(a).any()):
+        return v, a
     duration = np.diff(times)
     # In units of the mean duration, the fifth powers stay moderate.
     unit = (times[-1] - times[0]) / len(duration)

@@ -310,12 +310,31 @@ def test_a_scenario_whose_other_keys_change_is_checked_as_a_file_is():
         {"robot.platform.mass": 30.0},
         {"initial.position": [0.1, 0.0, 1.2]},
         {"world.gravity": [0.0, 0.0, -1.6]},
+        {"robot.platform.center_of_mass": [0.0, 0.01, 0.02], "robot.cables[2].frame[0]": 3.0},
+        {"robot.platform.mass": 30.0, "robot.frame.position": [0.0, 0.0, 0.1]},
+        {"robot.platform.shape": {"box": [0.3, 0.2, 0.1]}},
+        {"robot.platform.mass": 30.0, "robot.tension.max": 900.0, "robot.home": {"position": [0.0, 0.0, 1.1]}},
     ):
         changed = base.with_changes(changes)
         loaded = cdpr.load_scenario(CAROCA, overrides=changes)
         assert changed == loaded
         assert changed.planned.sample(0.3).tolist() == loaded.planned.sample(0.3).tolist()
-        assert changed.robot.inertial.tolist() == loaded.robot.inertial.tolist()
+        for what in ("inertial", "anchors", "tension_min", "tension_max", "home"):
+            assert np.array_equal(getattr(changed.robot, what), getattr(loaded.robot, what)), what
+        assert changed.robot.platform.outline == loaded.robot.platform.outline
+        edges = [robot.frame.edges.tolist() if robot.frame else None for robot in (changed.robot, loaded.robot)]
+        assert edges[0] == edges[1]
+    for changes in (
+        {"robot.platform.mass": None},
+        {"events": [{"type": "wrench", "time": 0.1, "force": None}]},
+        {"events": [{"type": "cable_break", "time": 0.1, "cable": "none such"}]},
+        {"robot.cables[3].platform": [0.0, 0.0, "x"], "robot.cables[4].frame": None},
+    ):
+        with pytest.raises(ScenarioError) as of_change:
+            base.with_changes(changes)
+        with pytest.raises(ScenarioError) as of_file:
+            cdpr.load_scenario(CAROCA, overrides=changes)
+        assert str(of_change.value) == str(of_file.value)
     with pytest.raises(ScenarioError, match=r"initial\.position"):
         base.with_changes(
             {"initial.position": base.robot.anchors[0, :3].tolist(), "robot.cables[0].platform": [0, 0, 0]}

@@ -49,6 +49,12 @@ def test_products_and_matrices(a, b):
     assert same_rotation(rotations.from_matrix(rotations.matrix(p)), p)
 
 
+@given(vectors, vectors)
+def test_cross_products_are_those_of_numpy_to_the_bit(a, b):
+    a, b = (np.array([v, [0.0, -0.0, 1.0], -v]) for v in (a, b))
+    assert rotations.cross(a, b).tobytes() == np.cross(a, b).tobytes()
+
+
 @given(vectors)
 def test_rotation_vector_is_the_shorter_way(v):
     q = rotations.from_rpy(*v)
