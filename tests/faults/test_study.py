@@ -28,10 +28,16 @@ def ledger(out):
     return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
 
 
-def descendants(pid):
+def children(pid):
     """Children of a process (Linux)."""
     with open(f"/proc/{pid}/task/{pid}/children") as file:
         return [int(child) for child in file.read().split()]
+
+
+def workers_of(study):
+    """The processes in which the cases of a study run: they fork from its only child."""
+    (server,) = children(study)
+    return children(server)
 
 
 def undisturbed(study, folder, count):
@@ -100,7 +106,8 @@ def test_a_stopped_study_goes_on(sound, tmp_path, number):
         command(study, out, "--jobs", "2"), env=environment(), cwd=ROOT, stderr=subprocess.PIPE, text=True
     )
     wait_for_cases(process, out, 2)
-    workers = descendants(process.pid)
+    workers = [*children(process.pid), *workers_of(process.pid)]
+    assert len(workers) == 1 + 2
     process.send_signal(number)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}[number]
@@ -144,7 +151,7 @@ def test_two_hundred_cases(tmp_path):
     rng = np.random.default_rng(4)
     for kill in range(10):
         wait_for_cases(process, out, 7 + 7 * kill)
-        os.kill(int(rng.choice(descendants(process.pid))), signal.SIGKILL)
+        os.kill(int(rng.choice(workers_of(process.pid))), signal.SIGKILL)
     wait_for_cases(process, out, 120)
     process.kill()
     process.communicate()

@@ -79,8 +79,12 @@ def scheduler(cluster):
 
 def at_work(cluster):
     """The worker processes in which cases run, or ran."""
-    children = cluster[0].children(recursive=True)
-    return [child for child in children if "cdpr.jobs.worker" in child.cmdline()]
+    servers = [child for child in cluster[0].children(recursive=True) if serves(child)]
+    return [child for child in servers if serves(child.parent())]  # a fork is called as that from which it forked
+
+
+def serves(process):
+    return "cdpr.jobs.worker" in process.cmdline()
 
 
 def begin(study, out, cluster, files):
@@ -154,7 +158,7 @@ def test_a_case_whose_machine_is_lost_runs_anew(cluster, tmp_path):
     process = begin(study, out, cluster, [tmp_path / "faults" / "0"])
     (folder,) = (out / "runs").iterdir()
     (case,) = (child for child in at_work(cluster) if any(str(folder) in file.path for file in child.open_files()))
-    os.kill(case.ppid(), signal.SIGKILL)
+    os.kill(case.parent().ppid(), signal.SIGKILL)  # a worker of the cluster's
     process.communicate(timeout=120)
     assert process.returncode == 0
     assert cdpr.load_run(folder).status == "finished"
