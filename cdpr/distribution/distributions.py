@@ -24,6 +24,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked, real
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver, TensionSolver
+from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 from cdpr.tension import box_least_squares as box
@@ -121,7 +122,7 @@ def distribute(
         tension=np.empty((count, robot.m)),
         report=np.empty((count, 4)),
     )
-    if isinstance(chosen, CompiledSolver):
+    if isinstance(chosen, CompiledSolver) and speaks_for(chosen.compiled, chosen.solve):
         _compiled(task, len(os.sched_getaffinity(0)) if jobs is None else int(jobs))
     elif isinstance(solver, str):
         _row_by_row(task)

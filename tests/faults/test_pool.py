@@ -165,7 +165,7 @@ def test_what_workers_are_forked_from_may_be_killed():
 
     outcomes = run_cases([case(str(k)) for k in range(4)], jobs=1, timeout=60, done=done)
     assert [outcome.status for outcome in outcomes].count("died") <= 1
-    assert [outcome.status for outcome in outcomes][-2:] == ["finished"] * 2
+    assert outcomes[-1].status == "finished"
 
 
 def test_a_folder_that_is_gone_harms_no_case(tmp_path, monkeypatch):

@@ -17,6 +17,8 @@ from cdpr.model import rotations
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status, distribute
+from cdpr_solvers.options import QpOptions
+from cdpr_solvers.qp import MinimumNorm
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 AT = [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -267,6 +269,24 @@ def test_a_solver_declares_the_same_by_name_and_made(robot, name):
     given = distribute(robot, pose, wrench, solver=made(name, robot))
     np.testing.assert_array_equal(given.tension, named.tension)
     assert given.status == named.status
+
+
+class Doubled(MinimumNorm):
+    """Does more than its kernel."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        status = super().solve(W, wrench, t_min, t_max, tension)
+        tension += np.linalg.svd(W)[2][-1]  # tensions that move nothing
+        return status
+
+
+@pytest.mark.parametrize("rows", [1, 200])
+def test_a_class_whose_kernel_does_not_speak_for_it_is_asked_itself(robot, rows):
+    poses = np.tile([0.0, 0.0, 1.5, 1.0, 0.0, 0.0, 0.0], (rows, 1))
+    plain = distribute(robot, poses, solver=MinimumNorm(robot, QpOptions()))
+    doubled = distribute(robot, poses, solver=Doubled(robot, QpOptions()))
+    assert (doubled.status == Status.OK).all()
+    assert np.linalg.norm(doubled.tension - plain.tension, axis=1) == pytest.approx(1.0)
 
 
 def test_a_class_of_ones_own_declares_by_itself(robot):
