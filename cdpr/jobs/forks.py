@@ -25,6 +25,7 @@ from cdpr.errors import CdprError
 START, LOOK = b"S", b"L"  # what is asked: a fork with these descriptors; how one ended
 NUMBER = Struct("q")  # of a process, and what `os.waitpid` says of it
 RUNNING = -1  # no such status
+LOADING = 120.0  # s after which it hangs: it has but to import
 TRIES = 2  # the system may have ended the first process meanwhile
 
 # One thread each: the workers are as many as the cores, and must not fight for them.
@@ -106,6 +107,7 @@ class _Server:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._socket, theirs = socket.socketpair()
+        self._socket.settimeout(LOADING)
         module = [sys.executable, "-P", "-u", "-m", "cdpr.jobs.worker"]
         with theirs:
             self._process = processes.start(
@@ -141,12 +143,15 @@ class _Server:
             try:
                 socket.send_fds(self._socket, [what], descriptors)
                 answer = self._socket.recv(NUMBER.size, socket.MSG_WAITALL)
-            except OSError:
+            except OSError:  # it is gone, or hangs
                 answer = b""
             except BaseException:  # an interrupt: what comes next would be the answer to this question
                 _end(self._socket, self._process)
                 raise
-        return int(NUMBER.unpack(answer)[0]) if len(answer) == NUMBER.size else None
+            if len(answer) < NUMBER.size:
+                _end(self._socket, self._process)
+                return None
+        return int(NUMBER.unpack(answer)[0])
 
 
 def _end(connection: socket.socket, process: subprocess.Popen[bytes]) -> None:

@@ -168,6 +168,16 @@ def test_what_workers_are_forked_from_may_be_killed():
     assert outcomes[-1].status == "finished"
 
 
+def test_what_workers_are_forked_from_may_hang():
+    run_cases([case("first")], jobs=1, timeout=60)
+    server = forks._known[os.getpid()]
+    server._socket.settimeout(0.2)
+    os.kill(server._process.pid, signal.SIGSTOP)
+    (outcome,) = run_cases([case("second")], jobs=1, timeout=60)
+    assert outcome.status == "finished"
+    assert gone(server._process.pid)
+
+
 def test_a_folder_that_is_gone_harms_no_case(tmp_path, monkeypatch):
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
