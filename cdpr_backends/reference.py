@@ -11,7 +11,7 @@ from cdpr.cables import immediate
 from cdpr.mechanics.body_frame import BodyFrame, body_wrench, from_platform, to_platform
 from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
+from cdpr.model.jit import any_width, kernel
 from cdpr.model.kernels import conjugate, quaternion, rotate, store, vector
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
@@ -99,6 +99,7 @@ def angular_momentum(moments: Array, body: Array, momentum: Array) -> None:
         momentum[i] = L[i]
 
 
+@any_width
 @kernel
 def runge_kutta(
     lines: Array,

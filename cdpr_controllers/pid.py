@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
+from cdpr.model.jit import any_width, kernel
 from cdpr.model.kernels import conjugate, inverse_dynamics, logarithm, multiply, proportional_derivative, quaternion
+from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller, SnapshotOfArrays
 
@@ -63,6 +64,7 @@ class Pid(SnapshotOfArrays, Controller):
         self._integral[:] = 0.0
 
 
+@any_width
 @kernel
 def law(
     pd: Array,
@@ -86,8 +88,8 @@ def law(
         error = desired[i] - state[i] if i < 3 else e[i - 3]
         z = integral[i]
         change = per_step[0, i] * error
-        if delivered or z * change < 0.0:
-            integral[i] = min(max(z + change, -per_step[1, i]), per_step[1, i])
+        within = min(max(z + change, -per_step[1, i]), per_step[1, i])
+        integral[i] = choose(delivered | (z * change < 0.0), within, z)
     a = (linear[0] + integral[0], linear[1] + integral[1], linear[2] + integral[2])
     alpha = (angular[0] + integral[3], angular[1] + integral[4], angular[2] + integral[5])
     inverse_dynamics(inertial, gravity, quaternion(state, 3), (0.0, 0.0, 0.0), a, alpha, wrench)

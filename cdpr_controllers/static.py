@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
+from cdpr.model.jit import any_width, kernel
 from cdpr.model.kernels import inverse_dynamics, proportional_derivative, quaternion
 from cdpr.model.robot import Array
 from cdpr.plugins import Controller, SnapshotOfArrays
@@ -43,6 +43,7 @@ class Static(SnapshotOfArrays, Controller):
         return partial(self._law, state, desired, out)
 
 
+@any_width
 @kernel
 def law(gains: Array, inertial: Array, gravity: Array, state: Array, desired: Array, wrench: Array) -> None:
     """Write the wrench (6,) of static control; gains are kp (6) and kd (6)."""

@@ -12,12 +12,12 @@ from cdpr.cables.lines import ANCHORS, CARRY, LEAD, LEAVE, SIGNATURES
 from cdpr.model.address import caller
 from cdpr.model.jit import apart, kernel
 from cdpr.model.kernels import Quaternion, Vector, cross, dot, quaternion, rotate, vector
+from cdpr.model.lanes import of_lanes
 from cdpr.model.robot import Array
 
 leave, lead, carry = (caller(SIGNATURES[name]) for name in ("leave", "lead", "carry"))
 
 
-@kernel
 def exit_point(lines: Array, i: int, P: Vector) -> Vector:
     """Return where cable i leaves the frame (3,) on its way to P (3,), m, world axes."""
     if lines.shape[1] > ANCHORS and lines[i, LEAVE] != 0.0:
@@ -26,12 +26,23 @@ def exit_point(lines: Array, i: int, P: Vector) -> Vector:
     return (lines[i, 0], lines[i, 1], lines[i, 2])
 
 
-@kernel
+@of_lanes(exit_point)
+def _point(lines: Array, i: int, P: Vector) -> Vector:
+    """Return where cable i of each lane leaves the frame: from a point, for lanes know no others."""
+    return (lines[i, 0], lines[i, 1], lines[i, 2])
+
+
 def exit_point_and_length(lines: Array, i: int, P: Vector) -> tuple[float, float, float, float]:
     """Return that point, and the length of cable, m, that lies on the exit."""
     if lines.shape[1] > ANCHORS and lines[i, LEAD] != 0.0:
         led: tuple[float, float, float, float] = lead(lines[i, LEAD], lines[i], P)
         return led
+    return (lines[i, 0], lines[i, 1], lines[i, 2], 0.0)
+
+
+@of_lanes(exit_point_and_length)
+def _point_and_length(lines: Array, i: int, P: Vector) -> tuple[float, float, float, float]:
+    """Return that point; there is no cable on it."""
     return (lines[i, 0], lines[i, 1], lines[i, 2], 0.0)
 
 

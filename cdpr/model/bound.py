@@ -46,28 +46,34 @@ class Bound:
         return self.words.ctypes.data
 
 
-def bound(call: Callable[..., Any], timed: bool = False) -> Bound | None:
+def bound(call: Callable[..., Any], timed: bool = False, wide: bool = False) -> Bound | None:
     """Return a `partial` of a kernel, or of such a partial, as compiled code calls it; None where it is none.
 
     Arguments are C-contiguous arrays of numbers of 8 bytes, numbers, and named tuples of these; all by place, none by
     name. Where it is `timed`, it takes the time (s) after them. What the kernel returns, if anything, is a whole
-    number or a truth value.
+    number or a truth value. If `wide`, the last axis of its arrays of float64 is that of lanes.
     """
-    function: Any = call
-    arguments: tuple[Any, ...] = ()
-    while isinstance(function, partial):
-        if function.keywords:
-            return None
-        function, arguments = function.func, function.args + arguments
+    function, arguments = taken_apart(call)
     if not isinstance(function, Kernel):
         return None
-    kinds = tuple(map(kind_of, arguments))
+    kinds = tuple(kind_of(each, wide) for each in arguments)
     known = tuple(kind for kind in kinds if kind is not None)
     found = _found(function, known, timed) if len(known) == len(kinds) else None
     if found is None:
         return None
     entry, place = found
-    return Bound(entry, np.array([place, *_words(arguments)], dtype=np.int64), call)
+    return Bound(entry, np.array([place, *_words(arguments, wide)], dtype=np.int64), call)
+
+
+def taken_apart(call: Callable[..., Any]) -> tuple[Callable[..., Any] | None, tuple[Any, ...]]:
+    """Return what a `partial`, or a partial of such, calls, and with what; None where that is said by name."""
+    function: Any = call
+    arguments: tuple[Any, ...] = ()
+    while isinstance(function, partial):
+        if function.keywords:
+            return None, ()
+        function, arguments = function.func, function.args + arguments
+    return function, arguments
 
 
 @cache
@@ -80,14 +86,15 @@ def _found(function: Kernel, kinds: tuple[Kind, ...], timed: bool) -> tuple[int,
     return _entry(kinds, result, timed), int(address(function, result(*taken)))
 
 
-def _words(arguments: tuple[Any, ...]) -> list[int]:
+def _words(arguments: tuple[Any, ...], wide: bool) -> list[int]:
     """The arguments as `kind_of` has them, a word of 8 bytes each; an array is its address and its shape."""
     words: list[int] = []
     for value in arguments:
         if isinstance(value, np.ndarray):
-            words += [value.ctypes.data, *value.shape]
+            shape = value.shape[:-1] if wide and value.dtype == np.float64 else value.shape
+            words += [value.ctypes.data, *shape]
         elif isinstance(value, tuple):
-            words += _words(value)
+            words += _words(value, wide)
         elif isinstance(value, float | np.floating):
             words += struct.unpack("q", struct.pack("d", value))
         else:

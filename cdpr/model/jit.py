@@ -55,6 +55,17 @@ def apart(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
+def any_width(function: Callable[P, R]) -> Callable[P, R]:
+    """Say of a `kernel` that it serves eight problems side by side as well, given arrays of lanes (`cdpr.model.lanes`).
+
+    Numbers that are no arrays are the same for all eight. If it returns something, that is the bits of those that it
+    has not served: for them it has changed nothing that it reads.
+    """
+    if isinstance(function, Kernel):
+        function.any_width = True
+    return function
+
+
 def bind(function: Callable[..., R], *args: Any) -> Callable[[], R]:
     """Return a call of a kernel with these arguments: where it is called often, a `partial` costs more."""
     return function.bind(*args) if isinstance(function, Kernel) else functools.partial(function, *args)
@@ -106,9 +117,11 @@ class Kernel(_Compiled):
 
     Attributes:
         apart: whether callers call its code where it is.
+        any_width: whether it serves eight problems at once, too.
     """
 
     apart = False
+    any_width = False
 
     def __init__(self, function: Callable[..., Any], kind: str | None = None) -> None:
         super().__init__(function, kind)

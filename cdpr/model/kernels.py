@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import apart, kernel
+from cdpr.model.jit import any_width, apart, kernel
+from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
 
 Vector = tuple[float, float, float]
@@ -90,9 +91,9 @@ def logarithm(q: Quaternion) -> Vector:
     """Rotation vector (rad, at most pi long) of a unit quaternion of either sign."""
     sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     cosine = abs(q[0])
-    scale = 2.0 if sine < SMALL_SINE else 2.0 * math.atan2(sine, cosine) / sine
-    if q[0] < 0.0:
-        scale = -scale
+    small = sine < SMALL_SINE
+    scale = choose(small, 2.0, 2.0 * math.atan2(sine, cosine) / choose(small, 1.0, sine))
+    scale = choose(q[0] < 0.0, -scale, scale)
     return (scale * q[1], scale * q[2], scale * q[3])
 
 
@@ -162,6 +163,7 @@ def proportional_derivative(state: Array, desired: Array, gains: Array) -> tuple
     return linear, angular
 
 
+@any_width
 @kernel
 def copy(source: Array, target: Array) -> None:
     """Copy the entries of a flat array."""

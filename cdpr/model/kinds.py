@@ -61,13 +61,18 @@ NUMBER, WHOLE, TRUTH, NOTHING, C_INT = map(Plain, ("float64", "int64", "boolean"
 VECTOR, PAIR = Group((NUMBER,) * 3), Group((NUMBER,) * 2)
 LED = Group((NUMBER,) * 4)  # a vector and a number
 ROW, TABLE, CUBE = (Block(NUMBER, dimensions) for dimensions in (1, 2, 3))
+LANES = Plain("lanes")  # eight numbers side by side: in arrays alone, of which they are the last axis
 INDICES = Block(WHOLE, 1)
 
 
-def kind_of(value: Any) -> Kind | None:
-    """Return the kind under which compiled code takes an argument; None where it cannot without numba's help."""
+def kind_of(value: Any, wide: bool = False) -> Kind | None:
+    """Return the kind under which compiled code takes an argument; None where it cannot without numba's help.
+
+    If `wide`, the last axis of its arrays of float64 is that of lanes.
+    """
     if isinstance(value, np.ndarray):
-        return _block(value.dtype, value.ndim) if value.flags.c_contiguous and value.flags.aligned else None
+        known = _block(value.dtype, value.ndim) if value.flags.c_contiguous and value.flags.aligned else None
+        return Block(LANES, value.ndim - 1) if wide and known is not None and known.item == NUMBER else known
     if isinstance(value, bool):
         return TRUTH
     if isinstance(value, int | np.signedinteger):
@@ -75,7 +80,7 @@ def kind_of(value: Any) -> Kind | None:
     if isinstance(value, float | np.floating):
         return NUMBER
     if isinstance(value, tuple):
-        kinds = tuple(map(kind_of, value))
+        kinds = tuple(kind_of(each, wide) for each in value)
         known = tuple(kind for kind in kinds if kind is not None)
         return Group(known, type(value) if hasattr(value, "_fields") else None) if len(known) == len(kinds) else None
     return None

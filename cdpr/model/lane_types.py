@@ -67,6 +67,11 @@ class Mask(types.Type):  # type: ignore[misc]
 LANES, MASK = Lanes(), Mask()
 
 
+def array_of(dimensions: int) -> Any:
+    """Return the type of arrays of lanes."""
+    return types.Array(LANES, dimensions, "C", aligned=False)
+
+
 @register_model(Lanes)
 class _LanesModel(PrimitiveModel):  # type: ignore[misc]
     def __init__(self, dmm: Any, fe_type: Any) -> None:
@@ -122,6 +127,21 @@ def _called(name: str) -> Callable[[Any, Any], Any]:
     return lower
 
 
+def _one_by_one(name: str, count: int) -> Callable[[Any, Any], Any]:
+    """A C library's function, of each of eight."""
+
+    def lower(builder: Any, args: Any) -> Any:
+        kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType()] * count)
+        function, found = cgutils.get_or_insert_function(builder.module, kind, name), ir.Constant(NUMBERS, ir.Undefined)
+        for i in range(WIDTH):
+            at = ir.Constant(ir.IntType(32), i)
+            one = builder.call(function, [builder.extract_element(each, at) for each in args])
+            found = builder.insert_element(found, one, at)
+        return found
+
+    return lower
+
+
 for what, name in {**ARITHMETIC, **IN_PLACE}.items():
     _operator(what, Lanes, LANES, _instruction(name))
 for what, sign in ORDERED.items():
@@ -133,6 +153,7 @@ _operator(operator.neg, Lanes, LANES, _instruction("fneg"), 1)
 _operator(operator.invert, Mask, MASK, _instruction("not_"), 1)
 _operator(math.sqrt, Lanes, LANES, _called("sqrt"), 1)
 _operator(abs, Lanes, LANES, _called("fabs"), 1)
+_operator(math.atan2, Lanes, LANES, _one_by_one("atan2", 2))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -173,7 +194,7 @@ def side_by_side(typing: Any, array: Any) -> Any:
     """
     if not (isinstance(array, types.Array) and array.dtype == types.float64 and array.layout == "C" and array.ndim > 1):
         return None
-    made = types.Array(LANES, array.ndim - 1, "C", aligned=False)
+    made = array_of(array.ndim - 1)
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         given, view = make_array(array)(context, builder, args[0]), make_array(made)(context, builder)

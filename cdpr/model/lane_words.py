@@ -44,6 +44,11 @@ def _choose(condition: Any, a: Any, b: Any) -> Any:
     return lambda condition, a, b: a if condition else b
 
 
+@overload(lanes.code, strict=False)  # type: ignore[untyped-decorator]
+def _code(number: Any) -> Any:
+    return (lambda number: lane_types.bits(number != 0.0)) if number == LANES else (lambda number: int(number))
+
+
 @overload(lanes.whole, strict=False)  # type: ignore[untyped-decorator]
 def _whole(number: Any) -> Any:
     return (lambda number: int(first(number))) if number == LANES else (lambda number: int(number))

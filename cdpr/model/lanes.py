@@ -53,6 +53,11 @@ def choose(condition: bool, a: float, b: float) -> float:
     return a if condition else b
 
 
+def code(number: float) -> int:
+    """Return a whole number that is 0 where all is well; of eight, the bits of those of which it is not 0."""
+    return int(number)
+
+
 def whole(number: float) -> int:
     """Return a whole number that is kept as a float, the same in all of eight."""
     return int(number)

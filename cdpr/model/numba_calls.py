@@ -12,7 +12,7 @@ from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from cdpr.model import lane_types
+from cdpr.model import lane_types, lanes
 from cdpr.model.kinds import Kind, Signature
 from cdpr.model.numba_kinds import numba_signature, numba_types
 
@@ -132,13 +132,13 @@ def read(context: Any, builder: Any, start: Any, wanted: Sequence[Any], first: i
             return context.cast(builder, word(), types.intp, kind)
         data, shape = word(), [word() for _ in range(kind.ndim)]
         strides: list[Any] = []
-        item = WORD(8)
-        for size in reversed(shape):
+        item = size = WORD(8 * lanes.WIDTH if kind.dtype == lane_types.LANES else 8)
+        for length in reversed(shape):
             strides.insert(0, item)
-            item = builder.mul(item, size)
+            item = builder.mul(item, length)
         array = arrayobj.make_array(kind)(context, builder)
         at = builder.inttoptr(data, array.data.type)
-        arrayobj.populate_array(array, at, shape, strides, WORD(8), meminfo=None)
+        arrayobj.populate_array(array, at, shape, strides, size, meminfo=None)
         return array._getvalue()
 
     return [make(kind) for kind in wanted]

@@ -7,12 +7,15 @@ from typing import Any
 
 from numba import types
 
-from cdpr.model.kinds import NOTHING, Block, Function, Group, Kind, Plain, Signature
+from cdpr.model import lane_types
+from cdpr.model.kinds import LANES, NOTHING, Block, Function, Group, Kind, Plain, Signature
 
 
 def numba_type(kind: Kind) -> Any:
     """Return numba's type of a kind."""
     if isinstance(kind, Block):
+        if kind.item == LANES:
+            return lane_types.array_of(kind.dimensions)
         return types.Array(numba_type(kind.item), kind.dimensions, "C")
     if isinstance(kind, Group):
         return types.BaseTuple.from_types(numba_types(kind.items), kind.made)
@@ -38,6 +41,8 @@ def kind_from(found: Any) -> Kind | None:
     if isinstance(found, types.NoneType):
         return NOTHING
     if isinstance(found, types.Array):
+        if found == lane_types.array_of(found.ndim):
+            return Block(LANES, found.ndim)
         item = kind_from(found.dtype)
         plain = found.layout == "C" and found.aligned and isinstance(item, Plain) and found.dtype.bitwidth == 64
         return Block(item, found.ndim) if plain and isinstance(item, Plain) else None

@@ -10,13 +10,13 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import from_axis_angle, matrix, multiply
 
-NOT_FINITE, NO_LENGTH, NO_LENGTH_BELIEVED = 1, 5, 6
+NOT_FINITE, NO_UNIT, TOO_FAST, JUMPED, NO_LENGTH, NO_LENGTH_BELIEVED = range(1, 7)
 
 FAULTS = {
     NOT_FINITE: "the state is not finite",
-    2: "the attitude quaternion is not of unit length",
-    3: "the platform moves absurdly fast",
-    4: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
+    NO_UNIT: "the attitude quaternion is not of unit length",
+    TOO_FAST: "the platform moves absurdly fast",
+    JUMPED: "the pose jumped, which its velocity does not explain; the engine may have reset itself",
     NO_LENGTH: "a cable has no length",
     NO_LENGTH_BELIEVED: "a cable has no length where the controller believes its ends to be",
 }

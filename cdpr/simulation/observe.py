@@ -12,10 +12,11 @@ import numpy as np
 from cdpr.mechanics.energy import energy, external_work
 from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
+from cdpr.model.jit import any_width, kernel
 from cdpr.model.kernels import conjugate, logarithm, multiply, quaternion
+from cdpr.model.lanes import choose, code, every, some
 from cdpr.model.robot import Array
-from cdpr.simulation.faults import LENGTH_MIN, NO_LENGTH, NO_LENGTH_BELIEVED, NOT_FINITE
+from cdpr.simulation.faults import JUMPED, LENGTH_MIN, NO_LENGTH, NO_LENGTH_BELIEVED, NO_UNIT, NOT_FINITE, TOO_FAST
 
 # Faster than any cable robot by two orders: whoever gets there has diverged.
 SPEED_MAX = 1e3  # m/s
@@ -74,6 +75,7 @@ class Seen(NamedTuple):
     length: Array  # (m,), m
     rate: Array  # (m,), m/s
     energies: Array  # (4,), J: kinetic, potential, and the works so far of ideal cables and of the external wrench
+    before: Array  # (m,), m, work space
 
 
 def observing(body: Body, shown: Shown, seen: Seen, period: float) -> Callable[[], int]:
@@ -86,6 +88,7 @@ def observing(body: Body, shown: Shown, seen: Seen, period: float) -> Callable[[
     return partial(observe, *body, *shown, *seen, period)
 
 
+@any_width
 @kernel
 def observe(
     lines: Array,
@@ -100,64 +103,73 @@ def observe(
     length: Array,
     rate: Array,
     energies: Array,
+    before: Array,
     period: float,
 ) -> int:
-    """Do what `observing` says; the arrays are those of `Body`, `Shown` and `Seen`, in their order."""
-    fault = 0
+    """Do what `observing` says; the arrays are those of `Body`, `Shown` and `Seen`, in their order.
+
+    Where there is a fault, state, lengths and energies stay as they were.
+    """
+    m = lines.shape[0]
+    q = quaternion(live, 3)
+    finite, speed, spin, jump, twist, push, torque = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(13):
-        if not math.isfinite(live[i]):
-            fault = NOT_FINITE
-    if fault == 0:
-        q = quaternion(live, 3)
-        if abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) > NORM_TOLERANCE:
-            fault = 2
-        speed, spin, jump, twist, push, torque = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        turn = logarithm(multiply(q, conjugate(quaternion(state, 3))))
-        for i in range(3):
-            v, w = live[7 + i], live[10 + i]
-            speed += v * v
-            spin += max(w * w, state[10 + i] ** 2)
-            jump += (live[i] - state[i] - period * v) ** 2
-            twist += (turn[i] - period * w) ** 2
-            push += external[i] ** 2
-            torque += external[3 + i] ** 2
-        pull = math.sqrt(push)
-        for i in range(lines.shape[0]):
-            pull += abs(highest[i])
-        arm = bounds[2]
-        angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
-        central = pull * bounds[0] + bounds[1]  # of the centre of mass
-        if bounds[6] > 0.0:
-            # Gauss's principle: held, mass * central^2 + angular * inertia * angular is not more than it would be free.
-            moment = bounds[4] / bounds[0]  # mass / smallest principal moment
-            free = moment * (central + arm * spin) ** 2 + (1.0 + bounds[5]) * angular**2
-            angular, central = math.sqrt(free), math.sqrt(free / moment)
-        linear = central + arm * (angular + spin)
-        # A turn by more than pi comes back as its shorter twin: only smaller ones can be compared.
-        comparable = period * math.sqrt(spin) < 1.0
-        if speed > SPEED_MAX * SPEED_MAX or spin > ANGULAR_SPEED_MAX * ANGULAR_SPEED_MAX:
-            fault = 3
-        elif math.sqrt(jump) > period * (JUMP_SPEED + JUMP_FACTOR * period * linear) or (
-            comparable and math.sqrt(twist) > period * (JUMP_SPEED + JUMP_FACTOR * period * angular)
-        ):
-            fault = 4
-        work = 0.0
-        for i in range(lines.shape[0]):
-            work += highest[i] * length[i]
+        finite += 0.0 * live[i]
+    turn = logarithm(multiply(q, conjugate(quaternion(state, 3))))
+    for i in range(3):
+        v, w, past = live[7 + i], live[10 + i], state[10 + i]
+        moved, turned = live[i] - state[i] - period * v, turn[i] - period * w
+        speed += v * v
+        spin += max(w * w, past * past)
+        jump += moved * moved
+        twist += turned * turned
+        push += external[i] * external[i]
+        torque += external[3 + i] * external[3 + i]
+    pull = math.sqrt(push)
+    for i in range(m):
+        pull += abs(highest[i])
+    arm = bounds[2]
+    angular = (bounds[3] * pull + math.sqrt(torque)) * bounds[4] + bounds[5] * spin
+    central = pull * bounds[0] + bounds[1]  # of the centre of mass
+    swings = bounds[6] > 0.0
+    if some(swings):
+        # Gauss's principle: held, mass * central^2 + angular * inertia * angular is not more than it would be free.
+        moment = bounds[4] / bounds[0]  # mass / smallest principal moment
+        whole = central + arm * spin
+        free = moment * (whole * whole) + (1.0 + bounds[5]) * (angular * angular)
+        angular, central = choose(swings, math.sqrt(free), angular), choose(swings, math.sqrt(free / moment), central)
+    linear = central + arm * (angular + spin)
+    jumped = math.sqrt(jump) > period * (JUMP_SPEED + JUMP_FACTOR * period * linear)
+    # A turn by more than pi comes back as its shorter twin: only smaller ones can be compared.
+    comparable = period * math.sqrt(spin) < 1.0
+    spun = math.sqrt(twist) > period * (JUMP_SPEED + JUMP_FACTOR * period * angular)
+    fast = (speed > SPEED_MAX * SPEED_MAX) | (spin > ANGULAR_SPEED_MAX * ANGULAR_SPEED_MAX)
+    stretch = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0
+    fault = choose(abs(stretch) > NORM_TOLERANCE, NO_UNIT, 0)
+    fault = choose(fast, TOO_FAST, choose(jumped | (comparable & spun), JUMPED, fault))
+    work = 0.0
+    for i in range(m):
+        before[i] = length[i]
+        work += highest[i] * length[i]
+    if some(finite == 0.0):
         cable_geometry(lines, live, W, length, rate)
-        for i in range(lines.shape[0]):
-            work -= highest[i] * length[i]
-            if not length[i] > LENGTH_MIN:
-                fault = NO_LENGTH
-        energies[0], energies[1] = energy(inertial, gravity, live)
-        if period > 0.0:
-            energies[2] += work
-            energies[3] += external_work(external, period, turn, state, live)
-        else:
-            energies[2], energies[3] = 0.0, 0.0
-    for i in range(13):
-        state[i] = live[i]
-    return fault
+    for i in range(m):
+        work -= highest[i] * length[i]
+        fault = choose(length[i] > LENGTH_MIN, fault, NO_LENGTH)
+    fault = choose(finite == 0.0, fault, NOT_FINITE)
+    if some(fault != 0):
+        for i in range(m):
+            length[i] = choose(fault != 0, before[i], length[i])
+    if not every(fault != 0):
+        kinetic, potential = energy(inertial, gravity, live)
+        work, push = energies[2] + work, energies[3] + external_work(external, period, turn, state, live)
+        if period == 0.0:
+            work, push = 0.0, 0.0
+        energies[0], energies[1] = choose(fault != 0, energies[0], kinetic), choose(fault != 0, energies[1], potential)
+        energies[2], energies[3] = choose(fault != 0, energies[2], work), choose(fault != 0, energies[3], push)
+        for i in range(13):
+            state[i] = choose(fault != 0, state[i], live[i])
+    return code(fault)
 
 
 @kernel

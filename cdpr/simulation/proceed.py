@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cdpr.model.address import caller
 from cdpr.model.bound import ENTRY
-from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.jit import any_width, kernel, threaded_kernel
 from cdpr.model.kinds import WHOLE
 from cdpr.model.robot import Array
 
@@ -89,6 +89,7 @@ def entering_alone() -> Callable[[int, int], int]:
     return enter_alone
 
 
+@any_width
 @kernel
 def stamp(row: Array, time: float) -> None:
     """Write the time (s) of a sample into its row."""

@@ -68,7 +68,7 @@ class Sample:
         """Return what looks at the plant a control `period` (s) after the last time; 0 where no time has passed."""
         parts, backend = self._parts, self._parts.backend
         energies = self.view("kinetic", "external_work")
-        seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
+        seen = Seen(self.state, self.true_W, self.view("length"), self.view("rate"), energies, np.zeros(parts.robot.m))
         look = observing(self._body, Shown(backend.state, backend.external, backend.highest), seen, period)
         acts = [Act("geometry", look, refuse)]
         if not parts.ideal_cables and period:

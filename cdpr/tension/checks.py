@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.jit import apart, kernel
-from cdpr.model.lanes import choose, every, some
+from cdpr.model.jit import any_width, apart, kernel
+from cdpr.model.lanes import choose, code, every, some
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
 
@@ -26,6 +26,7 @@ RESIDUAL_TOLERANCE = 1e-6
 FAR = 2.0**-520
 
 
+@any_width
 @kernel
 def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free_wrench: Array) -> None:
     """Copy the rows of W (6, m) and wrench (6,) that belong to the degrees of freedom into (n, m) and (n,)."""
@@ -103,6 +104,7 @@ def judge(
     return RESIDUAL_TOLERANCE * max(newton(limits), math.sqrt(load) / unit)
 
 
+@any_width
 @apart
 @kernel
 def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array, tension: Array, report: Array) -> int:
@@ -112,20 +114,19 @@ def accept(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array
     NOT_FOUND; the rest of `report` is as `judge` says.
     """
     n, m = W.shape
-    status = OK
+    answered, asked = 0.0, 0.0  # NaN where an entry is not finite
     for i in range(m):
-        if not math.isfinite(answer[i]):
-            status = NOT_FOUND
+        answered += 0.0 * answer[i]
     for j in range(n):
-        if not math.isfinite(wrench[j]):
-            status = BAD_INPUT
-    if status == OK and not holds(W, wrench, weights, limits, answer, report):
-        status = NOT_FOUND
-    if status == OK:
+        asked += 0.0 * wrench[j]
+    right = (answered == 0.0) & (asked == 0.0)
+    if some(right):
+        right = right & holds(W, wrench, weights, limits, answer, report)
         for i in range(m):
-            tension[i] = min(max(answer[i], limits[0, i]), limits[1, i])
+            tension[i] = choose(right, min(max(answer[i], limits[0, i]), limits[1, i]), tension[i])
+    status = choose(right, OK, choose(asked == 0.0, NOT_FOUND, BAD_INPUT))
     report[0] = status
-    return status
+    return code(status)
 
 
 @kernel
