@@ -62,6 +62,7 @@ class MinimumNorm(CompiledSolver):
             options,
             minimum_norm,
             lanes=minimum_norms if plain else None,
+            follows=about == "previous" or options.change is not None,
             parameters=[ABOUT[about], change, weighted, *reference, *roots],
             rows=_rows(n, m),
         )

@@ -71,8 +71,8 @@ def kind_of(value: Any, wide: bool = False) -> Kind | None:
     If `wide`, the last axis of its arrays of float64 is that of lanes.
     """
     if isinstance(value, np.ndarray):
-        known = _block(value.dtype, value.ndim) if value.flags.c_contiguous and value.flags.aligned else None
-        return Block(LANES, value.ndim - 1) if wide and known is not None and known.item == NUMBER else known
+        block = _block(value.dtype, value.ndim) if value.flags.c_contiguous and value.flags.aligned else None
+        return Block(LANES, value.ndim - 1) if wide and block is not None and block.item == NUMBER else block
     if isinstance(value, bool):
         return TRUTH
     if isinstance(value, int | np.signedinteger):

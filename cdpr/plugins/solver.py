@@ -92,6 +92,8 @@ class CompiledSolver(TensionSolver):
             has a step before. It returns a whole number whose bits say which of them, the first in the lowest bit, it
             has answered: with the very tensions, to the bit, for which `kernel` says OK. `kernel` is asked for all
             others; so it may leave whatever would hold up the rest. Where many rows are distributed it is called first.
+        follows: whether an answer depends on the tensions of the step before. Where it does not, `lanes` is called in
+            the steps of rollouts, too.
     """
 
     def __init__(
@@ -104,10 +106,12 @@ class CompiledSolver(TensionSolver):
         rows: int = 0,
         width: int | None = None,
         lanes: Kernel | None = None,
+        follows: bool = True,
     ) -> None:
         super().__init__(robot, options)
         self.kernel = kernel
         self.lanes = lanes
+        self.follows = follows
         self.parameters = np.array(parameters, dtype=float)
         self.work = np.zeros((rows, max(robot.n, robot.m) if width is None else width))
 

@@ -21,8 +21,9 @@ from cdpr.simulation.proceed import ACT, ALWAYS, DUE, LAST, LAST_ACT, REACHED, S
 # Columns of the table of acts: what is done; with what is called; when; and how many acts follow, this one included,
 # before cases that were not served join the others again.
 DOES, CALLED, GIVEN, WHEN, TOGETHER = range(5)
-# What is done: nothing but Python's; lanes; each case by its own program; the desired motion; the ends of samples.
-PYTHON, SIDE_BY_SIDE, ALONE, MOTION, COMPLETE, NEXT = range(6)
+# What is done: nothing but Python's; lanes, which return the bits of those that are not served, or of those that are;
+# each case by its own program; the desired motion; the ends of samples.
+PYTHON, SIDE_BY_SIDE, ANSWERING, ALONE, MOTION, COMPLETE, NEXT = range(7)
 
 # Where they stand: sample, act, the sample before which they stop, the one at which something is due, which of the
 # lanes count, and which were left to Python.
@@ -51,13 +52,12 @@ class Kept(NamedTuple):
     counting: NDArray[np.int64]  # (2,): entry and arguments of what looks at each complete sample
     places: NDArray[np.int64]  # (W,): columns that are kept, as rows of `block`
     every: int  # samples from one that is kept to the next
-    last: int  # the last sample, which is kept, too
     rows: Array  # (8, K, W), written
 
 
 INT_TABLE, INT_CUBE = Block(WHOLE, 2), Block(WHOLE, 3)
 CASES = Group((INT_TABLE, INT_CUBE, INT_TABLE, INT_TABLE), Cases)
-KEPT = Group((INDICES, INDICES, WHOLE, WHOLE, CUBE), Kept)
+KEPT = Group((INDICES, INDICES, WHOLE, CUBE), Kept)
 
 
 @kernel
@@ -140,18 +140,19 @@ def advance(
             missing = 0
             if does == SIDE_BY_SIDE:
                 missing = call_entry(table[act, CALLED], table[act, GIVEN], time[0])
+            elif does == ANSWERING:
+                missing = ~call_entry(table[act, CALLED], table[act, GIVEN], time[0])
             elif does == ALONE:
                 missing = -1
             elif does == MOTION:
                 follow(cases, words[2], block, time[0])
             elif does == COMPLETE:
                 call_entry(kept.counting[0], kept.counting[1], 0.0)
-                if sample % kept.every == 0 or sample == kept.last:
-                    k = kept.rows.shape[1] - 1 if sample == kept.last else sample // kept.every
+                if sample % kept.every == 0:
                     for lane in range(WIDTH):
                         if alive >> lane & 1:
                             for i in range(kept.places.shape[0]):
-                                kept.rows[lane, k, i] = block[kept.places[i], lane]
+                                kept.rows[lane, sample // kept.every, i] = block[kept.places[i], lane]
                 sample += 1
             elif does == NEXT:
                 time[0] = sample * period

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.errors import CdprError, ExitCode, Interrupted, one_line
 from cdpr.jobs.cases import Outcome
@@ -22,6 +24,8 @@ from cdpr.simulation.attempt import STATUS
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import columns_of
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.pace import Pace
+from cdpr.simulation.parts import Parts
 
 BLOCK = 1024  # samples of a case that are looked at together: few turns to Python, and they stay in the cache
 
@@ -56,9 +60,9 @@ class Plan:
         return layout_of(self.scenario)
 
     @cached_property
-    def places(self) -> Array:
+    def places(self) -> NDArray[np.int64]:
         """Columns of a row that are kept, (W,)."""
-        return np.concatenate([np.r_[self.layout.columns[name]] for name in self.columns])
+        return np.concatenate([np.r_[self.layout.columns[name]] for name in self.columns]).astype(np.int64)
 
     def changed(self, number: int, values: Sequence[Any]) -> Scenario:
         """Return the scenario of a case; ScenarioError where it does not take the values."""
@@ -90,76 +94,112 @@ class Chunk:
     values: tuple[tuple[Any, ...], ...]  # of the keys, for each case
 
 
-def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> tuple[list[Outcome], Array]:
-    """Run cases; return how each ended and its rows, (n, K, W), NaN after its end.
+class Case:
+    """A case under way.
 
-    Raises Interrupted once `stopped`.
+    Args:
+        plan: what it shares with others.
+        number: which one it is.
+        values: of the keys that are varied.
+        ring: (n, width) where its samples go, again and again; nobody else writes there while it goes on.
+        out: (K, W) for the rows that are kept.
+        stopped: whether it is to end.
+
+    Attributes:
+        loop: once it has begun.
+        figures: likewise.
+        going: whether it has begun, and has not ended early.
     """
-    plan = chunk.plan
-    rows = np.full((len(chunk.numbers), len(plan.kept), len(plan.places)), np.nan)
-    ring = np.empty((min(plan.steps + 1, BLOCK), plan.layout.width))
-    outcomes = [
-        run_case(plan, number, values, ring, out, stopped)
-        for number, values, out in zip(chunk.numbers, chunk.values, rows, strict=True)
-    ]
-    return outcomes, rows
 
+    loop: Loop
+    figures: Figures
 
-def run_case(
-    plan: Plan, number: int, values: Sequence[Any], ring: Array, out: Array, stopped: Callable[[], bool]
-) -> Outcome:
-    """Run one case with the samples in `ring` (n, width), again and again, and those that are kept in `out` (K, W)."""
-    keeper: _Keeper | None = None
-    status, message, code = "finished", "", ExitCode.OK
-    try:
-        scenario = plan.changed(number, values)
-        parts = build(scenario)
-        try:
-            loop = Loop(parts)
-            keeper = _Keeper(plan, ring, out, Figures(loop.layout, _broken(scenario)), stopped)
+    def __init__(
+        self, plan: Plan, number: int, values: Sequence[Any], ring: Array, out: Array, stopped: Callable[[], bool]
+    ) -> None:
+        self._plan, self._number, self._values = plan, number, values
+        self._ring, self.out, self.stopped = ring, out, stopped
+        self._parts: Parts | None = None
+        self._ended = "finished", "", ExitCode.OK
+        self.going = False
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        status, message, code = self._ended
+        figures = self.figures.told() if hasattr(self, "figures") else {}
+        return Outcome(str(self._number), status, message, "", summary=figures, code=code)
+
+    def begin(self) -> None:
+        """Look at the first sample."""
+        with self._attempt():
+            scenario = self._plan.changed(self._number, self._values)
+            self._parts = parts = build(scenario)
+            self.loop = loop = Loop(parts)
+            self.figures = Figures(loop.layout, loop.row, _broken(scenario))
             loop.program.apart()
             loop.warm_up(scenario.initial.state())
-            try:
-                loop.run(ring, keeper.take, steps=plan.steps, block=BLOCK)
-            finally:
-                keeper.take(loop.count)
-        finally:
-            parts.controller.close()
-            parts.backend.close()
-    except Interrupted:
-        raise
-    except CdprError as error:
-        status, message, code = STATUS.get(type(error), "failed"), str(error), error.exit_code
-    except Exception as error:  # of a plugin
-        status, message, code = "failed", f"a plugin raised {one_line(error)}", ExitCode.PLUGIN
-    figures = {} if keeper is None else keeper.figures.told()
-    return Outcome(str(number), status, message, "", summary=figures, code=code)
+            with loop.timed():
+                loop.begin(self._ring, self._plan.steps)
+            self.going = True
+
+    def come(self, sample: int) -> None:
+        """Look at this sample, from within a step."""
+        with self._attempt():
+            with self.loop.timed():
+                self.loop.program.look(sample)
+            self._take(self.loop.count)
+
+    def go(self, sample: int) -> None:
+        """Complete the samples before this one, and look at it."""
+        with self._attempt():
+            self.loop.go(sample, Pace(self._take, block=BLOCK))
+            self._take(self.loop.count)
+
+    def finish(self) -> None:
+        """Complete the samples that are left."""
+        if self.going:
+            self.go(self._plan.steps)
+        if self.going:
+            with self._attempt(), self.loop.timed():
+                self.loop.decide()
+                self._take(self.loop.count)
+
+    def close(self) -> None:
+        """Free what it holds."""
+        if self._parts is not None:
+            self._parts.controller.close()
+            self._parts.backend.close()
+
+    @contextmanager
+    def _attempt(self) -> Iterator[None]:
+        """Keep what ends it."""
+        try:
+            yield
+            return
+        except Interrupted:
+            raise
+        except CdprError as error:
+            self._ended = STATUS.get(type(error), "failed"), str(error), error.exit_code
+        except Exception as error:  # of a plugin
+            self._ended = "failed", f"a plugin raised {one_line(error)}", ExitCode.PLUGIN
+        if self.going:
+            self.going = False
+            self._take(self.loop.count)
+
+    def _take(self, stop: int) -> None:
+        """Take the samples up to `stop`, excluded: all of them follow one another in the ring."""
+        done, steps = self.figures.samples, self._plan.steps
+        if stop > done:
+            first = done % len(self._ring)
+            rows = self._ring[first : first + stop - done]
+            self.figures.take(rows, self._plan.places, self._plan.every, self.out)
+            if stop == steps + 1:
+                self.out[-1] = rows[-1, self._plan.places]
+        if self.stopped():
+            raise Interrupted("the rollout was stopped")
 
 
 def _broken(scenario: Scenario) -> tuple[tuple[int, float], ...]:
     names = [cable.name for cable in scenario.robot.cables]
     return broken(scenario.events, names, scenario.simulation.control_step)
-
-
-class _Keeper:
-    """Takes from the ring of samples what is kept, and counts all."""
-
-    def __init__(self, plan: Plan, ring: Array, out: Array, figures: Figures, stopped: Callable[[], bool]) -> None:
-        self.figures = figures
-        self._plan, self._ring, self._out, self._stopped = plan, ring, out, stopped
-
-    def take(self, stop: int) -> None:
-        """Take the samples up to `stop`, excluded: all of them follow one another in the ring."""
-        plan, ring, done = self._plan, self._ring, self.figures.samples
-        if stop > done:
-            first = done % len(ring)
-            rows = ring[first : first + stop - done]
-            self.figures.add(rows)
-            skip = -done % plan.every
-            kept = rows[skip :: plan.every]
-            at = (done + skip) // plan.every
-            self._out[at : at + len(kept)] = kept[:, plan.places]
-            if stop == plan.steps + 1:
-                self._out[-1] = rows[-1, plan.places]
-        if self._stopped():
-            raise Interrupted("the rollout was stopped")

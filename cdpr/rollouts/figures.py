@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
-from cdpr.rollouts.kernels import HIGH, INFEASIBLE, LOW, count
+from cdpr.rollouts.kernels import HIGH, INFEASIBLE, LOW, count, take
 
 # As the columns of a study's table are called, and Run.summary() has them; the squares become a mean at the end.
 FIGURES = (
@@ -29,25 +31,38 @@ AT = ("position", "desired_position", "orientation", "desired_orientation", "ten
 
 
 class Figures:
-    """Counts the samples of one case; `broken` are cables that count no more, and from when on, s."""
+    """Counts the samples of one case.
 
-    def __init__(self, layout: Layout, broken: Sequence[tuple[int, float]]) -> None:
-        self._since = np.full(layout.m, np.inf)
+    Args:
+        layout: columns of a sample.
+        row: the present one, live.
+        broken: cables that count no more, and from when on, s.
+
+    Attributes:
+        values: what was counted, in the order of FIGURES, live.
+        samples: how many were.
+        counting: counts the present sample.
+    """
+
+    def __init__(self, layout: Layout, row: Array, broken: Sequence[tuple[int, float]]) -> None:
+        since = np.full(layout.m, np.inf)
         for cable, time in broken:
-            self._since[cable] = min(time, self._since[cable])
-        self._at = np.array([layout.columns[name].start for name in AT])
-        self._values = np.zeros(len(FIGURES))
-        self._values[LOW], self._values[HIGH] = np.inf, -np.inf
+            since[cable] = min(time, since[cable])
+        at = np.array([layout.columns[name].start for name in AT])
+        self.values = np.zeros(len(FIGURES))
+        self.values[LOW], self.values[HIGH] = np.inf, -np.inf
         self.samples = 0
+        self._given = since, at, self.values
+        self.counting = partial(count, row, *self._given)
 
-    def add(self, rows: Array) -> None:
-        """Count the samples that follow, (n, width), C-contiguous."""
-        count(rows, self._since, self._at, self._values)
+    def take(self, rows: Array, places: NDArray[np.int64], every: int, kept: Array) -> None:
+        """Count the samples that follow, (n, width), C-contiguous, and keep columns of each so manyth, (K, W)."""
+        take(rows, self.samples, *self._given, places, every, kept)
         self.samples += len(rows)
 
     def told(self) -> dict[str, float | int]:
         """Return the figures by name, and the number of samples."""
-        values = dict(zip(FIGURES, self._values.tolist(), strict=True))
+        values = dict(zip(FIGURES, self.values.tolist(), strict=True))
         for name in ("position_error_rms_m", "orientation_error_rms_rad"):
             values[name] = math.sqrt(values[name] / self.samples) if self.samples else 0.0
         if values["tension_min_N"] == math.inf:  # no sample, or all cables are broken from the first on

@@ -28,7 +28,8 @@ from cdpr.nearest import did_you_mean
 from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.problems import shown
-from cdpr.rollouts.case import Chunk, Plan, layout_of, run_chunk
+from cdpr.rollouts.case import Plan, layout_of
+from cdpr.rollouts.chunk import Chunk, run_chunk
 from cdpr.rollouts.result import Rollouts
 from cdpr.rollouts.vary import check_count, values_of
 from cdpr.scenario import Scenario, load_scenario

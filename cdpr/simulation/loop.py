@@ -18,7 +18,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
-from cdpr.plugins.snapshots import Saved, put_back, save
+from cdpr.plugins.snapshots import Saved, SnapshotOfArrays, put_back, save
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.faults import told
 from cdpr.simulation.loads import Loads
@@ -283,6 +283,22 @@ class Loop:
         live = save((self.row, self.W, self.present.true_W, backend.command, backend.external))
         own = [part.snapshot() for part in (backend, parts.controller, parts.solver, self.stage, self.schedule)]
         return Moment(self.program.place, live, own)
+
+    @property
+    def memory(self) -> tuple[Array, ...] | None:
+        """The arrays that its steps change and need, the row first; None where there is more, such as in a part.
+
+        What events change is not among them.
+        """
+        parts, backend = self.parts, self.parts.backend
+        plain = isinstance(parts.solver, TensionSolver) and type(parts.solver).snapshot is TensionSolver.snapshot
+        if not (plain and isinstance(backend, SnapshotOfArrays) and isinstance(parts.controller, SnapshotOfArrays)):
+            return None
+        if self._playback is not None:
+            return None
+        own = (*backend.arrays, *parts.controller.arrays, *self.stage.arrays)
+        several = (self.row, self.W, self.present.true_W, backend.command, backend.external, backend.state, *own)
+        return tuple({id(array): array for array in several}.values())
 
     def restore(self, snapshot: Moment) -> None:
         """Go back to a snapshot of this loop: what follows is the same to the bit. Raises PluginError likewise."""

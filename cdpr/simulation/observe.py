@@ -172,16 +172,18 @@ def observe(
     return code(fault)
 
 
+@any_width
 @kernel
 def believe(lines: Array, state: Array, W: Array, length: Array, rate: Array) -> int:
     """Write wrench matrix (6, m), lengths and rates (m,) of the believed robot; return 0 or a key of FAULTS."""
     cable_geometry(lines, state, W, length, rate)
+    fault = 0.0
     for i in range(length.shape[0]):
-        if not length[i] > LENGTH_MIN:
-            return NO_LENGTH_BELIEVED
-    return 0
+        fault = choose(length[i] > LENGTH_MIN, fault, NO_LENGTH_BELIEVED)
+    return code(fault)
 
 
+@any_width
 @kernel
 def exert(W: Array, tension: Array, wrench: Array) -> None:
     """Write the wrench (6,) W @ tension."""

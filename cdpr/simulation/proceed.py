@@ -103,6 +103,7 @@ def late(clock: Array, time: float) -> bool:
     return not right
 
 
+@any_width
 @kernel
 def ask_nothing(wrench: Array, status: Array) -> None:
     """Where there is no power, nothing is asked of the cables any more: the wrench (6,) and its status are 0."""

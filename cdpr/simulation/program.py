@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.errors import Infeasible
 from cdpr.model.bound import Bound, bound
@@ -126,6 +127,26 @@ class Program:
     def place(self, place: tuple[int, int, float, int]) -> None:
         self._place[[SAMPLE, ACT]] = place[:2]
         self._time[0], self.due = place[2:]
+
+    @property
+    def bound(self) -> Sequence[Bound | None]:
+        """The acts as compiled code calls them, in order; None of those that Python does."""
+        return self._bound
+
+    @property
+    def whole(self) -> Bound | None:
+        """What goes on from `standing`, as compiled code calls it."""
+        return self._packed
+
+    @property
+    def standing(self) -> tuple[NDArray[np.int64], Array]:
+        """Where it stands and when that is, live; as `proceed` takes them."""
+        return self._place, self._time
+
+    @property
+    def when(self) -> NDArray[np.int64]:
+        """When each act is done, as `proceed` has it, live."""
+        return self._table[:, WHEN]
 
     def apart(self) -> None:
         """Let Python's other threads run while compiled code does."""

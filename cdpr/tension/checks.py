@@ -59,12 +59,12 @@ def room(limits: Array, tension: Array, report: Array, held: Array | None = None
     """
     margin, at_limit, tolerance = math.inf, 0.0, LIMIT_TOLERANCE * newton(limits)
     for i in range(tension.shape[0]):
-        if held is not None and not math.isnan(held[i]):
-            continue
         distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
-        locked = (limits[0, i] == limits[1, i]) & (distance >= -tolerance)
-        margin = choose(locked, margin, min(margin, distance))
-        at_limit += choose(locked, 0.0, choose(distance <= tolerance, 1.0, 0.0))
+        aside = (limits[0, i] == limits[1, i]) & (distance >= -tolerance)
+        if held is not None:
+            aside = aside | (held[i] == held[i])
+        margin = choose(aside, margin, min(margin, distance))
+        at_limit += choose(aside, 0.0, choose(distance <= tolerance, 1.0, 0.0))
     report[2] = margin
     report[3] = at_limit
 
@@ -138,14 +138,15 @@ def holds(W: Array, wrench: Array, weights: Array, limits: Array, answer: Array,
     return kept
 
 
+@any_width
 @kernel
 def hold(held: Array, tension: Array) -> None:
     """Set the tensions (m,) whose `held` is not NaN to that."""
     for i in range(held.shape[0]):
-        if not math.isnan(held[i]):
-            tension[i] = held[i]
+        tension[i] = choose(held[i] == held[i], held[i], tension[i])
 
 
+@any_width
 @kernel
 def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, tension: Array, report: Array) -> None:
     """Let `held` tensions be and `report` say what all tensions (m,) do then; its status stays the distribution's."""
@@ -153,6 +154,7 @@ def impose(held: Array, W: Array, wrench: Array, weights: Array, limits: Array, 
     judge(W, wrench, weights, limits, tension, report, held)
 
 
+@any_width
 @kernel
 def true_margin(limits: Array, tension: Array, held: Array, room: Array) -> None:
     """Write how far the tensions (m,) are from the nearer of the limits (2, m), N, negative beyond.
@@ -160,4 +162,5 @@ def true_margin(limits: Array, tension: Array, held: Array, room: Array) -> None
     NaN for cables whose `held` (m,) is not: broken or jammed, nothing is asked of them.
     """
     for i in range(tension.shape[0]):
-        room[i] = min(tension[i] - limits[0, i], limits[1, i] - tension[i]) if math.isnan(held[i]) else math.nan
+        distance = min(tension[i] - limits[0, i], limits[1, i] - tension[i])
+        room[i] = choose(held[i] == held[i], math.nan, distance)

@@ -52,6 +52,7 @@ class CommandStage:
         self.acts = [Act("distribution", partial(take, policy == "stop", self.command, *result), self._refuse)]
         self.imposing = [Act("distribution", partial(impose, cables.held, *result))]
 
+    arrays = ()  # what comes next depends on none before
     answered = True  # there is no solver to be asked
     refusal = ""
 

@@ -167,6 +167,11 @@ class TensionStage:
         """Take the present tensions, which somebody else chose, for its answer of the step before."""
         self._answer[:] = self.live.tension
 
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """The answer before."""
+        return (self._answer,)
+
     def snapshot(self) -> object:
         """Return what future answers depend on beside limits and held cables: the answer before."""
         return self._answer.copy(), self._known.copy(), self._refused

@@ -1,0 +1,169 @@
+"""Eight cases of a rollout side by side: each is what it is alone, to the bit, whatever happens to the others."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.columns import FIRST
+from cdpr.model.lanes import WIDTH
+from cdpr.rollouts import eights
+
+SCENARIOS = ROOT / "scenarios"
+ALL = tuple(column.name for column in FIRST if column.name != "time")
+MORE = WIDTH + 2  # cases: a full group, and one that is too small
+GAINS = {"controller.kd": {"uniform": [15.0, 30.0]}}
+LIMIT = 10_000.0
+
+pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="only compiled code has lanes")
+
+
+@pytest.fixture
+def both(monkeypatch):
+    """Return what makes a rollout with cases side by side and one of cases alone, and how far the former went."""
+    far: list[tuple[int, int]] = []
+    together = eights.Eights._together
+
+    def spy(self, cases, words):
+        begun = cases[0].loop.count
+        found = together(self, cases, words)
+        far.append((begun, found[0]))
+        return found
+
+    def run(name, vary, n=MORE, **overrides):
+        given = {"simulation.ends_early": True, "simulation.backend": "reference", **overrides}
+        made = []
+        for least in (eights.WORTHWHILE, LIMIT):
+            with monkeypatch.context() as patched:
+                patched.setattr(eights, "WORTHWHILE", least)
+                patched.setattr(eights.Eights, "_together", spy)
+                path = SCENARIOS / f"{name}.yaml"
+                made.append(cdpr.rollout(path, n, vary=vary, every=1, columns=ALL, overrides=given, threads=None))
+        return *made, far
+
+    return run
+
+
+def assert_same(one, other):
+    assert one.status.tolist() == other.status.tolist()
+    assert one.messages == other.messages
+    assert np.array_equal(one.rows, other.rows, equal_nan=True)
+    for name, values in one.figures.items():
+        assert np.array_equal(values, other.figures[name], equal_nan=True), name
+
+
+ALIKE = {
+    "mass": ("caroca", {"robot.platform.mass": {"uniform": [24.0, 30.0]}}),
+    "anchors": ("caroca", {"robot.cables[2].frame[0]": {"normal": [3.5, 0.01]}}),
+    "motion": ("caroca", {"trajectory.duration": {"uniform": [2.0, 3.0]}}),
+    "belief": ("believed", GAINS),
+    "off centre": ("off_centre_mass", GAINS),
+    "gravity": ("external_wrench", {"world.gravity": np.linspace([0, 0, -9.9], [0, 0, -9.7], MORE)}),
+    "limits": ("thesis", GAINS),
+}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+def test_they_go_all_the_way_together(name, both):
+    scenario, vary = ALIKE[name]
+    one, other, far = both(scenario, vary, **{"simulation.duration": 0.3})
+    assert far
+    assert far[-1][1] == 300
+    assert one.counts == {"finished": MORE}
+    assert_same(one, other)
+
+
+@pytest.mark.parametrize("controller", ["static", "pid"])
+def test_controllers(controller, both):
+    one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, "controller.type": controller})
+    assert far == [(0, 300)]
+    assert_same(one, other)
+
+
+@pytest.mark.parametrize("solver", ["dykstra", "centroid"])
+def test_solvers_without_lanes_are_asked_for_each(solver, both):
+    one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, "solver.type": solver})
+    assert far[-1][1] == 300
+    assert_same(one, other)
+
+
+@pytest.mark.parametrize("option", ["about: previous", "change: 5.0"])
+def test_a_solver_that_follows_is_not_asked_side_by_side(option, both):
+    key, value = option.split(": ")
+    given = float(value) if value[0].isdigit() else value
+    one, other, far = both("caroca", GAINS, **{"simulation.duration": 0.3, f"solver.{key}": given})
+    assert far[-1][1] == 300
+    assert_same(one, other)
+
+
+def test_limits_in_the_way_of_some(both):
+    """Heavy platforms are beyond what the cables may do for a part of the way; a policy answers for them."""
+    for policy in ("best_effort", "hold_tension"):
+        vary = {"robot.platform.mass": np.linspace(25.0, 900.0, MORE), "robot.tension.max": [2000.0] * MORE}
+        one, other, _ = both("caroca", vary, **{"simulation.duration": 1.0, "solver.infeasible": policy})
+        counts = one.figures["infeasible_steps"]
+        assert 0 in counts
+        assert counts.max() > 100
+        assert_same(one, other)
+
+
+def test_what_happens_at_different_times(both):
+    one, other, far = both("cable_break", {"events[0].time": {"uniform": [0.05, 0.25]}}, **{"simulation.duration": 0.4})
+    assert len(far) > 1
+    assert_same(one, other)
+
+
+def test_what_happens_in_each_step_leaves_them_alone_for_longer_and_longer(both):
+    one, other, far = both("external_wrench", GAINS, **{"simulation.duration": 2.5})
+    assert far[0][1] > 0
+    assert len(far) < 15
+    assert_same(one, other)
+
+
+def test_some_end_early_and_the_others_go_on(both):
+    n = 9
+    vary = {
+        "controller.kp": [100.0, 200.0, 300.0, 80.0, 90.0, 1e6, 100.0, 100.0, 120.0],
+        "robot.platform.mass": [25.0, 25.0, 1e4, -1.0, 26.0, 25.0, 27.0, 28.0, 29.0],
+        "robot.tension.max": [2000.0] * 5 + [1e11] + [2000.0] * 3,
+        "simulation.physics_step": [0.01] * n,
+        "solver.infeasible": ["best_effort"] * 2 + ["stop"] * 2 + ["hold_tension", "best_effort"] + ["stop"] * 3,
+    }
+    one, other, far = both("caroca", vary, n, **{"simulation.duration": 2.0, "simulation.control_step": 0.01})
+    assert one.counts == {"finished": 6, "infeasible": 1, "failed": 1, "diverged": 1}
+    assert far[-1][1] == 200
+    assert_same(one, other)
+    for i in (2, 5):
+        own = {key: values[i] for key, values in one.values.items()}
+        with pytest.raises(cdpr.SimulationStopped) as stop:
+            cdpr.simulate(
+                SCENARIOS / "caroca.yaml",
+                overrides={**own, "simulation.duration": 2.0, "simulation.control_step": 0.01},
+            )
+        assert one.messages[i] == str(stop.value)
+
+
+DIFFERENT = {
+    "controllers": {"controller.type": ["static", "pid"] * (MORE // 2)},
+    "options of the solver": {"solver.about": ["zero", "middle"] * (MORE // 2)},
+    "cables": {"robot.tension.max": [900.0, 2000.0] * (MORE // 2), "solver.about": ["zero"] * (MORE - 1) + ["middle"]},
+}
+
+
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_cases_that_are_made_differently_go_alone(name, both):
+    one, other, _ = both("caroca", DIFFERENT[name], **{"simulation.duration": 0.2})
+    assert_same(one, other)
+
+
+ALONE = {"cogiro_pulleys": GAINS, "winch": GAINS, "planar": GAINS}
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_what_lanes_do_not_know_goes_alone(name, both):
+    one, other, far = both(name, ALONE[name], **{"simulation.duration": 0.2})
+    assert far == []
+    assert_same(one, other)
