@@ -9,6 +9,7 @@ import json
 from pathlib import Path
 
 import distribute
+import rollout
 import start
 import step
 
@@ -23,6 +24,7 @@ def rounded(value: object) -> object:
 
 
 if __name__ == "__main__":
-    figures = rounded({"step": step.measure(), "distribute": distribute.measure(), "startup": start.measure()})
+    parts = {"step": step, "distribute": distribute, "rollout": rollout, "startup": start}
+    figures = rounded({name: part.measure() for name, part in parts.items()})
     FILE.write_text(json.dumps(figures, indent=2) + "\n")
     print(FILE.read_text())

@@ -1,6 +1,7 @@
 """What a row of a rollout costs, in units of one numpy.linalg.pinv of a 6x8 matrix in the same process.
 
-Caroca at 1 kHz for 4 s, on `reference` with the exact QP: cases that differ in gain alone, and in mass, gain and start.
+Caroca at 1 kHz for 4 s, on `reference` with the exact QP: cases that differ in gain alone, and in mass, gain and start,
+of which a fifth of the samples have cables at a limit and are answered one by one.
 Rollouts with one thread, with one for each core, and chunks of pinv calls take turns; each figure is the minimum of all
 turns. A row costs what its rollout does, all of it, in CPU time of one core, which other programs change little; the
 speed-up is one of wall times, and where the load, printed beside it, is not that of an idle machine it shows nothing.

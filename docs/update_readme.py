@@ -46,6 +46,12 @@ def figure_table() -> str:
         f"| a row of `cdpr.distribute` with `qp`, on one core | {rows['row']:.3f} pinv |",
         f"| the same where every row has cables at a limit | {rows['row_at_limits']:.3f} pinv |",
     ]
+    for name, row in figures["rollout"].items():
+        lines += [
+            f"| a row of `cdpr.rollout` of caroca on `reference`, cases that differ in {name}, on one core "
+            f"| {row['row_without_set_up']:.3f} pinv |",
+            f"| what comes before the first row of such a case | {row['set_up']:.0f} pinv |",
+        ]
     startup = figures["startup"]
     lines += [
         f"| `cdpr --help` | {startup['help']:.2f} s CPU |",
