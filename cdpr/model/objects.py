@@ -3,6 +3,9 @@
 A process that has compiled kernels, or loaded them by numba, leaves them as such a file when it ends (`linker`). After
 the code stand an index of what it holds, the index's length and a checksum of it all, which is in the file's name, too:
 what is not whole is not loaded. Nothing is written into a file that has this name.
+
+A wheel may bring such files, made for any processor of its kind when it was built (build_backend.py): they serve as
+long as the sources beside them are those that they were made of, whatever numba is installed.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from cdpr.model import kernel_cache
 from cdpr.model.kinds import C_INT, NOTHING, NUMBER, TRUTH, WHOLE, Block, Group, Kind, unpacked
 
 CALLS = Path(__file__).with_name("calls.c")
+BROUGHT = Path(__file__).parents[1] / "kernels"  # by a wheel, in a folder for the state of the sources
 LENGTH = struct.Struct("<Q")
 CHECKSUM = hashlib.sha256().digest_size
 HEAD = 16  # bytes of each object in a Python whose objects calls.c knows
@@ -113,7 +117,7 @@ def call(found: Found, library: Library, kinds: tuple[Kind, ...], otherwise: Cal
 def libraries() -> dict[str, list[Library]]:
     """Return the files of this state of the sources that hold a key, by key."""
     name = environment()
-    return {} if name is None else _libraries(kernel_cache.kept(), name)
+    return _libraries(None if name is None else kernel_cache.kept(), name or "")
 
 
 def pattern(name: str) -> str:
@@ -122,23 +126,28 @@ def pattern(name: str) -> str:
 
 
 @cache
-def _libraries(folder: Path, name: str) -> dict[str, list[Library]]:
+def _libraries(folder: Path | None, name: str) -> dict[str, list[Library]]:
     found: dict[str, list[Library]] = {}
-    for library in _whole(folder, name):
+    brought = portable()
+    several = [] if brought is None else list(_whole(BROUGHT / f"kernels-{kernel_cache.digest()}", brought, ours=False))
+    if folder is not None:
+        several += _whole(folder, name, ours=True)
+    for library in several:
         for key in library.entries:
             found.setdefault(key, []).append(library)
     return found
 
 
-def _whole(folder: Path, name: str) -> Iterator[Library]:
+def _whole(folder: Path, name: str, *, ours: bool) -> Iterator[Library]:
+    """Yield the files that are whole; those of `ours` that are not are removed."""
     for path in sorted(folder.glob(pattern(name))):
         with contextlib.suppress(OSError):
             content = path.read_bytes()
             entries = index(content) if hashlib.sha256(content).hexdigest() == path.stem.rpartition("-")[2] else None
-            if entries is None:
-                path.unlink()  # what uses it now keeps what it has mapped
-            else:
+            if entries is not None:
                 yield Library(path, entries)
+            elif ours:
+                path.unlink()  # what uses it now keeps what it has mapped
 
 
 def index(content: bytes) -> dict[str, Any] | None:
@@ -165,13 +174,39 @@ def environment() -> str | None:
             cpu = file.read(FIRST).partition(b"\n\n")[0]
         told = [line for line in cpu.splitlines() if line.startswith(PROCESSOR)]
         versions = [_version(package) for package in ("numba", "llvmlite")]
-        calls = CALLS.read_bytes()
     except (OSError, AttributeError, TypeError, ValueError):
         return None
-    if not told or not _known_layout():
+    return fingerprint(told, versions, _settings()) if told else None
+
+
+@cache
+def portable() -> str | None:
+    """Return what tells apart the machines that can use what a wheel brings; None where none can be used."""
+    return None if _settings() else fingerprint()
+
+
+def brought_by() -> str | None:
+    """Return the version of numba that made what a wheel brings for these sources; None where it brings nothing."""
+    try:
+        return None if portable() is None else (BROUGHT / f"kernels-{kernel_cache.digest()}" / "numba").read_text()
+    except OSError:
         return None
-    settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_") and item[0] not in IDLE)
-    all_ = repr((told, versions, calls, settings, sys.implementation.cache_tag, os.uname().machine))
+
+
+def _settings() -> list[tuple[str, str]]:
+    """What the user says of how numba is to compile."""
+    return sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_") and item[0] not in IDLE)
+
+
+def fingerprint(*what: object) -> str | None:
+    """Return what tells apart what calls.c is made for, and more; None where that is not this Python."""
+    try:
+        calls = CALLS.read_bytes()
+    except OSError:
+        return None
+    if not _known_layout():
+        return None
+    all_ = repr((*what, calls, sys.implementation.cache_tag, os.uname().machine))
     return hashlib.sha256(all_.encode()).hexdigest()[:16]
 
 

@@ -17,7 +17,7 @@ from cdpr.cables import COMMANDED, exits_of, with_model
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
-from cdpr.model import kernel_cache
+from cdpr.model import kernel_cache, objects
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
@@ -190,4 +190,7 @@ def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str
             versions[name] = _version(name)
         except PackageNotFoundError:
             versions[name] = "unknown"
+    made_by = objects.brought_by()
+    if made_by not in (None, versions["numba"]):
+        versions["numba"] += f" (kernels of the wheel: {made_by})"
     return versions

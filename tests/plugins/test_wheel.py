@@ -1,9 +1,11 @@
-"""What a user has who installs the wheel and has no checkout: the examples, by their names."""
+"""What a user has who installs the wheel and has no checkout: the examples, by their names, and compiled kernels."""
 
 from __future__ import annotations
 
 import json
 import os
+import shutil
+import stat
 import subprocess
 import sys
 import zipfile
@@ -22,9 +24,13 @@ WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from cdpr.cl
 @pytest.fixture(scope="module")
 def python(tmp_path_factory):
     """The Python of a new environment that holds the wheel, and finds our dependencies where this one has them."""
-    folder = tmp_path_factory.mktemp("wheel")
+    return installed(tmp_path_factory.mktemp("wheel"), {"HATCH_BUILD_NO_HOOKS": "true"})
+
+
+def installed(folder, more):
     build = BUILD.format(str(ROOT), str(folder))
-    wheel = subprocess.run([sys.executable, "-c", build], capture_output=True, text=True, check=True).stdout.strip()
+    words, env = [sys.executable, "-c", build], {**os.environ, **more}
+    wheel = subprocess.run(words, env=env, capture_output=True, text=True, check=True).stdout.strip()
     venv = folder / "venv"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", venv], check=True)
     (site,) = (venv / "lib").glob("python*/site-packages")
@@ -34,8 +40,8 @@ def python(tmp_path_factory):
     return venv / "bin" / "python", site
 
 
-def run(python, *arguments, cwd, code=0):
-    env = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+def run(python, *arguments, cwd, code=0, **more):
+    env = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | more
     done = subprocess.run([python[0], *arguments], env=env, cwd=cwd, capture_output=True, text=True, timeout=300)
     assert done.returncode == code, done.stdout + done.stderr
     return done
@@ -78,3 +84,60 @@ def test_the_wheel_holds_all_c(python):
     assert {
         path.relative_to(python[1]) for path in (python[1] / "cdpr").rglob("*") if path.suffix in (".c", ".h")
     } == of_tree
+
+
+# What a first process may not import, for it has nothing to compile.
+WITHOUT_NUMBA = "import sys; sys.modules |= {'numba': None, 'llvmlite': None}; from cdpr.cli import main; main()"
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """The same with the kernels that a wheel brings."""
+    if shutil.which("cc") is None:
+        pytest.skip("there is no C compiler: wheels bring no kernels")
+    return installed(tmp_path_factory.mktemp("compiled"), {})
+
+
+def objects_of(site):
+    return sorted(site.glob("cdpr/kernels/kernels-*/objects-*.so"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("solver", ["qp", "closed_form", "centroid"])
+def test_a_first_run_from_a_wheel_needs_no_numba_and_gives_the_same_bits(compiled, python, tmp_path, solver):
+    chosen = ["run", "caroca", "--solver", solver, "--no-report", "--set", "simulation.duration=0.2"]
+    (tmp_path / "kernels").mkdir()
+    nowhere = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    run(compiled, "-c", WITHOUT_NUMBA, *chosen, "--out", "brought", cwd=tmp_path, **nowhere)
+    assert list((tmp_path / "kernels").iterdir()) == []
+    run(python, "-m", "cdpr", *chosen, "--out", "made", cwd=tmp_path)  # compiled for this processor
+    brought, made = (tmp_path / name / "log.mcap" for name in ("brought", "made"))
+    assert brought.read_bytes() == made.read_bytes()
+    versions = [json.loads(path.with_name("run.json").read_text())["header"]["versions"] for path in (brought, made)]
+    assert versions[0] == versions[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", ["truncated", "flipped", "other sources"])
+def test_kernels_of_a_wheel_that_do_not_fit_are_made_anew(compiled, tmp_path, damage):
+    site = tmp_path / "site"
+    shutil.copytree(compiled[1], site, symlinks=True)
+    (path,) = objects_of(site)
+    content = path.read_bytes()
+    if damage == "truncated":
+        path.write_bytes(content[: len(content) // 2])
+    elif damage == "flipped":
+        path.write_bytes(content[:5000] + bytes([content[5000] ^ 1]) + content[5001:])
+    else:
+        with (site / "cdpr" / "model" / "kernels.py").open("a") as file:
+            file.write("\n# edited\n")
+    for folder in (path.parent, site / "cdpr"):
+        folder.chmod(stat.S_IRUSR | stat.S_IXUSR)  # as an administrator leaves it
+    short = ["run", "caroca", *SHORT, "--no-report", "--out", "out"]
+    given = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "PYTHONPATH": str(site)}
+    done = run((sys.executable, site), "-P", "-m", "cdpr", *short, cwd=tmp_path, **given)
+    assert "compiling numerical kernels" in done.stderr
+    assert list(tmp_path.glob("kernels/kernels-*/objects-*.so"))
+    assert path.exists()
+    for folder in (path.parent, site / "cdpr"):
+        folder.chmod(stat.S_IRWXU)

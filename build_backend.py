@@ -1,0 +1,117 @@
+"""Builds the packages: hatchling's, and into wheels the compiled kernels, so that no first run has to compile them.
+
+Shared objects of them are made by running examples with what the wheel is made of, for any processor of this kind;
+where there is no C compiler or no numba, or on another system than Linux, the wheel is as good without. An editable
+install has none: there sources change.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from hatchling import build as hatchling
+from hatchling.build import *  # noqa: F403
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+ROOT = Path(__file__).parent
+SECONDS = 1200.0  # after which the compiler hangs: it takes a minute or two
+
+# What a first run may need: each example, and each solver and controller, for an instant.
+RUNS = """
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import cdpr
+from cdpr.errors import CdprError
+from cdpr.model import objects
+from cdpr.plugins.registry import registry
+
+root = Path(sys.argv[1])
+assert Path(cdpr.__file__).is_relative_to(root), cdpr.__file__
+
+
+def run(name, **more):
+    short = {"simulation.duration": 0.02, "simulation.ends_early": True}
+    try:
+        cdpr.simulate(root / "scenarios" / f"{name}.yaml", overrides=short, **more)
+    except CdprError as error:  # an engine or a solver that is not installed here
+        print(f"{name} {more}: {error}", file=sys.stderr)
+
+
+for path in sorted((root / "scenarios").glob("*.yaml")):
+    run(path.stem)
+    run(path.stem, backend="reference")
+for backend in ("mujoco", "bullet", "dart"):
+    run("caroca", backend=backend)
+for solver in registry().names("solver"):
+    run("caroca", solver=solver)
+for controller in registry().names("controller"):
+    run("caroca", controller=controller)
+print(objects.fingerprint(), version("numba"))
+"""
+
+
+def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
+    """Return what a wheel is built with, beside hatchling: what cdpr runs with."""
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        needed: list[str] = tomllib.load(file)["project"]["dependencies"]
+    return [*hatchling.get_requires_for_build_wheel(config_settings), *needed]
+
+
+class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
+    """Puts kernels into a wheel."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compile them, unless it is an editable install."""
+        if version == "editable" or sys.platform != "linux" or shutil.which(os.environ.get("CC") or "cc") is None:
+            return
+        self._place = tempfile.TemporaryDirectory()
+        kernels = compiled(Path(self._place.name))
+        for path, name in kernels.items():
+            build_data["force_include"][str(path)] = f"cdpr/kernels/{name}"
+        if kernels:
+            build_data["pure_python"] = False
+            build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove what has been packed."""
+        if hasattr(self, "_place"):
+            self._place.cleanup()
+
+
+def compiled(place: Path) -> dict[Path, str]:
+    """Compile kernels in a folder; return the files and their names in the package, none where that cannot be done."""
+    env = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    env |= {
+        "NUMBA_CACHE_DIR": str(place),
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+        "PYTHONPATH": str(ROOT),
+    }
+    words = [sys.executable, "-P", "-c", RUNS, str(ROOT)]
+    try:
+        done = subprocess.run(words, env=env, cwd=place, capture_output=True, text=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        print(f"no kernels for the wheel: they took longer than {SECONDS:g} s", file=sys.stderr)
+        return {}
+    if done.returncode != 0:
+        print(f"no kernels for the wheel: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
+        return {}
+    portable, numba = done.stdout.split()[-2:]
+    made = {
+        path: f"{path.parent.name}/objects-{portable}-{path.stem.rpartition('-')[2]}.so"
+        for path in place.glob("kernels-*/objects-*.so")
+    }
+    for folder in {path.parent for path in made}:
+        (folder / "numba").write_text(numba)
+        made[folder / "numba"] = f"{folder.name}/numba"
+    return made
