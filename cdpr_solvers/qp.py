@@ -8,14 +8,16 @@ from typing import Any
 from cdpr.errors import PluginError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
+from cdpr.model.address import address, caller
 from cdpr.model.jit import kernel
 from cdpr.model.lanes import bits, side_by_side
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
-from cdpr.tension import active_set, null_space
+from cdpr.tension import active_set, null_space, row_space
 from cdpr.tension.active_set import FEASIBILITY_TOLERANCE, least, nearest
 from cdpr.tension.null_space import common, reduce
-from cdpr.tension.row_space import nearest_by_rows, worthwhile
+from cdpr.tension.row_space import BY_ROWS as BY_ROWS_KERNEL
+from cdpr.tension.row_space import worthwhile
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
 from cdpr.tension.verdict import ROUND_OFF, compared, verdict
 from cdpr_solvers.options import QpOptions, per_cable
@@ -27,7 +29,11 @@ ABOUT = {"zero": ZERO, "middle": MIDDLE, "previous": PREVIOUS, "given": GIVEN}
 # wrench that answers may leave); of a nearer one it does not, and where it finds nothing there is nothing.
 FAR = 1e3
 
-REFERENCE = 3  # parameters: about, largest change (inf: any), whether weighted, m references, m roots of weights
+# Parameters: about, largest change (inf: any), whether weighted, the address of `nearest_by_rows` where that is worth
+# while, else 0 (few robots have so many cables, and it takes long to compile), m references, m roots of weights.
+BY_ROWS, REFERENCE = 3, 4
+
+nearest_by_rows = caller(BY_ROWS_KERNEL)
 
 
 class MinimumNorm(CompiledSolver):
@@ -56,14 +62,16 @@ class MinimumNorm(CompiledSolver):
         weights = compliance(robot) if options.weights == "stiffness" else per_cable(robot, "weights", options.weights)
         roots = [math.sqrt(weight) for weight in weights]
         weighted = float(options.weights is not None)
-        plain = about in ("zero", "previous") and options.weights is None and not worthwhile(n, m)
+        many = bool(worthwhile(n, m))
+        plain = about in ("zero", "previous") and options.weights is None and not many
+        by_rows = address(row_space.nearest_by_rows, BY_ROWS_KERNEL) if many else 0.0
         super().__init__(
             robot,
             options,
             minimum_norm,
             lanes=minimum_norms if plain else None,
             follows=about == "previous" or options.change is not None,
-            parameters=[ABOUT[about], change, weighted, *reference, *roots],
+            parameters=[ABOUT[about], change, weighted, by_rows, *reference, *roots],
             rows=_rows(n, m),
         )
 
@@ -109,7 +117,8 @@ def minimum_norm(
         for i in range(m):
             if not math.isfinite(tension[i]):
                 about, window = (ZERO if about == PREVIOUS else about), False
-    plain = not (weighted or window or about != ZERO or worthwhile(n, m))
+    by_rows = parameters[BY_ROWS]
+    plain = not (weighted or window or about != ZERO or by_rows != 0.0)
     if not plain:
         for i in range(m):
             s = root[i] if weighted else 1.0
@@ -132,9 +141,9 @@ def minimum_norm(
     status, lost, far = NOT_FOUND, OK, 0.0
     for again in range(2):
         r, judged = 0, False
-        if worthwhile(n, m):
-            status = nearest_by_rows(A, wrench, low, high, target, tension, N, box, rest)
-        if not worthwhile(n, m) or status == NOT_FOUND:
+        if by_rows != 0.0:
+            status = nearest_by_rows(by_rows, A, wrench, low, high, target, tension, N, box, rest)
+        if by_rows == 0.0 or status == NOT_FOUND:
             r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
             if r < 0:
                 return NOT_FOUND if window and r == -INFEASIBLE else -r
@@ -180,7 +189,7 @@ def minimum_norms(
 ) -> int:
     """Answer those of eight problems, none with a step before, that no limit holds up, as `minimum_norm` does."""
     n, m = W.shape[0], W.shape[1]
-    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or worthwhile(n, m):
+    if work.shape[0] < _rows(n, m) or work.shape[1] < max(n, m) or parameters[BY_ROWS] != 0.0:
         return 0
     if parameters[0] not in (ZERO, PREVIOUS) or parameters[2] != 0.0:  # of the former there is none
         return 0

@@ -19,7 +19,15 @@ from cdpr.model.kinds import Kind, Signature
 from cdpr.model.numba_kinds import kind_from, numba_signature, numba_types
 from cdpr.model.objects import Found
 
-OPTIONS = {"nopython": True, "error_model": "numpy", "_nrt": False}
+# The ways for Python and for C to call a kernel take a fifth of what it takes to compile it, and most are called by
+# other kernels alone: they are made where they are needed.
+OPTIONS = {
+    "nopython": True,
+    "error_model": "numpy",
+    "_nrt": False,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 
 
 def dispatcher(
@@ -63,6 +71,10 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
     apart = False
     key_of: Callable[[str], str | None] | None = None
 
+    def __init__(self, *args: Any, **kws: Any) -> None:
+        super().__init__(*args, **kws)
+        self._ways: list[Any] = []  # to call what is compiled, held as long as it is
+
     def called(self) -> Any:
         """Return itself, to be called by Python."""
         leaving.wanted(self, None)
@@ -88,17 +100,45 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
                 linking.call_apart(self.targetctx, self, self.overloads[args], linking.SYMBOL + self._cache.key(args))
         return entry
 
+    def add_overload(self, cres: Any) -> None:
+        """Take down what was compiled, or loaded; Python cannot call it yet."""
+        self.overloads[tuple(cres.signature.args)] = cres
+
+    def get_compile_result(self, sig: Any) -> Any:
+        """Return what numba compiled, for C to call."""
+        found = super().get_compile_result(sig)
+        if not found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name):
+            self._add(found, self.targetctx.create_cfunc_wrapper)
+        return found
+
+    def _for_python(self, compiled: Any) -> Any:
+        """Return what Python calls of something compiled."""
+        if not compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cpython_wrapper_name):
+            self._add(compiled, self.targetctx.create_cpython_wrapper)
+        return self.targetctx.get_executable(compiled.library, compiled.fndesc, compiled.environment)
+
+    def _add(self, compiled: Any, make: Callable[..., None]) -> None:
+        """Make a way to call something compiled; it finds that by its name."""
+        with global_compiler_lock, _uncollected(), _interruptible():
+            self.targetctx.refresh()  # which what is loaded did not need
+            library = self.targetctx.codegen().create_library(f"way to {compiled.fndesc.llvm_func_name}")
+            with self.targetctx.push_code_library(library):
+                make(library, compiled.fndesc, compiled.environment, compiled.call_helper)
+            library.finalize()
+            self._ways.append(library)
+
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return what numba asks of a kernel that another one calls."""
         plain = [numba.types.unliteral(arg) for arg in args]
         return super().get_call_template(plain, {name: numba.types.unliteral(arg) for name, arg in kws.items()})
 
     def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
+        assert not kws  # `Kernel` has put them into their places
         given = [self.typeof_pyval(arg) for arg in args]
         writable = [each.copy(readonly=False) if isinstance(each, numba.types.Array) else each for each in given]
-        if given == writable:
-            return super()._compile_for_args(*args, **kws)
-        entry = self.compile(tuple(writable))
+        self.compile(tuple(writable))
+        entry = self._for_python(self.overloads[tuple(writable)])
+        self._ways.append(entry)  # what looks for it when it is called does not hold it
         self._insert([each._code for each in given], entry, False)
         return entry
 

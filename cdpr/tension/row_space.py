@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from cdpr.model.jit import apart, kernel
+from cdpr.model.kinds import ROW, TABLE, WHOLE
 from cdpr.model.robot import Array
 from cdpr.tension.null_space import reduce_to_rows
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
@@ -37,6 +38,10 @@ FLAT = 0.1
 
 # Trials of a line search: a few are usual, and a fourfold step each time has then gone beyond all numbers.
 MOST_TRIALS = 60
+
+
+# What `nearest_by_rows` takes and returns, for those who call it by its address.
+BY_ROWS = WHOLE(TABLE, *[ROW] * 5, TABLE, TABLE, TABLE)
 
 
 @kernel

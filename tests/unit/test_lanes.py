@@ -275,7 +275,7 @@ def test_any_eight_are_answered_as_alone():
             None,
             minimum_norm,
             lanes=minimum_norms,
-            parameters=[0.0, math.inf, 0.0, *[0.0] * m, *[1.0] * m],
+            parameters=[0.0, math.inf, 0.0, 0.0, *[0.0] * m, *[1.0] * m],
             rows=3 * (n + m) + 60,
         )
         counts.append(expect_as_alone(solver, *eight, rubbish))

@@ -7,10 +7,11 @@ import pytest
 
 from cdpr.distribution import adversaries
 from cdpr.model import DOF_NAMES
+from cdpr.model.address import address
 from cdpr.tension import active_set, null_space
 from cdpr.tension.box_least_squares import box_least_squares
 from cdpr.tension.box_least_squares import work_rows as least_squares_rows
-from cdpr.tension.row_space import nearest_by_rows
+from cdpr.tension.row_space import BY_ROWS, nearest_by_rows, worthwhile
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND, OK
 from cdpr_solvers.exact import fractions, independent, least_norm, whole
 from cdpr_solvers.qp import _rows, minimum_norm
@@ -44,10 +45,16 @@ def by_null_space(W, wrench, low, high):
     return (-r if r < 0 else -min(active_set.nearest(N, r, box, x, t, active, work), 0)), t
 
 
+def made_for(n, m):
+    """Parameters of the solver, as a robot with so many freedoms and cables gives them."""
+    by_rows = address(nearest_by_rows, BY_ROWS) if worthwhile(n, m) else 0.0
+    return np.array([0.0, np.inf, 0.0, by_rows, *np.zeros(2 * m)])
+
+
 def qp(W, wrench, low, high):
     n, m = W.shape
     t, work = np.full(m, np.nan), np.zeros((_rows(n, m), max(n, m)))
-    status = minimum_norm(W, wrench, low, high, t, np.array([0.0, np.inf, 0.0, *np.zeros(2 * m)]), work)
+    status = minimum_norm(W, wrench, low, high, t, made_for(n, m), work)
     return status, t
 
 
