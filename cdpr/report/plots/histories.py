@@ -54,12 +54,18 @@ class Histories:
         if isinstance(run.rows, np.ndarray):
             self.status = _status(run)
         else:
-            self._gather((*QUANTITIES, *(PLUGIN + column.name for column in run.header.columns)))
+            own = [PLUGIN + column.name for column in run.header.columns]
+            self._gather([*(name for name in QUANTITIES if name not in RARE and self._stands_for(name) == name), *own])
 
     def __getitem__(self, name: str) -> Points:
+        name = self._stands_for(name)
         if name not in self._points:
-            self._gather((name,))
+            self._gather(RARE if name in RARE else (name,))
         return self._points[name]
+
+    def _stands_for(self, name: str) -> str:
+        """What stands for a quantity that is the same."""
+        return "tension" if name == "cable_tension" and self._run.header.ideal_cables else name
 
     def _gather(self, names: Iterable[str]) -> None:
         """Go through the run once."""
@@ -120,7 +126,7 @@ def roll_pitch_yaw(run: Run) -> Array:
 
 def _rpy(q: Array) -> Array:
     """Roll, pitch, yaw (K, 3), R = Rz(yaw) Ry(pitch) Rx(roll), of unit quaternions (K, 4)."""
-    w, x, y, z = q.T
+    w, x, y, z = np.ascontiguousarray(q.T)
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
     yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
@@ -149,6 +155,9 @@ QUANTITIES: dict[str, Callable[[Run], Array]] = {
     "energies": lambda run: np.stack([run.kinetic, run.potential_change, run.cable_work, run.external_work], axis=1),
     "powers": lambda run: np.stack([run.cable_power, run.external_power], axis=1),
 }
+
+# What the page of one run does not show: gathered where somebody asks for one of them.
+RARE = ("highest", "lowest", "friction")
 
 PLUGIN = "column "  # before the name of a plugin's column, which may be one of the above
 
