@@ -48,7 +48,7 @@ def leave() -> Path | None:
         return None
     objects._libraries.cache_clear()  # another process may have left some meanwhile
     known = objects.libraries()
-    if not all(library.runs for found in known.values() for library in found):
+    if not all(library.runs for found in known.values() for library in found if library.ours):
         return None  # another one would not run either
     missing: dict[str, tuple[Any, Any]] = {}
     pairs = [(each, args) for (_, given), each in _wanted.items() for args in ([given] if given else each.overloads)]

@@ -63,11 +63,11 @@ class Found(NamedTuple):
 class Library:
     """One file. `entries` tells of each key in it the code's names, what it returns, and what must not have changed.
 
-    Of what cannot be in such a file the entry is None.
+    Of what cannot be in such a file the entry is None. It is `ours` where no wheel brought it.
     """
 
-    def __init__(self, path: Path, entries: dict[str, Any]) -> None:
-        self._path, self.entries = path, entries
+    def __init__(self, path: Path, entries: dict[str, Any], ours: bool) -> None:
+        self._path, self.entries, self.ours = path, entries, ours
 
     def find(self, key: str) -> Found | None:
         """Return a kernel; None where it cannot be loaded."""
@@ -145,7 +145,7 @@ def _whole(folder: Path, name: str, *, ours: bool) -> Iterator[Library]:
             content = path.read_bytes()
             entries = index(content) if hashlib.sha256(content).hexdigest() == path.stem.rpartition("-")[2] else None
             if entries is not None:
-                yield Library(path, entries)
+                yield Library(path, entries, ours)
             elif ours:
                 path.unlink()  # what uses it now keeps what it has mapped
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -12,6 +13,8 @@ import zipfile
 
 import pytest
 from conftest import ROOT
+
+from cdpr.model import objects
 
 BUILD = """
 from hatchling.builders.wheel import WheelBuilder
@@ -118,7 +121,7 @@ def test_a_first_run_from_a_wheel_needs_no_numba_and_gives_the_same_bits(compile
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damage", ["truncated", "flipped", "other sources"])
+@pytest.mark.parametrize("damage", ["truncated", "flipped", "no code", "other sources"])
 def test_kernels_of_a_wheel_that_do_not_fit_are_made_anew(compiled, tmp_path, damage):
     site = tmp_path / "site"
     shutil.copytree(compiled[1], site, symlinks=True)
@@ -128,6 +131,11 @@ def test_kernels_of_a_wheel_that_do_not_fit_are_made_anew(compiled, tmp_path, da
         path.write_bytes(content[: len(content) // 2])
     elif damage == "flipped":
         path.write_bytes(content[:5000] + bytes([content[5000] ^ 1]) + content[5001:])
+    elif damage == "no code":  # such as that of another C library
+        content = objects.with_index(b"none", objects.index(content))
+        path.unlink()
+        path = path.with_name(f"{path.name.rpartition('-')[0]}-{hashlib.sha256(content).hexdigest()}.so")
+        path.write_bytes(content)
     else:
         with (site / "cdpr" / "model" / "kernels.py").open("a") as file:
             file.write("\n# edited\n")
