@@ -106,9 +106,12 @@ def objects_of(site):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["qp", "closed_form", "centroid"])
-def test_a_first_run_from_a_wheel_needs_no_numba_and_gives_the_same_bits(compiled, python, tmp_path, solver):
-    chosen = ["run", "caroca", "--solver", solver, "--no-report", "--set", "simulation.duration=0.2"]
+@pytest.mark.parametrize(
+    ("scenario", "solver"),
+    [("caroca", "qp"), ("caroca", "closed_form"), ("caroca", "centroid"), ("cogiro_pulleys", "qp")],
+)
+def test_a_first_run_from_a_wheel_needs_no_numba_and_gives_the_same_bits(compiled, python, tmp_path, scenario, solver):
+    chosen = ["run", scenario, "--solver", solver, "--no-report", "--set", "simulation.duration=0.2"]
     (tmp_path / "kernels").mkdir()
     nowhere = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     run(compiled, "-c", WITHOUT_NUMBA, *chosen, "--out", "brought", cwd=tmp_path, **nowhere)
