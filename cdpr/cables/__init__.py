@@ -19,6 +19,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Annotated, Any, get_args
 
 from pydantic import Field, TypeAdapter
@@ -80,8 +81,13 @@ def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
 
 def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
     """Undo `exits_of`."""
-    read = TypeAdapter[Exit](AnyExit).validate_json
-    return [None if each is None else read(json.dumps(each)) for each in plain]
+    return [None if each is None else _exits().validate_json(json.dumps(each)) for each in plain]
+
+
+@cache
+def _exits() -> TypeAdapter[Exit]:
+    """What reads one: made where it is needed, for that takes a millisecond."""
+    return TypeAdapter(AnyExit)
 
 
 def chain_of(robot: Robot, cable: Cable) -> Chain:

@@ -21,9 +21,11 @@ from cdpr.errors import CdprError, ExitCode, one_line
 from cdpr.jobs.cases import BEGUN, Case, Outcome
 from cdpr.jobs.forks import NUMBER, RUNNING, START
 from cdpr.log.run import Run
+from cdpr.model import kernel_cache
 from cdpr.plugins.registry import registry, use_files
 from cdpr.processes import end_with
 from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.schema import ScenarioSection
 from cdpr.simulation.simulate import simulate
 
 
@@ -31,6 +33,8 @@ def main(descriptor: int, parent: int) -> None:
     """Fork workers as the socket asks for them, and tell how they ended, until its other end closes or ends."""
     end_with(parent)
     here = os.getpid()
+    ScenarioSection.model_rebuild()  # what each would do at its first case
+    kernel_cache.digest()
     gc.freeze()  # what is loaded by now is everybody's
     with socket.socket(fileno=descriptor) as asked:
         asked.set_inheritable(False)

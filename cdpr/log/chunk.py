@@ -70,6 +70,8 @@ class Template:
                     values.append((place, 8 * run.start, 8 * (run.stop - run.start)))
                     place += values[-1][2]
         copies = _joined(values)
+        held = {column for _, start, size in copies for column in range(start // 8, (start + size) // 8)}
+        self.unheld = [column for column in range(group.width) if column not in held]
         self.group = group
         self.row = np.frombuffer(data, np.uint8)
         self.head_to, self.head_from = _view(heads, 0, len(data)), _view(heads, 1, _HEAD.itemsize)
@@ -83,11 +85,10 @@ class Template:
         """Return the length of the message index that each channel has after a chunk of n rows, in bytes."""
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 
-    def decode(self, records: bytes | memoryview) -> Array:
-        """Return the source rows (n, width) in the records of n rows; columns that no message holds are NaN."""
-        source = np.full((len(records) // self.row.size, self.group.width), np.nan)
+    def decode(self, records: bytes | memoryview, source: Array) -> None:
+        """Write the source rows (n, width), C-contiguous, in the records of n rows; columns of no message are NaN."""
+        source[:, self.unheld] = np.nan
         source.view(self.values_from)[:, 0] = np.frombuffer(records, self.values_to)
-        return source
 
 
 def _joined(copies: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:

@@ -66,13 +66,13 @@ class LogFormat:
         topics = [topic for group in groups for topic in group.topics]
         kinds = list(dict.fromkeys(topic.kind for topic in topics))
         self._schemas = [
-            records.Schema(i, schema_text(kind).encode(), "ros2msg", kind.replace("/", "/msg/"))
+            _bytes(records.Schema(i, schema_text(kind).encode(), "ros2msg", kind.replace("/", "/msg/")))
             for i, kind in enumerate(kinds, 1)
         ]
-        self._channels = [
-            records.Channel(i, topic.name, "cdr", {}, kinds.index(topic.kind) + 1)
+        self._channels = {
+            i: _bytes(records.Channel(i, topic.name, "cdr", {}, kinds.index(topic.kind) + 1))
             for i, topic in enumerate(topics, main.channel)
-        ]
+        }
         text = text or json.dumps(header.to_dict(), sort_keys=True)
         self._metadata = records.Metadata(
             METADATA, {"format": version, "header": text, "header_crc32": f"{crc32(text.encode()):08x}"}
@@ -81,9 +81,7 @@ class LogFormat:
         metadata = _bytes(self._metadata)
         attachment = _bytes(self._attachment)
         # The metadata first, so that a reader finds it without looking for it.
-        self.description = b"".join(
-            [OPENING, metadata, *map(_bytes, self._schemas), *map(_bytes, self._channels), attachment]
-        )
+        self.description = b"".join([OPENING, metadata, *self._schemas, *self._channels.values(), attachment])
         attachment_start = len(self.description) - len(attachment)
         self._metadata_index = records.MetadataIndex(len(OPENING), len(metadata), METADATA)
         self._attachment_index = records.AttachmentIndex(
@@ -96,11 +94,10 @@ class LogFormat:
             media_type=self._attachment.media_type,
         )
 
-    def rows(self, records: bytes | memoryview, first: int) -> Array:
-        """Return the rows, the first of them sample `first`, whose messages are `records`."""
-        rows = self.templates[0].decode(records)
+    def read_rows(self, records: bytes | memoryview, first: int, rows: Array) -> None:
+        """Write the rows (n, width), C-contiguous, whose messages are `records`, the first of them sample `first`."""
+        self.templates[0].decode(records, rows)
         rows[:, self._time] = (first + self.every * np.arange(len(rows))) * self.step
-        return rows
 
     def block(self, rows: Array, first: int) -> memoryview:
         """Return the chunk and the indexes of `rows`, the first of them sample `first`.
@@ -126,7 +123,7 @@ class LogFormat:
 
     def ending(self, chunks: list[Written], last: int, start: int) -> bytes:
         """Return all that follows the last chunk, to stand at byte `start`; `last` is the last sample."""
-        counts = dict.fromkeys((channel.id for channel in self._channels), 0)
+        counts = dict.fromkeys(self._channels, 0)
         for chunk in chunks:
             for channel in self._channels_of(chunk.group):
                 counts[channel] += chunk.n
@@ -142,8 +139,8 @@ class LogFormat:
             schema_count=len(self._schemas),
         )
         parts = {
-            Opcode.SCHEMA: map(_bytes, self._schemas),
-            Opcode.CHANNEL: map(_bytes, self._channels),
+            Opcode.SCHEMA: self._schemas,
+            Opcode.CHANNEL: self._channels.values(),
             Opcode.STATISTICS: [_bytes(statistics)],
             Opcode.CHUNK_INDEX: map(self._chunk_index, chunks),
             Opcode.ATTACHMENT_INDEX: [_bytes(self._attachment_index)],

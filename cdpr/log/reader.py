@@ -278,7 +278,8 @@ class _Walk:
         index: bytes | None = None
         if groups[0] == 0:
             written = self._sampled(written, data)
-            block = self._form.rows(data[CHUNK_HEAD.size :], written.first)
+            block = np.empty((written.n, self._form.templates[0].group.width))
+            self._form.read_rows(data[CHUNK_HEAD.size :], written.first, block)
             expected = self._form.block(block, written.first)
             if expected[:length] != data:
                 raise _DamageError("damaged")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from collections.abc import Mapping
+from functools import cache, lru_cache
 from typing import Any
 
 # Field lists as in the .msg files of ROS 2 Humble to Jazzy, without constants and comments.
@@ -53,12 +55,14 @@ _FORMATS = {"bool": "<?", "uint8": "<B", "int32": "<i", "uint32": "<I", "float32
 ENCAPSULATION = b"\0\1\0\0"  # plain CDR, little-endian; alignment counts from its end
 
 
-def fields(kind: str) -> list[tuple[str, str]]:
+@cache
+def fields(kind: str) -> tuple[tuple[str, str], ...]:
     """Return (type, name) of each field of a message type such as "geometry_msgs/Pose"."""
     pairs = (line.split() for line in DEFINITIONS[kind].splitlines())
-    return [(field_kind, name) for field_kind, name in pairs]
+    return tuple((field_kind, name) for field_kind, name in pairs)
 
 
+@cache
 def schema_text(kind: str) -> str:
     """Return the definition of a type and of all that it is made of, in MCAP's `ros2msg` form."""
     needed = [kind]
@@ -69,12 +73,18 @@ def schema_text(kind: str) -> str:
     return "\n".join([DEFINITIONS[kind], *(f"{rule}\nMSG: {name}\n{DEFINITIONS[name]}" for name in needed[1:]), ""])
 
 
-def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, dict[str, int]]:
+def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, Mapping[str, int]]:
     """Return the CDR bytes of a message, and where in them each field begins.
 
     Fields left out of `value` are zero or empty. A field is named by its path, "pose.position.x" or
     "markers.0.points"; of a message or a sequence, the place is that of its first number.
     """
+    return _encoded(kind, json.dumps(value))
+
+
+@lru_cache(maxsize=64)
+def _encoded(kind: str, content: str) -> tuple[bytes, Mapping[str, int]]:
+    """Encode a message's content, given as JSON: the cases of a study share what is constant in theirs."""
     data = bytearray(ENCAPSULATION)
     places: dict[str, int] = {}
 
@@ -100,5 +110,5 @@ def encode(kind: str, value: Mapping[str, Any]) -> tuple[bytes, dict[str, int]]:
         places[path] = starts[0] if starts else len(data)
         return places[path]
 
-    put(kind, value, "")
+    put(kind, json.loads(content), "")
     return bytes(data), places

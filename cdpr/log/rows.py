@@ -74,12 +74,16 @@ class LogRows:
     def _range(self, first: int, stop: int, columns: Any) -> Array:
         """Rows `first` to `stop`, excluded."""
         table = np.empty((stop - first, *np.empty((0, self.shape[1]))[:, columns].shape[1:]))
-        k = first
+        straight, k = isinstance(columns, slice) and columns == slice(None), first
         while k < stop:
             i = int(np.searchsorted(self._stops, k, side="right"))
             begin = self._begin(i)
             end = min(stop, int(self._stops[i]))
-            table[k - first : end - first] = self._block(i)[k - begin : end - begin, columns]
+            to = table[k - first : end - first]
+            if straight and len(to) == int(self._stops[i]) - begin and i < len(self._starts):
+                self._read(i, to)
+            else:
+                to[:] = self._block(i)[k - begin : end - begin, columns]
             k = end
         return table
 
@@ -91,16 +95,20 @@ class LogRows:
         if i == len(self._starts):
             return self._rest
         if self._last is None or self._last[0] != i:
-            begin, stop = self._begin(i), int(self._stops[i])
-            length = self._template.chunk_length(stop - begin)
-            data = os.pread(self._file, length, int(self._starts[i]))
-            records = memoryview(data)[CHUNK_HEAD.size :]
-            if len(data) < length or crc32(records) != CHUNK_HEAD.unpack_from(data)[5]:
-                raise LogError(
-                    f"the log of this run has changed: its rows {begin} to {stop - 1} cannot be read any more"
-                )
-            self._last = i, self._form.rows(records, int(self._numbers[i]))
+            rows = np.empty((int(self._stops[i]) - self._begin(i), self.shape[1]))
+            self._read(i, rows)
+            self._last = i, rows
         return self._last[1]
+
+    def _read(self, i: int, rows: Array) -> None:
+        """Write the rows of a block that is on disk."""
+        length = self._template.chunk_length(len(rows))
+        data = os.pread(self._file, length, int(self._starts[i]))
+        records = memoryview(data)[CHUNK_HEAD.size :]
+        if len(data) < length or crc32(records) != CHUNK_HEAD.unpack_from(data)[5]:
+            begin, last = self._begin(i), int(self._stops[i]) - 1
+            raise LogError(f"the log of this run has changed: its rows {begin} to {last} cannot be read any more")
+        self._form.read_rows(records, int(self._numbers[i]), rows)
 
 
 def _split(key: Any) -> tuple[Any, Any]:

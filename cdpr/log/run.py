@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, overload
 
@@ -99,7 +99,8 @@ class Header:
 
     def to_dict(self) -> dict[str, Any]:
         """Return a dictionary for JSON; what is new only where it says something: older versions read the rest."""
-        data = asdict(self)
+        data = {each.name: getattr(self, each.name) for each in fields(self)}
+        data["columns"] = tuple(asdict(column) for column in self.columns)
         return {key: value for key, value in data.items() if key not in NEWER or value != NEWER[key]}
 
     @classmethod

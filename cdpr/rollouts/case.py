@@ -85,15 +85,6 @@ class Plan:
         return scenario
 
 
-@dataclass(frozen=True)
-class Chunk:
-    """Some cases, one after the other: what a thread or a cluster's worker is given at a time."""
-
-    plan: Plan
-    numbers: tuple[int, ...]
-    values: tuple[tuple[Any, ...], ...]  # of the keys, for each case
-
-
 class Case:
     """A case under way.
 
@@ -170,6 +161,8 @@ class Case:
         if self._parts is not None:
             self._parts.controller.close()
             self._parts.backend.close()
+        if hasattr(self, "loop"):
+            self.loop.close()
 
     @contextmanager
     def _attempt(self) -> Iterator[None]:

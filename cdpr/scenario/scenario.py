@@ -69,6 +69,7 @@ class Scenario:
     unused: tuple[str, ...]
     notes: tuple[str, ...]
     _backend_options: Mapping[str, BaseModel]
+    _given: ScenarioSection = field(repr=False)  # the sections as the file has them
     _motion: Motion = field(repr=False)
     _document: Document = field(repr=False)
     _thought: Document | None = field(repr=False)
@@ -132,7 +133,8 @@ class Scenario:
     @cached_property
     def controlled(self) -> Robot:
         """The robot as the distribution of tensions sees it: its `dof` are the controlled directions alone."""
-        return replace(self.robot, dof=self.sections.controlled or self.robot.dof)
+        dof = self.sections.controlled or self.robot.dof
+        return self.robot if dof == self.robot.dof else replace(self.robot, dof=dof)
 
     @cached_property
     def belief(self) -> str:
@@ -224,13 +226,18 @@ class Scenario:
 
     def yaml_in(self, folder: str) -> str:
         """Return `resolved_yaml` to stand in another folder: it names the same files."""
-        return dump(self._plain_in(folder))
+        data = self._plain_in(folder)
+        return self.resolved_yaml() if data == self._plain() else dump(data)
 
     def resolved_yaml(self) -> str:
         """Return YAML that stands alone, robot and defaults written out, and loads to an equal scenario.
 
         A trajectory's CSV file, which may be large, stays a file; its checksum is written.
         """
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
         return dump(self._plain())
 
     def place(self, *path: str | int) -> str:
@@ -246,10 +253,10 @@ class Scenario:
         controller: str | None = None,
         plugins: Registry | None = None,
     ) -> Scenario:
-        """Return a changed copy, checked like a file; arguments as for `load_scenario`."""
+        """Return a changed copy, itself without changes, checked like a file; arguments as for `load_scenario`."""
         names = {"backend": backend, "solver": solver, "controller": controller}
         if not overrides and not any(names.values()) and plugins in (None, self._plugins):
-            return replace(self)  # it has passed the checks
+            return self
         problems = Problems()
         chosen = choices(names, problems)
         return build_scenario(self._document.copy(), overrides, chosen, plugins or self._plugins, problems, self)
@@ -317,7 +324,8 @@ def build_scenario(
     motion_known = unchanged >= ScenarioSection.model_fields.keys() - BESIDES
     data, options = _split(document.data)
     data_of_robot = {key: value for key, value in data.items() if key != belief.KEY or value is None}
-    sections = validate(ScenarioSection, data_of_robot, document, problems)
+    given = before._given if before and unchanged else None
+    sections = validate(ScenarioSection, data_of_robot, document, problems, given, unchanged)
     report_nulls({key: value for key, value in data_of_robot.items() if key not in unchanged}, (), document, problems)
     if not robot_known:
         RobotChecks(document, problems).run(("robot",))
@@ -335,7 +343,7 @@ def build_scenario(
     assert sections is not None
     assert controller_options is not None
     assert solver_options is not None
-    robot = sections.robot.named()
+    robot = before.sections.robot if before and robot_known else sections.robot.named()
     thought = believed and believed.named()
     trajectory = (motion or sections.trajectory).complete(sections.initial)
     like = before.robot if before and _all_but_platform(document) == _all_but_platform(before._document) else None
@@ -364,6 +372,7 @@ def build_scenario(
         ),
         notes=tuple(document.notes),
         _backend_options=backend_options,
+        _given=sections,
         _motion=motion or sections.trajectory,
         _document=document,
         _thought=twin,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import lru_cache
 from typing import Any
 
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*(?: [\w./-]+)*", re.ASCII)
@@ -17,7 +18,13 @@ SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
 
 def dump(data: dict[str, Any]) -> str:
     """Return block YAML of a mapping, in its order; lists of scalars on one line, floats by `repr`."""
-    return "\n".join(_block(data, "")) + "\n"
+    return "".join(_section(json.dumps({key: value})) for key, value in data.items())
+
+
+@lru_cache(maxsize=64)
+def _section(content: str) -> str:
+    """Return block YAML of what is given as JSON: many scenarios that are written differ in one of their sections."""
+    return "\n".join(_block(json.loads(content), "")) + "\n"
 
 
 def _block(data: dict[str, Any], indent: str) -> list[str]:

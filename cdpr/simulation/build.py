@@ -27,6 +27,7 @@ from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
+from cdpr.trajectory import Trajectory
 from cdpr.view.path import thinned
 
 # What always takes part in the arithmetic of a run.
@@ -142,15 +143,21 @@ def make_header(scenario: Scenario) -> Header:
 
 def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
     """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place."""
-    simulation, wanted = scenario.simulation, scenario.desired
-    end, (fewest, most) = simulation.steps * simulation.control_step, PATH_POINTS
+    end = scenario.simulation.steps * scenario.simulation.control_step
+    return _path(scenario.desired, end, PATH_TOLERANCE * scenario.robot.characteristic_length)
+
+
+@lru_cache(maxsize=4)  # cases of a study share their motion
+def _path(wanted: Trajectory, end: float, tolerance: float) -> tuple[tuple[float, ...], ...]:
+    """Return points of a motion up to its `end`, s, of which as many are left out as the tolerance, m, allows."""
+    fewest, most = PATH_POINTS
     times = np.linspace(0.0, end, min(max(fewest, math.ceil(end / PATH_STEP) + 1), most))
     path, desired = np.empty((len(times), 3)), np.empty(19)
     sample = wanted.sampler(desired)
     for point, time in zip(path, times.tolist(), strict=True):
         sample(time)
         point[:] = desired[:3]
-    path = thinned(path, PATH_TOLERANCE * scenario.robot.characteristic_length)
+    path = thinned(path, tolerance)
     if len(path) == 2 and np.array_equal(*path):
         path = path[:1]
     return tuple(tuple(point) for point in path.round(6).tolist())  # micrometres

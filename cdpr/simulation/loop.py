@@ -310,6 +310,11 @@ class Loop:
         self.program.place = snapshot.place
         self.program.refresh()
 
+    def close(self) -> None:
+        """Let go of all that it is made of: its acts hold it as it holds them, and many are made one after another."""
+        vars(self.program).clear()
+        vars(self).clear()
+
     def _stage(self, output: Output) -> TensionStage | CommandStage:
         """Make what takes the output of a controller; all share the cables."""
         parts = self.parts

@@ -7,9 +7,11 @@ import shutil
 from pathlib import Path
 
 from cdpr.errors import OutputError, ScenarioError
+from cdpr.log.chunk import Template
 from cdpr.log.files import unwritable
-from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.mcap_file import BLOCK
 from cdpr.log.run import Header
+from cdpr.log.topics import run_topics
 from cdpr.scenario import Scenario
 
 FLOAT = 8  # bytes
@@ -26,8 +28,7 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
         have, where = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), "the memory of this machine"
         most = have
     else:
-        rows = LogFormat(header).templates[0]
-        need = samples * rows.chunk_length(BLOCK) // BLOCK
+        need = samples * Template(run_topics(header)).chunk_length(BLOCK) // BLOCK
         try:
             above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
             disk, where = shutil.disk_usage(above), f"the disk of {folder}"

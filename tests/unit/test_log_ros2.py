@@ -36,7 +36,7 @@ def kind_of(node: Any) -> str:
 @pytest.mark.parametrize("kind", DEFINITIONS)
 def test_fields_are_those_of_ros(store: Stores, kind: str) -> None:
     _, theirs = STORES[store].fielddefs[ros_name(kind)]
-    assert fields(kind) == [(kind_of(node), name) for name, node in theirs]
+    assert list(fields(kind)) == [(kind_of(node), name) for name, node in theirs]
 
 
 @pytest.mark.parametrize("kind", DEFINITIONS)
