@@ -407,3 +407,25 @@ def test_constants_make_no_second_version():
     call(result)
     np.testing.assert_array_equal(result, [2.0, 2.0, 1.0])
     assert len(getattr(fill, "signatures", [1])) == 1
+
+
+@pytest.mark.skipif(jit.DISABLED, reason="nothing is compiled")
+def test_how_our_kernels_are_compiled_is_not_how_others_are():
+    import numba
+
+    from cdpr.model.compiler import Ours
+    from cdpr.model.kernels import copy
+
+    before = numba.config.OPT, numba.config.LOOP_VECTORIZE
+    seen = []
+
+    class Told(Ours):
+        def add_overload(self, compiled):
+            seen.append((numba.config.OPT, numba.config.LOOP_VECTORIZE))
+            super().add_overload(compiled)
+
+    Told(lambda x: x + 1.0, targetoptions={}).compile((numba.float64,))
+    assert seen == [(1, 0)]
+    assert before == (numba.config.OPT, numba.config.LOOP_VECTORIZE)
+    assert isinstance(copy.dispatcher, Ours)
+    assert not isinstance(jit.kernel(lambda x: x).dispatcher, Ours)

@@ -70,9 +70,12 @@ def _pairs(values: Array, size: int) -> NDArray[np.int64]:
     bins = np.ascontiguousarray(values.T).reshape(values.shape[1], -1, size)  # neighbours in memory: four times faster
     low, high = bins.argmin(axis=2), bins.argmax(axis=2)
     # Where there is something that is not drawn, one of both is that.
-    if not all(_drawable(np.take_along_axis(bins, each[..., None], 2)).all() for each in (low, high)):
-        shown = _drawable(bins)
-        low, high = np.where(shown, bins, np.inf).argmin(axis=2), np.where(shown, bins, -np.inf).argmax(axis=2)
+    ends = [_drawable(np.take_along_axis(bins, each[..., None], 2)) for each in (low, high)]
+    mended = ~np.logical_and(*ends).all(axis=(1, 2))
+    if mended.any():
+        shown = _drawable(bins[mended])
+        low[mended] = np.where(shown, bins[mended], np.inf).argmin(axis=2)
+        high[mended] = np.where(shown, bins[mended], -np.inf).argmax(axis=2)
     pairs = np.stack([np.minimum(low, high), np.maximum(low, high)], axis=2)
     pairs += size * np.arange(bins.shape[1])[:, None]
     return np.ascontiguousarray(pairs.reshape(len(bins), -1).T)

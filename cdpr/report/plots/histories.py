@@ -5,8 +5,9 @@ The rows of a long run stand on disk: they are read once, a piece at a time, for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from operator import attrgetter, itemgetter
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -67,33 +68,43 @@ class Histories:
         """What stands for a quantity that is the same."""
         return "tension" if name == "cable_tension" and self._run.header.ideal_cables else name
 
-    def _gather(self, names: Iterable[str]) -> None:
+    def _gather(self, names: Sequence[str]) -> None:
         """Go through the run once."""
-        found = {name: Extrema(len(self._run.rows)) for name in names}
-        attitude = Attitude()
+        bins, attitude = Extrema(len(self._run.rows)), Attitude()
         status, outline = [self.status], []
+        places: dict[str, slice] = {}  # columns of each quantity: all go through the bins at once
+        room = np.empty(0)
         for part, n in self._parts():
             with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
-                for name, bins in found.items():
-                    values = attitude.follow(part) if name == "attitude" else _quantity(name)(part)
-                    bins.add(part.time[:n], values[:n, None] if values.ndim == 1 else values[:n])
+                found = {name: attitude.follow(part) if name == "attitude" else _quantity(name)(part) for name in names}
+            tables = [values[:, None] if values.ndim == 1 else values for values in found.values()]
+            stops = np.cumsum([0, *(values.shape[1] for values in tables)]).tolist()
+            places = {name: slice(*ends) for name, ends in zip(found, pairwise(stops), strict=True)}
+            room = room if room.size >= n * stops[-1] else np.empty(n * stops[-1])  # memory that is new costs as much
+            columns = room[: n * stops[-1]].reshape(stops[-1], n)
+            for values, place in zip(tables, places.values(), strict=True):
+                columns[place] = values[:n].T
+            bins.add(part.time[:n], columns.T)
             if self.outline is self._run and not isinstance(self._run.rows, np.ndarray):
                 status.append(_status(part)[:n])
-                chosen = np.unique(np.concatenate([found[name].last for name in PLACES], axis=None))
+                chosen = np.unique(np.concatenate([bins.last[:, places[name]] for name in PLACES], axis=None))
                 outline.append(part.rows[chosen])
-        self._points |= {name: Points(*bins.result()) for name, bins in found.items()}
+        drawn = Points(*bins.result())
+        self._points |= {name: drawn.columns(place) for name, place in places.items()}
         if outline:
             self.status = np.concatenate(status)
             self.outline = replace(self._run, rows=np.concatenate(outline))
 
     def _parts(self) -> Iterator[tuple[Run, int]]:
         """Yield parts of n rows, whole bins, each with the row that follows, as some quantities look ahead; and n."""
-        count = size = len(self._run.rows)
+        run, count = self._run, len(self._run.rows)
+        size = count
         if not isinstance(self._run.rows, np.ndarray):
             bins = -(-count // BINS) or 1
             size = bins * -(-PIECE // bins)
+            run = replace(run, start=run.part(0, 0).start)  # read once
         for first in range(0, max(count, 1), size or 1):
-            yield self._run.part(first, first + size + 1), min(size, count - first)
+            yield run.part(first, first + size + 1), min(size, count - first)
 
 
 def _status(run: Run) -> NDArray[np.int8]:
