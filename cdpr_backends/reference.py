@@ -71,9 +71,7 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
     def reset(self, state: Array) -> None:
         """Put the platform into `state` (13,)."""
         self.state[:] = state
-        from_platform(self.frame.offset, self.state, self._body)
-        angular_momentum(self.frame.moments, self._body, self._momentum)
-        to_platform(self.frame.offset, self._body, self.state)
+        begin(self.frame.offset, self.frame.moments, self.state, self._body, self._momentum)
 
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
@@ -90,13 +88,13 @@ class ReferenceBackend(SnapshotOfArrays, Backend):
 
 
 @kernel
-def angular_momentum(moments: Array, body: Array, momentum: Array) -> None:
-    """Write R diag(moments) R^T omega (3,), world axes."""
+def begin(offset: Array, moments: Array, state: Array, body: Array, momentum: Array) -> None:
+    """Write body state and angular momentum R diag(moments) R^T omega (3,), world axes, of the platform's state."""
+    from_platform(offset, state, body)
     q = quaternion(body, 3)
     w = rotate(conjugate(q), vector(body, 10))
-    L = rotate(q, (moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]))
-    for i in range(3):
-        momentum[i] = L[i]
+    store(rotate(q, (moments[0] * w[0], moments[1] * w[1], moments[2] * w[2])), momentum, 0)
+    to_platform(offset, body, state)
 
 
 @any_width

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
+from cdpr.model.jit import kernel, small
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space, safest
@@ -63,6 +63,7 @@ class AnalyticCentre(CompiledSolver):
         )
 
 
+@small
 @kernel
 def _rows(n: int, m: int) -> int:
     """Rows of work space: the form, x, limits and centre, and what the methods need."""

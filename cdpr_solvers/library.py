@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.model import Robot
-from cdpr.model.jit import kernel
+from cdpr.model.jit import kernel, small
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.tension import active_set, null_space
@@ -78,6 +78,7 @@ class LibrarySolver(TensionSolver):
         return judge(r, np.asarray(x, dtype=float), W, wrench, tension, self._work)
 
 
+@small
 @kernel
 def _rows(n: int, m: int) -> int:
     """Rows of work space: for the form, three vectors over cables, and the larger need of the two kernels."""

@@ -9,7 +9,7 @@ from cdpr.errors import PluginError
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.model import Robot
 from cdpr.model.address import address, caller
-from cdpr.model.jit import kernel
+from cdpr.model.jit import kernel, small
 from cdpr.model.lanes import bits, side_by_side
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
@@ -87,6 +87,7 @@ def compliance(robot: Robot) -> list[float]:
     return [value / max(values) for value in values]
 
 
+@small
 @kernel
 def _rows(n: int, m: int) -> int:
     """Rows of work space; the null space of a rank-deficient W may have up to m dimensions."""

@@ -137,10 +137,10 @@ def _leave_all_as_it_is() -> None:
 
     That would also write what is left in files that a plugin has not closed: it is written here.
     """
-    for each in gc.get_objects():
-        if type(each) in (io.TextIOWrapper, io.BufferedWriter, io.BufferedRandom):
-            with contextlib.suppress(OSError, ValueError):
-                each.flush()
+    kinds = {io.TextIOWrapper, io.BufferedWriter, io.BufferedRandom}
+    for each in [each for each in gc.get_objects() if type(each) in kinds]:  # a million where kernels were compiled
+        with contextlib.suppress(OSError, ValueError):
+            each.flush()
     gc.freeze()
 
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numba
-from numba.core import event, sigutils
+from numba.core import config, event, sigutils
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import CPUDispatcher
+from numba.core.registry import CPUDispatcher, cpu_target
 
 from cdpr.model import lane_words, leaving, linking
 from cdpr.model.kernel_store import KernelStore
@@ -29,6 +29,10 @@ OPTIONS = {
     "no_cfunc_wrapper": True,
 }
 
+# Of LLVM's optimisation, and whether it makes loops of vectors: what more would find in our own kernels, whose loops
+# are as long as there are cables, is not worth a tenth of the time of a first run.
+LEVEL, VECTORS = 1, 0
+
 
 def dispatcher(
     function: Callable[..., Any],
@@ -37,8 +41,11 @@ def dispatcher(
     apart: bool,
     key_of: Callable[[str], str | None],
 ) -> Any:
-    """Return what compiles a kernel, of which `sources` and `kind` tell as `KernelStore` has them, and calls it."""
-    made = Dispatcher(function, targetoptions=OPTIONS)
+    """Return what compiles a kernel, of which `sources` and `kind` tell as `KernelStore` has them, and calls it.
+
+    A stranger's is compiled as numba, and its user, say.
+    """
+    made: Dispatcher = (Ours if sources == "" else Dispatcher)(function, targetoptions=OPTIONS)
     if sources is not None:
         made._cache = KernelStore(function, sources, kind)
         made.apart, made.key_of = apart, key_of
@@ -143,15 +150,33 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
         return entry
 
 
+class Ours(Dispatcher):
+    """What numba calls of our own kernels."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one signature, quickly, or load what is on disk."""
+        cpu_target.target_context.codegen()  # made as the user says; others' code is compiled so
+        with global_compiler_lock:
+            before = config.OPT, config.LOOP_VECTORIZE
+            config.OPT, config.LOOP_VECTORIZE = min(before[0], type(before[0])(LEVEL)), min(before[1], VECTORS)
+            try:
+                return super().compile(sig)
+            finally:
+                config.OPT, config.LOOP_VECTORIZE = before
+
+
 @contextlib.contextmanager
 def _uncollected() -> Iterator[None]:
-    """Look for no garbage meanwhile: a compiler makes objects by the million, and the looking costs a seventh of it."""
+    """Look for no garbage meanwhile: a compiler makes objects by the million, and the looking costs a fifth of it."""
     looks = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if looks:
+            if not gc.get_freeze_count():  # of nobody: what is new becomes old, to be looked at with all the rest
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

@@ -55,6 +55,16 @@ def apart(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
+def small(function: Callable[P, R]) -> Callable[P, R]:
+    """Let Python call this one, a `kernel` of a few operations, as it stands: a way into compiled code is not worth it.
+
+    So are those that it calls.
+    """
+    if isinstance(function, Kernel):
+        function.call = function.py_func
+    return function
+
+
 def any_width(function: Callable[P, R]) -> Callable[P, R]:
     """Say of a `kernel` that it serves eight problems side by side as well, given arrays of lanes (`cdpr.model.lanes`).
 

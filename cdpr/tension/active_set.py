@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import apart, kernel
+from cdpr.model.jit import apart, kernel, small
 from cdpr.model.lanes import choose
 from cdpr.model.robot import Array
 from cdpr.tension.factors import append, back_substitute, remove
@@ -18,6 +18,7 @@ FEASIBILITY_TOLERANCE = 1e-13
 DEPENDENCE_TOLERANCE = 1e-11
 
 
+@small
 @kernel
 def work_rows(r: int) -> int:
     """Rows of work space that `nearest` and `extreme` need."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.model.jit import any_width, apart, kernel
+from cdpr.model.jit import any_width, apart, kernel, small
 from cdpr.model.lanes import choose, code, every, some
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, NOT_FOUND, OK
@@ -36,6 +36,7 @@ def select(rows: NDArray[np.int64], W: Array, wrench: Array, free_W: Array, free
             free_W[k, i] = W[rows[k], i]
 
 
+@small
 @kernel
 def newton(limits: Array) -> float:
     """Return what is large beside the tolerances, N: one newton, or the largest of the limits (2, m) if that is less.

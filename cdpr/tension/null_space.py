@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import apart, kernel
+from cdpr.model.jit import apart, kernel, small
 from cdpr.model.lanes import choose, of_lanes, some, whole
 from cdpr.model.robot import Array
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND
@@ -27,12 +27,14 @@ ROUNDING = 1e-11
 TOO_LARGE = 1e300
 
 
+@small
 @kernel
 def form_rows(m: int) -> int:
     """Rows of a work space that the form takes: m for N, then 3 for the box."""
     return m + 3
 
 
+@small
 @kernel
 def work_rows(n: int) -> int:
     """Rows of work space that `reduce` needs."""

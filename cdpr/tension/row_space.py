@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import apart, kernel
+from cdpr.model.jit import apart, kernel, small
 from cdpr.model.kinds import ROW, TABLE, WHOLE
 from cdpr.model.robot import Array
 from cdpr.tension.null_space import reduce_to_rows
@@ -44,6 +44,7 @@ MOST_TRIALS = 60
 BY_ROWS = WHOLE(TABLE, *[ROW] * 5, TABLE, TABLE, TABLE)
 
 
+@small
 @kernel
 def worthwhile(n: int, m: int) -> bool:
     """Whether the rows of W (n, m) are fewer than the dimensions of its null space."""

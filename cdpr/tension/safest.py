@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cdpr.model.jit import apart, kernel
+from cdpr.model.jit import apart, kernel, small
 from cdpr.model.robot import Array
 from cdpr.tension import active_set
 from cdpr.tension.active_set import extreme
@@ -12,6 +12,7 @@ from cdpr.tension.status import UNSUPPORTED
 from cdpr.tension.verdict import VERTEX_TOLERANCE
 
 
+@small
 @kernel
 def work_rows(m: int) -> int:
     """Rows of work space that `safest_point` needs."""

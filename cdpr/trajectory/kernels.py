@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 from cdpr.model.jit import kernel
-from cdpr.model.kernels import Vector, cross, dot, exponential, multiply, quaternion, rotate, store, vector
+from cdpr.model.kernels import Vector, cross, dot, exponential, multiply, quaternion, rotate, store
 from cdpr.model.robot import Array
-
-# Below this angle (rad) the coefficients are summed as series, of which the first term left out is below 1e-14.
-SMALL_ANGLE = 0.05
+from cdpr.trajectory.rotation_rates import SMALL_ANGLE
 
 # Slack (s) in deciding that a segment has ended: times are k * step, ends are sums, and both are rounded.
 ROUNDING = 1e-9
@@ -121,37 +119,6 @@ def sample_stopping(segments: Array, begin: float, duration: float, desired: Arr
         v = desired[7 + i]
         desired[7 + i] = pace * v
         desired[13 + i] = pace * pace * desired[13 + i] + change * v
-
-
-@kernel
-def rotation_vector_rates(phi: Array, omega: Array, alpha: Array, rate: Array, second: Array) -> None:
-    """Write the derivatives of rotation vectors phi (K, 3), at most pi long, for body rates omega and alpha (K, 3).
-
-    phi' = J^-1 omega and phi'' = J^-1 (alpha - J' phi') with J of `body_rates` and J^-1 = 1 + [phi] / 2 + c [phi]^2,
-    c = (1 - t / 2 cot(t / 2)) / t^2, t = |phi|. (Chirikjian 2012, section 10.6.)
-    """
-    for k in range(phi.shape[0]):
-        p = vector(phi[k], 0)
-        square = dot(p, p)
-        t = math.sqrt(square)
-        if t < SMALL_ANGLE:
-            c = 1.0 / 12.0 + square / 720.0 + square * square / 30240.0 + square**3 / 1209600.0
-        else:
-            c = (1.0 - 0.5 * t / math.tan(0.5 * t)) / square
-        values = vector(omega[k], 0)
-        for derivative in range(2):
-            c1 = cross(p, values)
-            c2 = cross(p, c1)
-            values = (
-                values[0] + 0.5 * c1[0] + c * c2[0],
-                values[1] + 0.5 * c1[1] + c * c2[1],
-                values[2] + 0.5 * c1[2] + c * c2[2],
-            )
-            if derivative == 0:
-                store(values, rate[k], 0)
-                _, drift = body_rates(p, values, (0.0, 0.0, 0.0))
-                values = (alpha[k, 0] - drift[0], alpha[k, 1] - drift[1], alpha[k, 2] - drift[2])
-        store(values, second[k], 0)
 
 
 @kernel

@@ -15,6 +15,7 @@ import numpy as np
 
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.trajectory.rotation_rates import rotation_vector_rates
 from cdpr.trajectory.spline import minimum_jerk
 from cdpr.trajectory.trajectory import COLUMNS, Trajectory
 
@@ -84,12 +85,9 @@ def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: A
     spin and spin_rate (K, 3) are angular velocity and acceleration in platform axes, rad/s and rad/s^2. Between two
     knots the platform takes the shorter way round.
     """
-    from cdpr.trajectory.kernels import rotation_vector_rates
-
     orientation = _on_one_side(orientation)
     duration, turns = np.diff(times), _turns(orientation)
-    rate, second = np.empty_like(turns), np.empty_like(turns)
-    rotation_vector_rates(turns, np.ascontiguousarray(spin[1:]), np.ascontiguousarray(spin_rate[1:]), rate, second)
+    rate, second = rotation_vector_rates(turns, spin[1:], spin_rate[1:])
     segments = np.empty((len(duration), COLUMNS))
     segments[:, 0], segments[:, 1], segments[:, 38:] = times[:-1], duration, orientation[:-1]
     h = duration[:, None]
