@@ -157,6 +157,7 @@ class Ours(Dispatcher):
         """Compile for one signature, quickly, or load what is on disk."""
         cpu_target.target_context.codegen()  # made as the user says; others' code is compiled so
         with global_compiler_lock:
+            config.reload_config()  # as numba does, where the environment has changed
             before = config.OPT, config.LOOP_VECTORIZE
             config.OPT, config.LOOP_VECTORIZE = min(before[0], type(before[0])(LEVEL)), min(before[1], VECTORS)
             try:

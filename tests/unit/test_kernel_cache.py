@@ -406,7 +406,7 @@ def test_constants_make_no_second_version():
     result = np.zeros(3)
     call(result)
     np.testing.assert_array_equal(result, [2.0, 2.0, 1.0])
-    assert len(getattr(fill, "signatures", [1])) == 1
+    assert len(getattr(fill, "signatures", [])) <= 1  # none where an earlier process has left `call`
 
 
 @pytest.mark.skipif(jit.DISABLED, reason="nothing is compiled")
