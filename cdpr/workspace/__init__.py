@@ -1,0 +1,1 @@
+"""Workspaces: what a robot can hold, reach and pass."""
