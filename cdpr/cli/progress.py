@@ -12,11 +12,10 @@ from types import MappingProxyType
 import click
 
 from cdpr.errors import ExitCode
+from cdpr.interrupts import STOPPING
 
 TERMINAL_SECONDS = 0.2  # between two updates of the line
 FILE_SECONDS = 10.0  # between two lines where stderr is no terminal
-
-STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 NOTHING: Mapping[str, int] = MappingProxyType({})
 

@@ -33,6 +33,8 @@ OPTIONS = {
 # are as long as there are cables, is not worth a tenth of the time of a first run.
 LEVEL, VECTORS = 1, 0
 
+cpu_target.target_context.codegen()  # made as the user says: others' code is compiled so
+
 
 def dispatcher(
     function: Callable[..., Any],
@@ -155,7 +157,6 @@ class Ours(Dispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for one signature, quickly, or load what is on disk."""
-        cpu_target.target_context.codegen()  # made as the user says; others' code is compiled so
         with global_compiler_lock:
             config.reload_config()  # as numba does, where the environment has changed
             before = config.OPT, config.LOOP_VECTORIZE

@@ -16,6 +16,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from cdpr.interrupts import uninterrupted
 from cdpr.model import kernel_cache, objects
 from cdpr.model.kinds import Kind, Signature, kind_of, text
 
@@ -229,7 +230,8 @@ _announcements: list[Callable[[], None]] = []
 
 @functools.cache
 def _compiler() -> Any:
-    from cdpr.model import compiler
+    with uninterrupted():  # half imported, numba cannot be used in this process any more
+        from cdpr.model import compiler
 
     for announce in _announcements:
         compiler.on_first_compilation(announce)

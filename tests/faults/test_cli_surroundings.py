@@ -103,7 +103,7 @@ def test_a_signal_before_the_first_sample(tmp_path, number, code):
         time.sleep(0.002)
     process.send_signal(number)
     errors = process.communicate(timeout=60)[1]
-    assert (process.returncode, "Traceback" in errors) == (code, False)
+    assert (process.returncode, "Traceback" in errors) == (code, False), errors
     assert "stopped: interrupted" in errors
     assert json.loads((out / "run.json").read_text())["status"] == "interrupted"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 from types import SimpleNamespace
 
@@ -76,3 +77,34 @@ def test_other_errors_within_llvm_are_told_as_ever(called_back, monkeypatch):
     called_back(lambda: 1 / 0)
     assert kernel()(1.5) == 3.0
     assert set(told) == {ZeroDivisionError}
+
+
+HALF = """
+import signal, sys
+
+from cdpr.model import jit
+
+assert "numba" not in sys.modules
+
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "numba.core.compiler":
+            signal.raise_signal(signal.SIGINT)
+
+
+sys.meta_path.insert(0, Finder())
+double = jit.kernel(lambda x: 2.0 * x)
+try:
+    double.dispatcher
+except KeyboardInterrupt:
+    print("interrupted")
+assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+print(double(1.5))
+"""
+
+
+@compiled
+def test_an_interrupt_while_numba_is_imported_waits_for_its_end():
+    done = subprocess.run([sys.executable, "-c", HALF], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "interrupted\n3.0\n"), done.stderr
