@@ -15,7 +15,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver
 from cdpr.tension import active_set, null_space, row_space
 from cdpr.tension.active_set import FEASIBILITY_TOLERANCE, least, nearest
-from cdpr.tension.null_space import common, reduce
+from cdpr.tension.null_space import common, complete, reduce, reduce_to_point
 from cdpr.tension.row_space import BY_ROWS as BY_ROWS_KERNEL
 from cdpr.tension.row_space import worthwhile
 from cdpr.tension.status import BAD_INPUT, INFEASIBLE, NOT_FOUND, OK, UNSUPPORTED
@@ -145,7 +145,15 @@ def minimum_norm(
         if by_rows != 0.0:
             status = nearest_by_rows(by_rows, A, wrench, low, high, target, tension, N, box, rest)
         if by_rows == 0.0 or status == NOT_FOUND:
-            r = reduce(W, wrench, t_min, t_max, box, N, rest) if plain else reduce(A, wrench, low, high, box, N, rest)
+            if plain:
+                r = reduce_to_point(W, wrench, t_min, t_max, box, N, rest)
+            else:
+                r = reduce(A, wrench, low, high, box, N, rest)
+            if plain and r >= 0:
+                excess, scale = least(box, tension, active)
+                if excess <= FEASIBILITY_TOLERANCE * scale:  # as mostly: nothing is in the way, and N not needed
+                    return verdict(W, wrench, N, 0, box, x, tension)
+                complete(n, r, box, N, rest)
             if r < 0:
                 return NOT_FOUND if window and r == -INFEASIBLE else -r
             if about != ZERO:
@@ -209,12 +217,9 @@ def _unhindered(W: Array, wrench: Array, t_min: Array, t_max: Array, tension: Ar
     """Write the tensions of least norm; return of which lanes `nearest` and `verdict` let them be."""
     n, m = W.shape
     N, box, x, active, rest = work[:m], work[m : m + 3], work[m + 3], work[m + 4], work[m + 5 :]
-    r = reduce(W, wrench, t_min, t_max, box, N, rest)
-    if r != m - n:  # of another rank, or with locked cables
+    if reduce_to_point(W, wrench, t_min, t_max, box, N, rest) != m - n:  # of another rank, or with locked cables
         return 0
-    for k in range(r):
-        x[k] = 0.0
     excess, scale = least(box, tension, active)
-    breach, size = compared(N, r, box, x, tension)
+    breach, size = compared(N, 0, box, x, tension)
     found = common(n, m, t_min, t_max, rest)
     return bits(found & (excess <= FEASIBILITY_TOLERANCE * scale) & (breach <= ROUND_OFF * size))

@@ -57,12 +57,31 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
     max(n, m) columns: rows of a table, for numba slices a table at no cost, whereas reshaping a line takes some 40 ns.
     W may have further columns.
     """
+    r = reduce_to_point(W, wrench, t_min, t_max, box, N, work)
+    if r >= 0:
+        complete(wrench.shape[0], r, box, N, work)
+    return r
+
+
+@kernel
+def reduce_to_point(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: Array, work: Array) -> int:
+    """Do what `reduce` does, but for N, which `complete` writes where it is needed."""
     m = N.shape[0]
     rank, free = factorise(m, W, wrench, t_min, t_max, box, work)
     if rank < 0:
         return rank
-    _expand(wrench.shape[0], free, rank, rank, free, box, N, work)
-    r = free - rank
+    _solve(wrench.shape[0], free, rank, box, work)
+    return free - rank
+
+
+@kernel
+def complete(n: int, r: int, box: Array, N: Array, work: Array) -> None:
+    """Write N from what `reduce_to_point`, which has returned r, has left in `box` and `work`."""
+    m, free = N.shape[0], 0
+    for i in range(m):
+        if some(box[1, i] < box[2, i]):
+            free += 1
+    _expand(n, free, free - r, free - r, free, N, work)
     for i in range(m):
         longest = 0.0
         for column in range(r):
@@ -70,7 +89,6 @@ def reduce(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Array, N: A
         if some(longest <= ROUNDING):
             for column in range(r):
                 N[i, column] = choose(longest <= ROUNDING, 0.0, N[i, column])
-    return r
 
 
 @apart
@@ -84,36 +102,51 @@ def reduce_to_rows(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Arr
     rank, free = factorise(m, W, wrench, t_min, t_max, box, work)
     if rank < 0:
         return rank
-    _expand(wrench.shape[0], free, rank, 0, rank, box, B, work)
+    _expand(wrench.shape[0], free, rank, 0, rank, B, work)
+    _solve(wrench.shape[0], free, rank, box, work)
     return rank
 
 
 @kernel
-def _expand(n: int, free: int, rank: int, first: int, end: int, box: Array, basis: Array, work: Array) -> None:
-    """Write c and Q e_first to Q e_(end - 1), as columns, from what `factorise` has left in `work`."""
-    rhs, cable, scale, y = work[n], work[n + 1], work[n + 2], work[n + 4]
+def _expand(n: int, free: int, rank: int, first: int, end: int, basis: Array, work: Array) -> None:
+    """Write Q e_first to Q e_(end - 1), as columns, from what `factorise` has left in `work`."""
+    cable, y = work[n + 1], work[n + 4]
     if free < basis.shape[0]:
         for i in range(basis.shape[0]):
             for column in range(end - first):
                 basis[i, column] = 0.0
-    for unit in range(first, end + 1):
+    for unit in range(first, end):
         for i in range(free):
-            y[i] = rhs[i] if unit == end and i < rank else 0.0
-        if unit < end:
-            y[unit] = 1.0
-        for k in range(rank - 1, -1, -1):
-            v = work[k]
-            s = 0.0
-            for i in range(k, free):
-                s += v[i] * y[i]
-            s *= scale[k]
-            for i in range(k, free):
-                y[i] -= s * v[i]
+            y[i] = 0.0
+        y[unit] = 1.0
+        _turn(n, free, rank, work)
         for i in range(free):
-            if unit < end:
-                basis[whole(cable[i]), unit - first] = y[i]
-            else:
-                box[0, whole(cable[i])] = y[i]
+            basis[whole(cable[i]), unit - first] = y[i]
+
+
+@kernel
+def _solve(n: int, free: int, rank: int, box: Array, work: Array) -> None:
+    """Write c into `box`, likewise."""
+    rhs, cable, y = work[n], work[n + 1], work[n + 4]
+    for i in range(free):
+        y[i] = rhs[i] if i < rank else 0.0
+    _turn(n, free, rank, work)
+    for i in range(free):
+        box[0, whole(cable[i])] = y[i]
+
+
+@kernel
+def _turn(n: int, free: int, rank: int, work: Array) -> None:
+    """Multiply y, in `work`, by Q."""
+    scale, y = work[n + 2], work[n + 4]
+    for k in range(rank - 1, -1, -1):
+        v = work[k]
+        s = 0.0
+        for i in range(k, free):
+            s += v[i] * y[i]
+        s *= scale[k]
+        for i in range(k, free):
+            y[i] -= s * v[i]
 
 
 @apart
