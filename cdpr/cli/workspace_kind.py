@@ -11,9 +11,12 @@ import click
 from cdpr.cli.names import OutPath, change_keys
 from cdpr.cli.numbers import Real, Whole, number
 from cdpr.errors import OutputError
+from cdpr.model import Robot
+from cdpr.scenario.examples import resolve
 
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
+    from cdpr.scenario import Scenario
     from cdpr.workspace.required import Required
 
 SIX = "FX,FY,FZ,MX,MY,MZ"
@@ -121,8 +124,8 @@ def _run(
     loaded = load_told(file, changes)
     from cdpr.cli.look import look, parse_attitude
     from cdpr.cli.progress import Progress, tell_of_compilation
-    from cdpr.workspace.region import region
-    from cdpr.workspace.workspace import workspace
+    from cdpr.workspace.regions import region
+    from cdpr.workspace.result import workspace
 
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".npz" or target.is_dir()):
@@ -145,7 +148,7 @@ def _run(
             progress=progress,
         )
     if target is not None:
-        found.about["source"] = {"file": file, "changes": list(changes)}
+        found.about["source"] = source_of(loaded, file, changes)
         target.parent.mkdir(parents=True, exist_ok=True)
         found.save(target)
     figures = found.summary() | ({} if target is None else {"file": str(target)})
@@ -158,6 +161,14 @@ def _run(
         click.echo(line)
 
 
+def source_of(loaded: Scenario | Robot, file: str, changes: tuple[str, ...]) -> dict[str, Any]:
+    """Return what a file must hold to find the robot again."""
+    if isinstance(loaded, Robot):
+        with open(resolve(file, None), encoding="utf-8") as read:
+            return {"robot": read.read(), "changes": list(changes), "file": file}
+    return {"scenario": loaded.resolved_yaml(), "file": file}
+
+
 def _required(kind: str, box: str | None, ellipsoid: str | None) -> Required | None:
     from cdpr.workspace import required
 
@@ -165,6 +176,12 @@ def _required(kind: str, box: str | None, ellipsoid: str | None) -> Required | N
         raise click.UsageError("one required set is expected: a box or an ellipsoid")
     text = box if box is not None else ellipsoid
     if text is None:
+        if prefix := {"wrench-feasible": "wrench", "dynamic": "acceleration"}.get(kind):
+            units = "N, N m" if prefix == "wrench" else "m/s^2, rad/s^2"
+            raise click.UsageError(
+                f"what the cables must do beyond carrying the weight is missing: --{prefix}-box, six half widths "
+                f"({units}), or --{prefix}-ellipsoid"
+            )
         return None
     make = required.box if box is not None else required.ellipsoid
     return make(_numbers(text, (6,), "required set"), accelerations=kind == "dynamic")

@@ -14,6 +14,7 @@ from cdpr.model.jit import kernel, threaded_kernel
 from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
 from cdpr.model.robot import Array
 from cdpr.tension import null_space
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND
 from cdpr.workspace.facets import DEPENDENT, next_subset, orthogonal
 
 # What is asked.
@@ -71,7 +72,7 @@ class Space(NamedTuple):
     Y: Array  # (m, n): c = Y^T p, p of the free cables
     gram: Array  # (n, n)
     free: NDArray[np.int64]  # (m,), cables whose tension is not given by their limits
-    index: NDArray[np.int64]  # (m,)
+    chosen: NDArray[np.int64]  # (m,), a subset of those
     A: Array  # (m + n, m + n)
     Z: Array  # (m, k), Y times the vectors of the required set
     B: Array  # (5, m), of the free cables: N, least tensions, limits
@@ -109,7 +110,7 @@ def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, sp
     Of a margin, `space.best` (n,) receives the direction.
     """
     n, W, N, box, Y = space.wrench.shape[0], space.W, space.N, space.box, space.Y
-    index, free, A, x, p, c = space.index, space.free, space.A, space.x, space.p, space.c
+    index, free, A, x, p, c = space.chosen, space.free, space.A, space.x, space.p, space.c
     dual = r < n - 1
     several = r + 1 if dual else n - 1
     least, scale, lightest, heaviest = math.inf, 0.0, -math.inf, math.inf
@@ -277,7 +278,7 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
             space.required[k, j] = weights[j] * six[rows[j]]
     value[0], value[1] = math.nan, 1.0
     r = null_space.reduce(space.W, space.wrench, low, high, space.box, space.N, space.work)
-    if r == -null_space.INFEASIBLE or r == -null_space.NOT_FOUND:
+    if r in (-INFEASIBLE, -NOT_FOUND):
         return SINGULAR
     if r < 0:
         return BAD

@@ -30,8 +30,8 @@ class Measured:
 
     Attributes:
         value: (K,), signed, >= 0 inside: capacity margin, N, moments divided by the characteristic length; of closure
-            the smaller side of the least elementary vector; payload, kg beside the platform. NaN where W lacks rank, and
-            of the payload where the platform itself is too light.
+            the smaller side of the least elementary vector; payload, kg beside the platform. NaN where W lacks rank,
+            and of the payload where the platform itself is too light.
         scale: (K,), of the numbers that the value is a difference of: below `cdpr.workspace.assess.ROUNDING` times
             that its sign is round-off.
         direction: (K, n), the unit wrench, moments divided by that length, in which the margin is least.
@@ -100,7 +100,9 @@ def measure(
     found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), np.empty(count, dtype=np.int64))
 
     def part(start: int) -> None:
-        assess.assess(asked, assess.Found(*(array[start : start + CHUNK] for array in found)))
+        cut = slice(start, start + CHUNK)
+        values, scales, directions = found.value[cut], found.scale[cut], found.direction[cut]
+        assess.assess(asked, assess.Found(found.poses[cut], values, scales, directions, found.status[cut]))
 
     threads = len(os.sched_getaffinity(0)) if jobs is None else jobs
     starts = range(0, count, CHUNK)

@@ -21,7 +21,7 @@ from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.workspace.kinds import WorkspaceKind, kind_of
 from cdpr.workspace.measure import Measured, measure
-from cdpr.workspace.region import Region
+from cdpr.workspace.regions import Region
 from cdpr.workspace.required import Required
 
 FORMAT = "cdpr workspace 1"
@@ -118,7 +118,7 @@ class Workspace:
 def load_workspace(path: str | os.PathLike[str]) -> Workspace:
     """Read what `Workspace.save` wrote. Raises LogError where it cannot be read."""
     try:
-        with np.load(path, allow_pickle=False) as found:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as found:
             about = json.loads(str(found["about"]))
             if about.pop("format", None) != FORMAT:
                 raise ValueError("another format")
@@ -197,6 +197,14 @@ def workspace(
         boundary.reshape(table),
         about,
     )
+
+
+def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Ask again as a workspace was, of other poses (K, 7): whether inside, value and scale, each (K,)."""
+    wanted, gravity = Required.from_plain(found.about["required"]), np.array(found.about["gravity"])
+    length = found.about["length"]
+    measured = measure(robot, poses, found.kind.mode, wanted, gravity=gravity, length=length, jobs=1)
+    return _inside(robot, found.kind, wanted, measured, poses, gravity), measured.value, measured.scale
 
 
 def _inside(

@@ -128,7 +128,7 @@ def checked_quaternions(given: ArrayLike) -> Array:
     lengths = np.linalg.norm(found, axis=1)
     if not len(found) or np.abs(lengths - 1.0).max() > tolerances.UNIT:
         raise CdprError("orientations: unit quaternions w, x, y, z are expected")
-    return found / lengths[:, None]
+    return np.asarray(found / lengths[:, None])
 
 
 def _shape(cells: int | Sequence[int] | None, extent: Array) -> tuple[int, int, int]:
