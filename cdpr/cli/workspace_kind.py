@@ -184,7 +184,8 @@ def _required(kind: str, box: str | None, ellipsoid: str | None) -> Required | N
             )
         return None
     make = required.box if box is not None else required.ellipsoid
-    return make(_numbers(text, (6,), "required set"), accelerations=kind == "dynamic")
+    name = f"--{'acceleration' if kind == 'dynamic' else 'wrench'}-{'box' if box is not None else 'ellipsoid'}"
+    return make(_numbers(text, (6,), name), accelerations=kind == "dynamic")
 
 
 def _three(text: str | None, name: str) -> Array | None:

@@ -113,7 +113,7 @@ def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, sp
     index, free, A, x, p, c = space.chosen, space.free, space.A, space.x, space.p, space.c
     dual = r < n - 1
     several = r + 1 if dual else n - 1
-    least, scale, lightest, heaviest = math.inf, 0.0, -math.inf, math.inf
+    least, scale, lightest, heaviest, lightest_scale = math.inf, 0.0, -math.inf, math.inf, 0.0
     for k in range(several):
         index[k] = k
     going = True
@@ -173,10 +173,14 @@ def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, sp
                         pull += c[j] * space.load[j]
                     if abs(pull) > ROUNDING * length:
                         first, second = over / pull, -under / pull
-                        heaviest, lightest = min(heaviest, max(first, second)), max(lightest, min(first, second))
-                    elif min(over, under) < 0.0:
+                        most, fewest = max(first, second), min(first, second)
+                        rounding = (max(size, abs(base)) + along) / abs(pull)
+                        if most < heaviest:
+                            heaviest, scale = most, rounding
+                        if fewest > lightest:
+                            lightest, lightest_scale = fewest, rounding
+                    elif min(over, under) < -ROUNDING * (max(size, abs(base)) + along):
                         heaviest = -math.inf
-                    scale = max(scale, size / max(abs(pull), ROUNDING * length))
                 else:
                     margin = min(over, under) / length
                     if margin < least:
@@ -186,7 +190,7 @@ def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, sp
                             space.best[j] = (c[j] if over < under else -c[j]) / length
         going = next_subset(index, several, count)
     if mode == PAYLOAD:
-        return (heaviest if lightest <= max(0.0, ROUNDING * scale) and lightest <= heaviest else math.nan), scale
+        return (heaviest if lightest <= ROUNDING * lightest_scale and lightest <= heaviest else math.nan), scale
     return least, scale
 
 

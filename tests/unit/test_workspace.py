@@ -149,6 +149,13 @@ def test_with_its_payload_the_platform_is_at_the_limit(name):
             assert sign * measure(heavier, poses[k : k + 1]).value[0] > 0.0
 
 
+@pytest.mark.parametrize("name", SIX)
+def test_where_the_platform_is_held_it_has_a_payload_and_nowhere_else(name):
+    robot = robot_of(name)
+    place = region(robot, cells=7)
+    np.testing.assert_array_equal(workspace(robot, "payload", place).inside, workspace(robot, "static", place).inside)
+
+
 def test_forms_of_required_sets_agree():
     robot = robot_of("cogiro")
     poses = poses_of(robot, 30)
