@@ -1,4 +1,4 @@
-"""Write the generated tables of docs/: plugins, solvers and figures.
+"""Write the generated parts of README.md and docs/: plugins, solvers and figures.
 
 Run: python docs/update_readme.py. A test holds the pages to it. The README's picture is drawn by docs/picture.py.
 """
@@ -62,6 +62,17 @@ def figure_table() -> str:
     return "\n".join(lines)
 
 
+def step_cost() -> str:
+    """What a step costs, in a sentence."""
+    steps = json.loads((ROOT / "benchmarks" / "figures.json").read_text())["step"]
+    first, *_, last = sorted(steps, key=lambda backend: steps[backend]["ratio"])
+    return (
+        f"A closed-loop step of an eight-cable robot with its log costs {steps[first]['ratio']:.2f} (`{first}`) to "
+        f"{steps[last]['ratio']:.2f} (`{last}`) of one\n"
+        "`numpy.linalg.pinv` of a 6x8 matrix: [docs/figures.md](docs/figures.md)."
+    )
+
+
 def solver_table() -> str:
     """What benchmarks/solvers.json says: the output of `cdpr bench solvers --json`."""
     figures = json.loads((ROOT / "benchmarks" / "solvers.json").read_text())
@@ -73,6 +84,7 @@ def solver_table() -> str:
 
 
 PAGES = {
+    "../README.md": {"step": step_cost},
     "plugin_list.md": {"plugins": plugin_table},
     "solvers.md": {"solvers": solver_table},
     "figures.md": {"figures": figure_table},

@@ -34,6 +34,7 @@ COMMANDS = {
     "info": "Tell what a robot is and can hold, and what a scenario's motion asks of it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
     "solvers": "List the tension solvers: what they minimise, promise and take.",
+    "workspace": "Find where a robot can hold, exert wrenches, accelerate; how large that is.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",
     "compare": "Run a scenario on several engines, or take finished runs, and tell whether they agree.",

@@ -50,6 +50,21 @@ def parse_pose(text: str, robot: Robot) -> Array:
     return np.concatenate([numbers[:3], q])
 
 
+def parse_attitude(text: str, robot: Robot) -> Array:
+    """Read --orientation as quaternion (4,)."""
+    numbers = _numbers(DEGREES.sub(lambda found: repr(math.radians(float(found[1]))), text))
+    if len(numbers) != 3:
+        hint = "roll,pitch,yaw (rad, or as 30deg) are expected, such as 0,0,0.1"
+        raise click.BadParameter(f"{hint}, got {text[:80]!r}", param_hint="--orientation")
+    if said := in_degrees(numbers):
+        click.echo(f"warning: --orientation: {said}", err=True)
+    q = from_rpy(*numbers)
+    if not held_upright(robot.dof, q):
+        hint = f"the robot moves along {', '.join(robot.dof)} only, so it stays upright about the other axes"
+        raise click.BadParameter(hint, param_hint="--orientation")
+    return q
+
+
 def parse_wrench(text: str, robot: Robot) -> Array:
     """Read --wrench as force and moment (6,); along held directions it must be 0."""
     numbers = _numbers(text)

@@ -1,0 +1,33 @@
+"""`cdpr workspace`: how large it is, and what is found in it."""
+
+from __future__ import annotations
+
+import click
+
+from cdpr.cli import LazyGroup
+
+TABLE = {
+    "static": "Where the cables can hold the platform at rest.",
+    "wrench-feasible": "Where they can exert all wrenches of a set besides.",
+    "dynamic": "Where they can give the platform all accelerations of a set.",
+    "closure": "Where they can pull against each other in all directions.",
+    "payload": "How much more than the platform they can hold.",
+    "compare": "Ask a linear program about the same poses.",
+}
+
+
+class Kinds(LazyGroup):
+    """Kinds of workspaces are made by one module; what is done with a file has its own."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command of a kind, or of what is done with a file."""
+        if cmd_name == "compare" or cmd_name not in self.table:
+            return super().get_command(ctx, cmd_name)
+        from cdpr.cli.workspace_kind import command_of
+
+        return command_of(cmd_name, self.table[cmd_name])
+
+
+@click.group("workspace", cls=Kinds, table=TABLE, prefix="workspace_")
+def command() -> None:
+    """Find where a robot can hold its platform, exert wrenches, or accelerate, and keep it as a file."""

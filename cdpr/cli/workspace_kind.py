@@ -1,0 +1,216 @@
+"""`cdpr workspace KIND`: one command for each kind."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr.cli.names import OutPath, change_keys
+from cdpr.cli.numbers import Real, Whole, number
+from cdpr.errors import OutputError
+from cdpr.model import Robot
+from cdpr.scenario.examples import resolve
+
+if TYPE_CHECKING:
+    from cdpr.model.robot import Array
+    from cdpr.scenario import Scenario
+    from cdpr.workspace.required import Required
+
+SIX = "FX,FY,FZ,MX,MY,MZ"
+
+
+def command_of(name: str, text: str) -> click.Command:
+    """Return the command of a kind."""
+    from cdpr.workspace.kinds import KINDS
+
+    needs = KINDS[name].needs
+    forms = {"box": "Half widths of a box", "ellipsoid": "Half axes of an ellipsoid"}
+    what = {
+        "wrenches": ("wrench", "N, N m", SIX),
+        "accelerations": ("acceleration", "m/s^2, rad/s^2", "AX,AY,AZ,RX,RY,RZ"),
+    }
+    options: list[Any] = []
+    if needs or name == "payload":
+        prefix, units, letters = what[needs or "wrenches"]
+        for form, title in forms.items():
+            options.append(
+                click.option(
+                    f"--{prefix}-{form}", form, metavar=letters, help=f"{title} of required {prefix}s ({units})."
+                )
+            )
+
+    def run(
+        file: str,
+        changes: tuple[str, ...],
+        orientation: tuple[str, ...],
+        over: str,
+        lower: str | None,
+        upper: str | None,
+        cells: str | None,
+        length: float | None,
+        jobs: int | None,
+        out: str | None,
+        as_json: bool,
+        box: str | None = None,
+        ellipsoid: str | None = None,
+    ) -> None:
+        _run(name, file, changes, orientation, over, (lower, upper), cells, length, jobs, out, as_json, box, ellipsoid)
+
+    run.__doc__ = f"{text}\n\n    {_more(needs)}"
+    made: Any = run
+    for option in reversed([*options, *_OPTIONS]):
+        made = option(made)
+    return click.command(name)(made)
+
+
+_OPTIONS = (
+    click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path()),
+    change_keys("Change any key of the file."),
+    click.option(
+        "--orientation",
+        multiple=True,
+        metavar="R,P,Y",
+        help="Attitude: roll, pitch, yaw (rad, or as 30deg); repeatable. The home's unless given.",
+    ),
+    click.option(
+        "--over", type=click.Choice(["all", "any"]), default="all", help="Of several: all or any inside. [all]"
+    ),
+    click.option(
+        "--lower", metavar="X,Y,Z", help="Lowest corner of the box that is looked at, m; the frame's unless given."
+    ),
+    click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise."),
+    click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
+    click.option(
+        "--length",
+        type=Real(0.0, min_open=True),
+        metavar="M",
+        help="By what moments are divided in margins; the robot's characteristic length unless given.",
+    ),
+    click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Threads (default: one a core)."),
+    click.option("--out", type=OutPath(), help="File, .npz."),
+    click.option("--json", "as_json", is_flag=True, help="Print JSON."),
+)
+
+
+def _more(needs: str) -> str:
+    start = "Looked at are the middles of the cells of a box."
+    if not needs:
+        return start
+    return (
+        f"{start} Required {needs} are what the cables must exert or do beyond carrying the weight at rest, world axes."
+    )
+
+
+def _run(
+    kind: str,
+    file: str,
+    changes: tuple[str, ...],
+    orientation: tuple[str, ...],
+    over: Any,
+    corners: tuple[str | None, str | None],
+    cells: str | None,
+    length: float | None,
+    jobs: int | None,
+    out: str | None,
+    as_json: bool,
+    box: str | None,
+    ellipsoid: str | None,
+) -> None:
+    from cdpr.cli.load import load_told
+
+    loaded = load_told(file, changes)
+    from cdpr.cli.look import look, parse_attitude
+    from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.workspace.regions import region
+    from cdpr.workspace.result import workspace
+
+    target = None if out is None else Path(out)
+    if target is not None and (target.suffix != ".npz" or target.is_dir()):
+        raise OutputError(f"{target}: --out: the name of a file that ends in .npz is expected")
+    tell_of_compilation()
+    robot, gravity, _, _ = look(loaded, None)
+    turned = [parse_attitude(text, robot) for text in orientation]
+    lower, upper = (_three(text, name) for text, name in zip(corners, ("--lower", "--upper"), strict=True))
+    place = region(robot, lower=lower, upper=upper, cells=_cells(cells), orientations=turned or None)
+    with Progress("cells") as progress:
+        found = workspace(
+            robot,
+            kind,
+            place,
+            required=_required(kind, box, ellipsoid),
+            gravity=gravity,
+            length=length,
+            over=over,
+            jobs=jobs,
+            progress=progress,
+        )
+    if target is not None:
+        found.about["source"] = source_of(loaded, file, changes)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        found.save(target)
+    figures = found.summary() | ({} if target is None else {"file": str(target)})
+    if as_json:
+        click.echo(json.dumps(figures, indent=1, allow_nan=False))
+        return
+    from cdpr.report.text.workspace import lines
+
+    for line in lines(figures):
+        click.echo(line)
+
+
+def source_of(loaded: Scenario | Robot, file: str, changes: tuple[str, ...]) -> dict[str, Any]:
+    """Return what a file must hold to find the robot again."""
+    if isinstance(loaded, Robot):
+        with open(resolve(file, None), encoding="utf-8") as read:
+            return {"robot": read.read(), "changes": list(changes), "file": file}
+    return {"scenario": loaded.resolved_yaml(), "file": file}
+
+
+def _required(kind: str, box: str | None, ellipsoid: str | None) -> Required | None:
+    from cdpr.workspace import required
+
+    if box is not None and ellipsoid is not None:
+        raise click.UsageError("one required set is expected: a box or an ellipsoid")
+    text = box if box is not None else ellipsoid
+    if text is None:
+        if prefix := {"wrench-feasible": "wrench", "dynamic": "acceleration"}.get(kind):
+            units = "N, N m" if prefix == "wrench" else "m/s^2, rad/s^2"
+            raise click.UsageError(
+                f"what the cables must do beyond carrying the weight is missing: --{prefix}-box, six half widths "
+                f"({units}), or --{prefix}-ellipsoid"
+            )
+        return None
+    make = required.box if box is not None else required.ellipsoid
+    name = f"--{'acceleration' if kind == 'dynamic' else 'wrench'}-{'box' if box is not None else 'ellipsoid'}"
+    return make(_numbers(text, (6,), name), accelerations=kind == "dynamic")
+
+
+def _three(text: str | None, name: str) -> Array | None:
+    return None if text is None else _numbers(text, (3,), name)
+
+
+def _cells(text: str | None) -> Any:
+    if text is None:
+        return None
+    try:
+        found = [int(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) not in (1, 3):
+        raise click.BadParameter(f"a whole number, or three, is expected, got {text[:80]!r}", param_hint="--cells")
+    return found
+
+
+def _numbers(text: str, counts: tuple[int, ...], name: str) -> Array:
+    import numpy as np
+
+    try:
+        found = np.array([number(part) for part in text.split(",")])
+    except ValueError:
+        found = np.empty(0)
+    if len(found) not in counts or not np.isfinite(found).all():
+        raise click.BadParameter(f"{counts[0]} numbers with commas are expected, got {text[:80]!r}", param_hint=name)
+    return found

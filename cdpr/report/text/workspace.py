@@ -1,0 +1,42 @@
+"""A workspace in lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def lines(figures: Mapping[str, Any]) -> list[str]:
+    """Return what `Workspace.summary` says as lines for a terminal."""
+    unit, value = figures["unit"], figures["value"]
+    low, high = figures["box"]
+    cells = " x ".join(str(n) for n in figures["cells"])
+    told = [
+        f"{figures['robot']}: {figures['kind']} workspace",
+        _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
+    ]
+    if figures["bounds"] is not None:
+        told.append(_line("within", _corners(*figures["bounds"])))
+        words = ", ".join(f"{name} {value[name]:.4g}" for name in ("min", "mean", "max") if value[name] is not None)
+        told.append(_line(value["name"], f"{words} {value['unit']}".rstrip()))
+    told.append(_line("looked at", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
+    if figures["on_boundary"]:
+        told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
+    if figures["without_value"]:
+        told.append(_line("without a value", f"{figures['without_value']} cells"))
+    if "file" in figures:
+        told.append(figures["file"])
+    return told
+
+
+def _line(name: str, text: str) -> str:
+    return f"  {name:<24}{text}"
+
+
+def _corners(low: list[float], high: list[float]) -> str:
+    pairs = zip("xyz", low, high, strict=True)
+    return ", ".join(f"{axis} {a:.4g} to {b:.4g}" if a != b else f"{axis} {a:.4g}" for axis, a, b in pairs) + " m"
+
+
+def _several(count: int) -> str:
+    return "" if count == 1 else f", in {count} attitudes"

@@ -1,0 +1,360 @@
+"""What the cables can do at one pose, and at many: compiled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.mechanics import geometry
+from cdpr.model import cholesky, kernels
+from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
+from cdpr.model.robot import Array
+from cdpr.tension import null_space
+from cdpr.tension.status import INFEASIBLE, NOT_FOUND
+from cdpr.workspace.facets import DEPENDENT, next_subset, orthogonal
+
+# What is asked.
+MARGIN, CLOSURE, PAYLOAD = range(3)
+
+# Forms of sets of required wrenches, as `cdpr.workspace.required.FORMS`.
+ZONOTOPE, ELLIPSOID, VERTICES = range(3)
+
+# What is said of a pose.
+REGULAR, SINGULAR, BAD = range(3)
+
+# Share of the largest number that a margin is the difference of, below which its sign is round-off: the pose counts as
+# on the boundary.
+ROUNDING = 1e-9
+
+
+class Asked(NamedTuple):
+    """What is asked of all poses."""
+
+    mode: int
+    lines: Array  # (m, 6 or more), as `cdpr.cables.lines` says
+    limits: Array  # (2, m), N
+    rows: NDArray[np.int64]  # (n,), degrees of freedom: rows of a wrench
+    weights: Array  # (n,), 1, and for moments 1 / characteristic length
+    inertial: Array  # (13,), as `Robot.inertial`
+    gravity: Array  # (3,), m/s^2
+    form: int
+    vectors: Array  # (k, 6), of the required set
+    accelerations: bool  # whether they are such
+
+
+class Found(NamedTuple):
+    """What is found of K poses."""
+
+    poses: Array  # (K, 7), given: position (m) and unit quaternion w, x, y, z
+    value: Array  # (K,), margin, N; closure, 1 or -1; payload, kg
+    scale: Array  # (K,), of `value`: times ROUNDING, what round-off may make of it
+    direction: Array  # (K, n), unit, in which the margin is least, moments divided by the characteristic length
+    status: NDArray[np.int64]  # (K,)
+
+
+ASKED = Group((WHOLE, TABLE, TABLE, INDICES, ROW, ROW, ROW, WHOLE, TABLE, TRUTH), Asked)
+FOUND = Group((TABLE, ROW, ROW, TABLE, INDICES), Found)
+
+
+class Space(NamedTuple):
+    """Work space for n directions and m cables, one for each thread."""
+
+    W: Array  # (n, m)
+    wrench: Array  # (n,)
+    load: Array  # (n,), what carries 1 kg at the centre of mass
+    required: Array  # (k, n)
+    box: Array  # (3, m)
+    N: Array  # (m, m)
+    Y: Array  # (m, n): c = Y^T p, p of the free cables
+    gram: Array  # (n, n)
+    free: NDArray[np.int64]  # (m,), cables whose tension is not given by their limits
+    chosen: NDArray[np.int64]  # (m,), a subset of those
+    A: Array  # (m + n, m + n)
+    Z: Array  # (m, k), Y times the vectors of the required set
+    B: Array  # (5, m), of the free cables: N, least tensions, limits
+    x: Array  # (m + n,)
+    p: Array  # (m,)
+    c: Array  # (n,)
+    best: Array  # (n,)
+    work: Array
+
+
+@kernel
+def reach(form: int, required: Array, c: Array, n: int) -> tuple[float, float]:
+    """Return how far the required set (k, >= n) reaches along c (n,), and along -c."""
+    ahead, behind = 0.0, 0.0
+    for k in range(required.shape[0]):
+        s = 0.0
+        for j in range(n):
+            s += c[j] * required[k, j]
+        if form == VERTICES:
+            ahead = s if k == 0 else max(ahead, s)
+            behind = -s if k == 0 else max(behind, -s)
+        elif form == ELLIPSOID:
+            ahead += s * s
+        else:
+            ahead += abs(s)
+    if form == ELLIPSOID:
+        ahead = math.sqrt(ahead)
+    return ahead, (behind if form == VERTICES else ahead)
+
+
+@kernel
+def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, space: Space) -> tuple[float, float]:
+    """Return the value of one pose, and its scale, from N, c in `box[0]`, W and the `count` free cables in `space`.
+
+    Of a margin, `space.best` (n,) receives the direction.
+    """
+    n, W, N, box, Y = space.wrench.shape[0], space.W, space.N, space.box, space.Y
+    index, free, A, x, p, c = space.chosen, space.free, space.A, space.x, space.p, space.c
+    dual = r < n - 1
+    several = r + 1 if dual else n - 1
+    least, scale, lightest, heaviest, lightest_scale = math.inf, 0.0, -math.inf, math.inf, 0.0
+    for k in range(several):
+        index[k] = k
+    going = True
+    while going:
+        if dual:
+            for j in range(r):
+                for k in range(several):
+                    A[j, k] = N[free[index[k]], j]
+            sound = orthogonal(A, r, x)
+        else:
+            for k in range(several):
+                size = 0.0
+                for j in range(n):
+                    size += W[j, free[index[k]]] ** 2
+                size = math.sqrt(size)
+                for j in range(n):
+                    A[k, j] = W[j, free[index[k]]] / size
+            sound = orthogonal(A, n - 1, c)
+            if sound:
+                for i in range(count):
+                    p[i] = 0.0
+                    for j in range(n):
+                        p[i] += c[j] * W[j, free[i]]
+                for k in range(several):
+                    p[index[k]] = 0.0
+        if sound:
+            base, ahead, behind, size, largest, smallest = 0.0, 0.0, 0.0, 0.0, -math.inf, math.inf
+            for k in range(several if dual else count):
+                i = free[index[k]] if dual else free[k]
+                value = x[k] if dual else p[k]
+                up, down = value * high[i], value * low[i]
+                base += value * box[0, i]
+                ahead += max(up, down)
+                behind += min(up, down)
+                size = max(size, max(abs(up), abs(down)))
+                if dual or value != 0.0:
+                    largest, smallest = max(largest, value), min(smallest, value)
+            if mode == CLOSURE:
+                # Of one sign, p is what a twist does that slackens cables and stretches none (Stiemke's lemma).
+                least = min(least, min(largest, -smallest))
+                scale = 1.0
+            else:
+                if dual:
+                    for j in range(n):
+                        c[j] = 0.0
+                        for k in range(several):
+                            c[j] += x[k] * Y[index[k], j]
+                along, against = reach(form, space.required, c, n)
+                length = 0.0
+                for j in range(n):
+                    length += c[j] * c[j]
+                length = math.sqrt(length)
+                over, under = ahead - base - along, base - behind - against
+                if mode == PAYLOAD:
+                    pull = 0.0
+                    for j in range(n):
+                        pull += c[j] * space.load[j]
+                    if abs(pull) > ROUNDING * length:
+                        first, second = over / pull, -under / pull
+                        most, fewest = max(first, second), min(first, second)
+                        rounding = (max(size, abs(base)) + along) / abs(pull)
+                        if most < heaviest:
+                            heaviest, scale = most, rounding
+                        if fewest > lightest:
+                            lightest, lightest_scale = fewest, rounding
+                    elif min(over, under) < -ROUNDING * (max(size, abs(base)) + along):
+                        heaviest = -math.inf
+                else:
+                    margin = min(over, under) / length
+                    if margin < least:
+                        least = margin
+                        scale = (max(size, abs(base)) + along) / length
+                        for j in range(n):
+                            space.best[j] = (c[j] if over < under else -c[j]) / length
+        going = next_subset(index, several, count)
+    if mode == PAYLOAD:
+        return (heaviest if lightest <= ROUNDING * lightest_scale and lightest <= heaviest else math.nan), scale
+    return least, scale
+
+
+@kernel
+def facets_of_two(form: int, low: Array, high: Array, count: int, space: Space) -> tuple[float, float]:
+    """Return margin and scale as `facets` does, of a redundancy of two: without the normals, but for the least one.
+
+    p on the cables i, j, k is a cross product of columns of N. Of c = Y^T p only its length, from Y Y^T in `space.A`,
+    and what it says of the required set, from Y times its vectors in `space.Z`, are asked for.
+    """
+    Y, G, Z, B = space.Y, space.A, space.Z, space.B
+    X, V, C, L, H = B[0], B[1], B[2], B[3], B[4]
+    vectors, n = space.required.shape[0], space.wrench.shape[0]
+    least, scale, sign = math.inf, 0.0, 1.0
+    a, b, d, pa, pb, pd = 0, 0, 0, 0.0, 0.0, 0.0
+    for i in range(count - 2):
+        x0, y0, c0, l0, h0 = X[i], V[i], C[i], L[i], H[i]
+        for j in range(i + 1, count - 1):
+            x1, y1, p2 = X[j], V[j], x0 * V[j] - y0 * X[j]
+            for k in range(j + 1, count):
+                p0, p1 = x1 * V[k] - y1 * X[k], X[k] * y0 - V[k] * x0
+                if not p0 * p0 + p1 * p1 + p2 * p2 > DEPENDENT * DEPENDENT:
+                    continue
+                base = p0 * c0 + p1 * C[j] + p2 * C[k]
+                u0, u1, u2 = p0 * h0, p1 * H[j], p2 * H[k]
+                v0, v1, v2 = p0 * l0, p1 * L[j], p2 * L[k]
+                ahead = max(u0, v0) + max(u1, v1) + max(u2, v2)
+                behind = min(u0, v0) + min(u1, v1) + min(u2, v2)
+                length = p0 * p0 * G[i, i] + p1 * p1 * G[j, j] + p2 * p2 * G[k, k]
+                length = math.sqrt(length + 2.0 * (p0 * p1 * G[i, j] + p0 * p2 * G[i, k] + p1 * p2 * G[j, k]))
+                along, against = 0.0, 0.0
+                for g in range(vectors):
+                    s = p0 * Z[i, g] + p1 * Z[j, g] + p2 * Z[k, g]
+                    if form == ZONOTOPE:
+                        along += abs(s)
+                    elif form == ELLIPSOID:
+                        along += s * s
+                    else:
+                        along = s if g == 0 else max(along, s)
+                        against = -s if g == 0 else max(against, -s)
+                if form == ELLIPSOID:
+                    along = math.sqrt(along)
+                if form != VERTICES:
+                    against = along
+                over, under = ahead - base - along, base - behind - against
+                margin = min(over, under) / length
+                if margin < least:
+                    least, sign = margin, 1.0 if over < under else -1.0
+                    scale = (max(ahead, -behind) + abs(base) + along) / length
+                    a, b, d, pa, pb, pd = i, j, k, p0, p1, p2
+    length = 0.0
+    for q in range(n):
+        s = sign * (pa * Y[a, q] + pb * Y[b, q] + pd * Y[d, q])
+        space.best[q] = s
+        length += s * s
+    for q in range(n):
+        space.best[q] /= math.sqrt(length)
+    return least, scale
+
+
+@kernel
+def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: Space, value: Array) -> int:
+    """Write value and scale of one pose into `value` (2,), the direction into `space.best`; return what is said."""
+    lines, rows, weights = asked.lines, asked.rows, asked.weights
+    n, m = rows.shape[0], lines.shape[0]
+    low, high = asked.limits[0], asked.limits[1]
+    still = (0.0, 0.0, 0.0)
+    for i in range(7):
+        state[i] = pose[i]
+    geometry.cable_geometry(lines, state, W6, space.p, space.p)
+    q = kernels.quaternion(state, 3)
+    kernels.inverse_dynamics(asked.inertial, asked.gravity, q, still, still, still, six)
+    for j in range(n):
+        space.wrench[j] = weights[j] * six[rows[j]]
+        space.best[j] = math.nan
+        # Of 1 kg where the platform's own mass is.
+        space.load[j] = space.wrench[j] / asked.inertial[0]
+        for i in range(m):
+            space.W[j, i] = weights[j] * W6[rows[j], i]
+    for k in range(asked.vectors.shape[0]):
+        v = asked.vectors[k]
+        for j in range(6):
+            six[j] = v[j]
+        if asked.accelerations:
+            kernels.inverse_dynamics(
+                asked.inertial, state[10:13], q, still, kernels.vector(v, 0), kernels.vector(v, 3), six
+            )
+        for j in range(n):
+            space.required[k, j] = weights[j] * six[rows[j]]
+    value[0], value[1] = math.nan, 1.0
+    r = null_space.reduce(space.W, space.wrench, low, high, space.box, space.N, space.work)
+    if r in (-INFEASIBLE, -NOT_FOUND):
+        return SINGULAR
+    if r < 0:
+        return BAD
+    count = 0
+    for i in range(m):
+        if low[i] < high[i]:
+            space.free[count] = i
+            count += 1
+    if count - r < n:
+        return SINGULAR
+    if asked.mode != CLOSURE and r < n - 1:
+        for j in range(n):
+            for k in range(j + 1):
+                s = 0.0
+                for i in range(count):
+                    s += space.W[j, space.free[i]] * space.W[k, space.free[i]]
+                space.gram[j, k] = s
+        if not cholesky.factorise(space.gram, 0.0):
+            return SINGULAR
+        for i in range(count):
+            for j in range(n):
+                space.c[j] = space.W[j, space.free[i]]
+            cholesky.solve(space.gram, space.c, space.Y[i])
+    if asked.mode == MARGIN and r == 2 and n > 3:
+        for i in range(count):
+            f = space.free[i]
+            space.B[0, i], space.B[1, i], space.B[2, i] = space.N[f, 0], space.N[f, 1], space.box[0, f]
+            space.B[3, i], space.B[4, i] = low[f], high[f]
+            for k in range(i + 1):
+                s = 0.0
+                for j in range(n):
+                    s += space.Y[i, j] * space.Y[k, j]
+                space.A[i, k] = space.A[k, i] = s
+            for k in range(space.required.shape[0]):
+                s = 0.0
+                for j in range(n):
+                    s += space.Y[i, j] * space.required[k, j]
+                space.Z[i, k] = s
+        value[0], value[1] = facets_of_two(asked.form, low, high, count, space)
+        return REGULAR
+    value[0], value[1] = facets(asked.mode, asked.form, low, high, count, r, space)
+    return REGULAR
+
+
+@threaded_kernel(NOTHING(ASKED, FOUND))
+def assess(asked: Asked, found: Found) -> None:
+    """Write what is found of all poses."""
+    n, m = asked.rows.shape[0], asked.lines.shape[0]
+    size = m + n + 1
+    space = Space(
+        np.empty((n, m)),
+        np.empty(n),
+        np.empty(n),
+        np.empty((asked.vectors.shape[0], n)),
+        np.empty((3, m)),
+        np.empty((m, m)),
+        np.empty((m, n)),
+        np.empty((n, n)),
+        np.empty(m, np.int64),
+        np.empty(size, np.int64),
+        np.empty((size, size)),
+        np.empty((m, asked.vectors.shape[0])),
+        np.empty((5, m)),
+        np.empty(size),
+        np.empty(m),
+        np.empty(n),
+        np.empty(n),
+        np.empty((n + 5, max(n, m))),
+    )
+    state, W6, six, value = np.zeros(13), np.empty((6, m)), np.empty(6), np.empty(2)
+    for k in range(found.poses.shape[0]):
+        found.status[k] = look(asked, found.poses[k], state, W6, six, space, value)
+        found.value[k], found.scale[k] = value[0], value[1]
+        for j in range(n):
+            found.direction[k, j] = space.best[j]

@@ -1,0 +1,94 @@
+"""Sets of wrenches, or accelerations, that cables must be able to exert, beyond what carries the weight at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.errors import CdprError
+from cdpr.model.arrays import checked
+from cdpr.model.robot import Array, read_only
+
+Form = Literal["zonotope", "ellipsoid", "vertices"]
+
+# As kernels have them.
+FORMS: dict[str, int] = {"zonotope": 0, "ellipsoid": 1, "vertices": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Required:
+    """A convex set in six dimensions: N and N m, or m/s^2 and rad/s^2; world axes, about the platform's origin.
+
+    Attributes:
+        form: what the vectors are: g of {sum s_k g_k : |s_k| <= 1}, the same of |s| <= 1, or corners of a hull.
+        vectors: (k, 6); (0, 6) of a zonotope is the origin alone.
+        accelerations: whether it is a set of accelerations, at rest, of which the platform makes wrenches.
+    """
+
+    form: Form
+    vectors: Array
+    accelerations: bool = False
+
+    def __repr__(self) -> str:
+        kind = "accelerations" if self.accelerations else "wrenches"
+        return f"<Required {kind}: {self.form} of {len(self.vectors)} vectors>"
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {"form": self.form, "vectors": self.vectors.tolist(), "accelerations": self.accelerations}
+
+    @classmethod
+    def from_plain(cls, data: dict[str, Any]) -> Required:
+        """Undo `plain`."""
+        return cls(data["form"], _vectors(data["vectors"], "vectors"), data["accelerations"])
+
+
+NOTHING = Required("zonotope", read_only(np.zeros((0, 6))))
+
+
+def box(half: ArrayLike, *, accelerations: bool = False) -> Required:
+    """Return all within +- `half` (6,), each at least 0."""
+    return Required("zonotope", _axes(half, "box"), accelerations)
+
+
+def ellipsoid(half: ArrayLike, *, accelerations: bool = False) -> Required:
+    """Return the ellipsoid along the axes with half axes `half` (6,), each at least 0."""
+    return Required("ellipsoid", _axes(half, "ellipsoid"), accelerations)
+
+
+def zonotope(generators: ArrayLike, *, accelerations: bool = False) -> Required:
+    """Return the sums of s_k g_k, |s_k| <= 1, of generators g_k (k, 6)."""
+    return Required("zonotope", _vectors(generators, "zonotope"), accelerations)
+
+
+def vertices(corners: ArrayLike, *, accelerations: bool = False) -> Required:
+    """Return the convex hull of corners (k, 6), at least one."""
+    found = _vectors(corners, "vertices")
+    if not len(found):
+        raise CdprError("vertices: at least one corner is expected")
+    return Required("vertices", found, accelerations)
+
+
+def point(wrench: ArrayLike) -> Required:
+    """Return one wrench (6,) alone."""
+    return vertices([checked(wrench, (6,), "point", finite=True)])
+
+
+def _axes(half: ArrayLike, name: str) -> Array:
+    sizes = checked(half, (6,), name, finite=True)
+    if (sizes < 0.0).any():
+        raise CdprError(f"{name}: six sizes of at least 0 are expected, got {_told(sizes)}")
+    return read_only(np.diag(sizes)[sizes > 0.0])
+
+
+def _vectors(given: ArrayLike, name: str) -> Array:
+    found = checked(given, (None, 6), name, finite=True) if np.size(given) else np.zeros((0, 6))
+    return read_only(found.copy())
+
+
+def _told(values: Sequence[float] | Array) -> str:
+    return ", ".join(f"{value:g}" for value in values)
