@@ -75,7 +75,7 @@ class Space(NamedTuple):
     chosen: NDArray[np.int64]  # (m,), a subset of those
     A: Array  # (m + n, m + n)
     Z: Array  # (m, k), Y times the vectors of the required set
-    B: Array  # (5, m), of the free cables: N, least tensions, limits
+    B: Array  # (4, m), of the free cables: N, least tensions from the middle of the limits, half their width
     x: Array  # (m + n,)
     p: Array  # (m,)
     c: Array  # (n,)
@@ -195,32 +195,31 @@ def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, sp
 
 
 @kernel
-def facets_of_two(form: int, low: Array, high: Array, count: int, space: Space) -> tuple[float, float]:
+def facets_of_two(form: int, count: int, space: Space) -> tuple[float, float]:
     """Return margin and scale as `facets` does, of a redundancy of two: without the normals, but for the least one.
 
-    p on the cables i, j, k is a cross product of columns of N. Of c = Y^T p only its length, from Y Y^T in `space.A`,
-    and what it says of the required set, from Y times its vectors in `space.Z`, are asked for.
+    p on the cables i, j, k is a cross product of columns of N. Of c = Y^T p only its square, from Y Y^T in `space.A`,
+    and what it says of the required set, from Y times its vectors in `space.Z`, are asked for. From the middle of all
+    limits the cables reach as far along c as along -c.
     """
     Y, G, Z, B = space.Y, space.A, space.Z, space.B
-    X, V, C, L, H = B[0], B[1], B[2], B[3], B[4]
+    X, V, C, H = B[0], B[1], B[2], B[3]
     vectors, n = space.required.shape[0], space.wrench.shape[0]
-    least, scale, sign = math.inf, 0.0, 1.0
+    least, square, scale, sign = math.inf, 1.0, 0.0, 1.0
     a, b, d, pa, pb, pd = 0, 0, 0, 0.0, 0.0, 0.0
     for i in range(count - 2):
-        x0, y0, c0, l0, h0 = X[i], V[i], C[i], L[i], H[i]
+        x0, y0, c0, h0, g0 = X[i], V[i], C[i], H[i], G[i, i]
         for j in range(i + 1, count - 1):
             x1, y1, p2 = X[j], V[j], x0 * V[j] - y0 * X[j]
+            c1, h1, g1, g01, size2 = C[j], H[j], G[j, j], 2.0 * G[i, j], abs(p2)
             for k in range(j + 1, count):
                 p0, p1 = x1 * V[k] - y1 * X[k], X[k] * y0 - V[k] * x0
                 if not p0 * p0 + p1 * p1 + p2 * p2 > DEPENDENT * DEPENDENT:
                     continue
-                base = p0 * c0 + p1 * C[j] + p2 * C[k]
-                u0, u1, u2 = p0 * h0, p1 * H[j], p2 * H[k]
-                v0, v1, v2 = p0 * l0, p1 * L[j], p2 * L[k]
-                ahead = max(u0, v0) + max(u1, v1) + max(u2, v2)
-                behind = min(u0, v0) + min(u1, v1) + min(u2, v2)
-                length = p0 * p0 * G[i, i] + p1 * p1 * G[j, j] + p2 * p2 * G[k, k]
-                length = math.sqrt(length + 2.0 * (p0 * p1 * G[i, j] + p0 * p2 * G[i, k] + p1 * p2 * G[j, k]))
+                base = p0 * c0 + p1 * c1 + p2 * C[k]
+                reached = abs(p0) * h0 + abs(p1) * h1 + size2 * H[k]
+                length = p0 * (p0 * g0 + p1 * g01) + p1 * p1 * g1
+                length += p2 * (p2 * G[k, k] + 2.0 * (p0 * G[i, k] + p1 * G[j, k]))
                 along, against = 0.0, 0.0
                 for g in range(vectors):
                     s = p0 * Z[i, g] + p1 * Z[j, g] + p2 * Z[k, g]
@@ -235,20 +234,48 @@ def facets_of_two(form: int, low: Array, high: Array, count: int, space: Space) 
                     along = math.sqrt(along)
                 if form != VERTICES:
                     against = along
-                over, under = ahead - base - along, base - behind - against
-                margin = min(over, under) / length
-                if margin < least:
-                    least, sign = margin, 1.0 if over < under else -1.0
-                    scale = (max(ahead, -behind) + abs(base) + along) / length
+                margin = reached + min(-base - along, base - against)
+                # Which of margin / sqrt(length) is less, without roots and quotients.
+                if margin * abs(margin) * square < least * abs(least) * length or least == math.inf:
+                    least, square, sign = margin, length, 1.0 if -base - along < base - against else -1.0
+                    scale = reached + abs(base) + along
                     a, b, d, pa, pb, pd = i, j, k, p0, p1, p2
-    length = 0.0
+    length = math.sqrt(square)
     for q in range(n):
-        s = sign * (pa * Y[a, q] + pb * Y[b, q] + pd * Y[d, q])
-        space.best[q] = s
-        length += s * s
-    for q in range(n):
-        space.best[q] /= math.sqrt(length)
-    return least, scale
+        space.best[q] = sign * (pa * Y[a, q] + pb * Y[b, q] + pd * Y[d, q]) / length
+    return least / length, scale / length
+
+
+@kernel
+def invert(count: int, space: Space) -> bool:
+    """Write Y = W^T (W W^T)^-1 of the free cables; whether that is possible."""
+    n, W, Y, L, inverse = space.wrench.shape[0], space.W, space.Y, space.gram, space.c
+    for i in range(count):
+        for j in range(n):
+            Y[i, j] = W[j, space.free[i]]
+    for j in range(n):
+        for k in range(j + 1):
+            s = 0.0
+            for i in range(count):
+                s += Y[i, j] * Y[i, k]
+            L[j, k] = s
+    if not cholesky.factorise(L, 0.0):
+        return False
+    for j in range(n):
+        inverse[j] = 1.0 / L[j, j]  # once: a quotient takes as long as ten products
+    for i in range(count):
+        y = Y[i]
+        for j in range(n):
+            s = y[j]
+            for k in range(j):
+                s -= L[j, k] * y[k]
+            y[j] = s * inverse[j]
+        for j in range(n - 1, -1, -1):
+            s = y[j]
+            for k in range(j + 1, n):
+                s -= L[k, j] * y[k]
+            y[j] = s * inverse[j]
+    return True
 
 
 @kernel
@@ -293,24 +320,13 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
             count += 1
     if count - r < n:
         return SINGULAR
-    if asked.mode != CLOSURE and r < n - 1:
-        for j in range(n):
-            for k in range(j + 1):
-                s = 0.0
-                for i in range(count):
-                    s += space.W[j, space.free[i]] * space.W[k, space.free[i]]
-                space.gram[j, k] = s
-        if not cholesky.factorise(space.gram, 0.0):
-            return SINGULAR
-        for i in range(count):
-            for j in range(n):
-                space.c[j] = space.W[j, space.free[i]]
-            cholesky.solve(space.gram, space.c, space.Y[i])
+    if asked.mode != CLOSURE and r < n - 1 and not invert(count, space):
+        return SINGULAR
     if asked.mode == MARGIN and r == 2 and n > 3:
         for i in range(count):
             f = space.free[i]
-            space.B[0, i], space.B[1, i], space.B[2, i] = space.N[f, 0], space.N[f, 1], space.box[0, f]
-            space.B[3, i], space.B[4, i] = low[f], high[f]
+            space.B[0, i], space.B[1, i] = space.N[f, 0], space.N[f, 1]
+            space.B[2, i], space.B[3, i] = space.box[0, f] - 0.5 * (low[f] + high[f]), 0.5 * (high[f] - low[f])
             for k in range(i + 1):
                 s = 0.0
                 for j in range(n):
@@ -321,7 +337,7 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
                 for j in range(n):
                     s += space.Y[i, j] * space.required[k, j]
                 space.Z[i, k] = s
-        value[0], value[1] = facets_of_two(asked.form, low, high, count, space)
+        value[0], value[1] = facets_of_two(asked.form, count, space)
         return REGULAR
     value[0], value[1] = facets(asked.mode, asked.form, low, high, count, r, space)
     return REGULAR
@@ -345,7 +361,7 @@ def assess(asked: Asked, found: Found) -> None:
         np.empty(size, np.int64),
         np.empty((size, size)),
         np.empty((m, asked.vectors.shape[0])),
-        np.empty((5, m)),
+        np.empty((4, m)),
         np.empty(size),
         np.empty(m),
         np.empty(n),
