@@ -22,6 +22,7 @@ class WorkspaceKind:
         unit: of the value.
         needs: "wrenches" or "accelerations" that must be exerted, or "".
         at_zero: whether a value of 0 counts as inside.
+        held: whether it asks for one wrench alone: where W lacks rank a tension solver says whether that is possible.
     """
 
     name: str
@@ -31,6 +32,7 @@ class WorkspaceKind:
     unit: str
     needs: str = ""
     at_zero: bool = True
+    held: bool = False
 
     def required(self, given: Required | None) -> Required:
         """Return the set that must be exerted; CdprError where another is needed."""
@@ -48,7 +50,7 @@ class WorkspaceKind:
 KINDS = {
     kind.name: kind
     for kind in (
-        WorkspaceKind("static", "margin", "static equilibrium", "capacity margin", "N"),
+        WorkspaceKind("static", "margin", "static equilibrium", "capacity margin", "N", held=True),
         WorkspaceKind("wrench-feasible", "margin", "wrench-feasible", "capacity margin", "N", "wrenches"),
         WorkspaceKind("dynamic", "margin", "dynamic equilibrium", "capacity margin", "N", "accelerations"),
         WorkspaceKind("closure", "closure", "wrench closure", "least elementary vector", "", at_zero=False),

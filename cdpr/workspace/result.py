@@ -215,7 +215,7 @@ def _inside(
     with np.errstate(invalid="ignore"):
         inside = value >= -BOUNDARY * found.scale if kind.at_zero else value > BOUNDARY * found.scale
     lost = found.singular
-    if lost.any() and kind.name == "static":
+    if lost.any() and kind.held:
         inside[lost] = distribute(robot, poses[lost], gravity=gravity).feasible
     return np.asarray(inside)
 

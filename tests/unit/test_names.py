@@ -69,6 +69,11 @@ OTHERS = [
     Other("daqp", "cdpr_solvers.options", "the library, as qpsolvers calls it"),
     Other("daqp", "cdpr_solvers.qpsolvers", "the library, as qpsolvers calls it"),
     Other("reference", "cdpr_solvers.qp", "an option: the tensions to keep close to"),
+    Other("static", "cdpr.cli.workspace", "a kind of workspace"),
+    Other("static", "cdpr.workspace.kinds", "likewise"),
+    Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
+    Other("point", "cdpr.workspace", "a function"),
+    Other("point", "cdpr.workspace.required", "the name of its argument"),
     Other("ideal", "cdpr.model.robot", "the constant for a robot that names no cable model, below the table"),
     Other("ideal", "cdpr.compare.engines", "the constant for a backend that declares no cables of its own"),
 ]
