@@ -83,6 +83,7 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
     def __init__(self, *args: Any, **kws: Any) -> None:
         super().__init__(*args, **kws)
         self._ways: list[Any] = []  # to call what is compiled, held as long as it is
+        self._known: dict[tuple[Any, ...], Any] = {}  # what is called for which arguments, held likewise
 
     def called(self) -> Any:
         """Return itself, to be called by Python."""
@@ -145,10 +146,14 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
         assert not kws  # `Kernel` has put them into their places
         given = [self.typeof_pyval(arg) for arg in args]
         writable = [each.copy(readonly=False) if isinstance(each, numba.types.Array) else each for each in given]
-        self.compile(tuple(writable))
-        entry = self._for_python(self.overloads[tuple(writable)])
-        self._ways.append(entry)  # what looks for it when it is called does not hold it
-        self._insert([each._code for each in given], entry, False)
+        with global_compiler_lock:
+            # What two threads asked for at once is there for the second: of two that are the same numba takes neither.
+            entry = self._known.get(tuple(given))
+            if entry is None:
+                self.compile(tuple(writable))
+                entry = self._for_python(self.overloads[tuple(writable)])
+                self._insert([each._code for each in given], entry, False)
+                self._known[tuple(given)] = entry
         return entry
 
 
