@@ -147,6 +147,9 @@ def _leave_all_as_it_is() -> None:
 
 def _leave(code: int) -> None:
     """End the process; where a thread of ours does not end, without the tidying up that would crash an engine in it."""
+    # An interrupt that passed through what Python made of a text, as dataclasses are, would kill `python -m cdpr` here,
+    # whoever took it; the next such text makes Python forget it.
+    exec("")
     if not any(thread.daemon and thread.name.startswith("cdpr") for thread in threading.enumerate()):
         sys.exit(code)
     atexit._run_exitfuncs()

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import click
 
-from cdpr.errors import ExitCode
+from cdpr.errors import CdprError, ExitCode
 from cdpr.interrupts import STOPPING
 
 TERMINAL_SECONDS = 0.2  # between two updates of the line
@@ -93,11 +93,13 @@ class Signals:
     Attributes:
         pending: one came.
         terminated: the system asked for the end rather than the user.
+        raised: one was raised as an exception where the command was.
         wait: the next is only remembered, for the command to look at; the one after it ends the command at once.
     """
 
     pending = False
     terminated = False
+    raised = False
     wait = False
 
     def handle(self, number: int, frame: object) -> None:
@@ -105,6 +107,7 @@ class Signals:
         self.terminated = number != signal.SIGINT
         self.pending = True
         if not self.wait:
+            self.raised = True
             raise KeyboardInterrupt
         self.wait = False
 
@@ -123,6 +126,13 @@ def terminating() -> Iterator[Signals]:
     try:
         yield signals
     except KeyboardInterrupt:
+        raise click.exceptions.Exit(signals.exit_code) from None
+    except (CdprError, click.ClickException, click.exceptions.Exit, OSError):
+        raise
+    except Exception:
+        if not signals.raised:
+            raise
+        # What a library, or an import, made of the interrupt that it was cut short by.
         raise click.exceptions.Exit(signals.exit_code) from None
     finally:
         for number, handler in before.items():

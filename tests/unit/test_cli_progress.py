@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import os
 import signal
+import subprocess
+import sys
 
 import click
 import pytest
@@ -107,3 +109,37 @@ def test_an_ignored_signal_stays_ignored(handlers):
         os.kill(os.getpid(), signal.SIGHUP)
     assert not signals.pending
     assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+
+
+def test_what_a_library_makes_of_an_interrupt_is_one(handlers):
+    def command(*, interrupted):
+        with terminating():
+            try:
+                if interrupted:
+                    os.kill(os.getpid(), signal.SIGINT)
+            finally:
+                raise SystemError("initialization raised unreported exception")
+
+    with pytest.raises(click.exceptions.Exit) as error:
+        command(interrupted=True)
+    assert error.value.exit_code == 130
+    with pytest.raises(SystemError):
+        command(interrupted=False)
+
+
+WITHIN_A_TEXT = """
+import cdpr.cli
+
+def interrupted(*words, **more):
+    exec("raise KeyboardInterrupt")
+
+cdpr.cli.cli.main = interrupted
+cdpr.cli.main()
+"""
+
+
+def test_an_interrupt_within_what_python_made_of_a_text_ends_the_command_in_order(tmp_path):
+    """As that which makes a dataclass."""
+    (tmp_path / "command.py").write_text(WITHIN_A_TEXT)
+    done = subprocess.run([sys.executable, "-m", "command"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -260,8 +260,7 @@ def test_the_command_ends_as_it_is_told(number):
             Looker(opened).get("hello")
             process.send_signal(number)
             out, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[number]
-    assert (out, err) == ("", "")
+    assert (process.returncode, out, err) == ({signal.SIGINT: 130, signal.SIGTERM: 143}[number], "", "")
 
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
