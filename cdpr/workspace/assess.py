@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cdpr.mechanics import geometry
 from cdpr.model import cholesky, kernels
-from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.jit import apart, kernel, threaded_kernel
 from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
 from cdpr.model.robot import Array
 from cdpr.tension import null_space
@@ -246,6 +246,28 @@ def facets_of_two(form: int, count: int, space: Space) -> tuple[float, float]:
     return least / length, scale / length
 
 
+@apart
+@kernel
+def closure_of_two(count: int, N: Array, free: NDArray[np.int64]) -> float:
+    """Return the value of a closure as `facets` does, of a redundancy of two: p on three cables is a cross product."""
+    least, square = math.inf, 1.0
+    for i in range(count - 2):
+        x0, y0 = N[free[i], 0], N[free[i], 1]
+        for j in range(i + 1, count - 1):
+            x1, y1 = N[free[j], 0], N[free[j], 1]
+            p2 = x0 * y1 - y0 * x1
+            for k in range(j + 1, count):
+                x2, y2 = N[free[k], 0], N[free[k], 1]
+                p0, p1 = x1 * y2 - y1 * x2, x2 * y0 - y2 * x0
+                size = p0 * p0 + p1 * p1 + p2 * p2
+                if size > DEPENDENT * DEPENDENT:
+                    value = min(max(p0, max(p1, p2)), -min(p0, min(p1, p2)))
+                    # Which of value / sqrt(size) is less, without roots and quotients.
+                    if value * abs(value) * square < least * abs(least) * size or least == math.inf:
+                        least, square = value, size
+    return least / math.sqrt(square)
+
+
 @kernel
 def invert(count: int, space: Space) -> bool:
     """Write Y = W^T (W W^T)^-1 of the free cables; whether that is possible."""
@@ -338,6 +360,9 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
                     s += space.Y[i, j] * space.required[k, j]
                 space.Z[i, k] = s
         value[0], value[1] = facets_of_two(asked.form, count, space)
+        return REGULAR
+    if asked.mode == CLOSURE and r == 2 and n > 3:
+        value[0], value[1] = closure_of_two(count, space.N, space.free), 1.0
         return REGULAR
     value[0], value[1] = facets(asked.mode, asked.form, low, high, count, r, space)
     return REGULAR
