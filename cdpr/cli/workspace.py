@@ -19,10 +19,11 @@ TABLE = {
     "dexterity": "How evenly the cables work in all directions.",
     "compare": "Ask a linear program about the same poses.",
     "combine": "Make one of two: and, or, minus.",
+    "export": "Write a file for ParaView, viewers of meshes, or tables.",
 }
 
 # What is done with files; the rest are kinds.
-FILES = ("compare", "combine")
+FILES = ("compare", "combine", "export")
 
 
 class Kinds(LazyGroup):
