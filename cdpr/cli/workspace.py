@@ -19,11 +19,12 @@ TABLE = {
     "dexterity": "How evenly the cables work in all directions.",
     "compare": "Ask a linear program about the same poses.",
     "combine": "Make one of two: and, or, minus.",
+    "plot": "Draw it with its robot on a page.",
     "export": "Write a file for ParaView, viewers of meshes, or tables.",
 }
 
 # What is done with files; the rest are kinds.
-FILES = ("compare", "combine", "export")
+FILES = ("compare", "combine", "plot", "export")
 
 
 class Kinds(LazyGroup):

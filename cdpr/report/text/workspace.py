@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-MOST = 5  # of what limits cells outside
+MOST = 3  # of what limits cells outside
 
 
 def lines(figures: Mapping[str, Any]) -> list[str]:
