@@ -12,8 +12,19 @@ TABLE = {
     "dynamic": "Where they can give the platform all accelerations of a set.",
     "closure": "Where they can pull against each other in all directions.",
     "payload": "How much more than the platform they can hold.",
+    "stable": "Where it returns to its place once it was moved.",
+    "ifcow": "Where no cable touches another, the platform or an obstacle.",
+    "stiffness": "How stiffly the cables hold the platform.",
+    "frequency": "How slowly the platform swings on its cables.",
+    "dexterity": "How evenly the cables work in all directions.",
     "compare": "Ask a linear program about the same poses.",
+    "combine": "Make one of two: and, or, minus.",
+    "plot": "Draw it with its robot on a page.",
+    "export": "Write a file for ParaView, viewers of meshes, or tables.",
 }
+
+# What is done with files; the rest are kinds.
+FILES = ("compare", "combine", "plot", "export")
 
 
 class Kinds(LazyGroup):
@@ -21,7 +32,7 @@ class Kinds(LazyGroup):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command of a kind, or of what is done with a file."""
-        if cmd_name == "compare" or cmd_name not in self.table:
+        if cmd_name in FILES or cmd_name not in self.table:
             return super().get_command(ctx, cmd_name)
         from cdpr.cli.workspace_kind import command_of
 

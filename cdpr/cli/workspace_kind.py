@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -17,24 +17,43 @@ from cdpr.scenario.examples import resolve
 if TYPE_CHECKING:
     from cdpr.model.robot import Array
     from cdpr.scenario import Scenario
+    from cdpr.workspace.kinds import WorkspaceKind
     from cdpr.workspace.required import Required
+    from cdpr.workspace.result import Workspace
 
 SIX = "FX,FY,FZ,MX,MY,MZ"
+
+
+# Options that some kinds take, by the part of the question that they give.
+SOME = {
+    "diameter": click.option(
+        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Of all cables; the robot's unless given."
+    ),
+    "axial_stiffness": click.option(
+        "--axial-stiffness",
+        type=Real(0.0, min_open=True),
+        metavar="N",
+        help="E A of all cables; the robot's unless given.",
+    ),
+    "direction": click.option(
+        "--direction", metavar="DOF", help="One of x, y, z, rx, ry, rz, all else free; the softest unless given."
+    ),
+}
 
 
 def command_of(name: str, text: str) -> click.Command:
     """Return the command of a kind."""
     from cdpr.workspace.kinds import KINDS
 
-    needs = KINDS[name].needs
+    kind = KINDS[name]
     forms = {"box": "Half widths of a box", "ellipsoid": "Half axes of an ellipsoid"}
     what = {
         "wrenches": ("wrench", "N, N m", SIX),
         "accelerations": ("acceleration", "m/s^2, rad/s^2", "AX,AY,AZ,RX,RY,RZ"),
     }
-    options: list[Any] = []
-    if needs or name == "payload":
-        prefix, units, letters = what[needs or "wrenches"]
+    options: list[Any] = [SOME[part] for part in kind.takes if part in SOME]
+    if kind.needs or "required" in kind.takes:
+        prefix, units, letters = what[kind.needs or "wrenches"]
         for form, title in forms.items():
             options.append(
                 click.option(
@@ -50,18 +69,21 @@ def command_of(name: str, text: str) -> click.Command:
         lower: str | None,
         upper: str | None,
         cells: str | None,
-        length: float | None,
         jobs: int | None,
         out: str | None,
         as_json: bool,
         box: str | None = None,
         ellipsoid: str | None = None,
+        **asked: Any,
     ) -> None:
-        _run(name, file, changes, orientation, over, (lower, upper), cells, length, jobs, out, as_json, box, ellipsoid)
+        required = _required(kind, box, ellipsoid)
+        place = Place(orientation, lower, upper, cells)
+        _run(name, file, changes, place, over, asked | {"required": required}, jobs, out, as_json)
 
-    run.__doc__ = f"{text}\n\n    {_more(needs)}"
+    unit = f" ({kind.unit})" if kind.unit else ""
+    run.__doc__ = f"{text}\n\n    Told is the {kind.value}{unit}. {_more(kind.needs)}"
     made: Any = run
-    for option in reversed([*options, *_OPTIONS]):
+    for option in reversed([*_OPTIONS[:-2], *options, *_OPTIONS[-2:]]):
         made = option(made)
     return click.command(name)(made)
 
@@ -89,6 +111,7 @@ _OPTIONS = (
         metavar="M",
         help="By what moments are divided in margins; the robot's characteristic length unless given.",
     ),
+    click.option("--at-least", type=Real(), metavar="VALUE", help="From which value on a pose is inside."),
     click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Threads (default: one a core)."),
     click.option("--out", type=OutPath(), help="File, .npz."),
     click.option("--json", "as_json", is_flag=True, help="Print JSON."),
@@ -104,51 +127,62 @@ def _more(needs: str) -> str:
     )
 
 
+class Place(NamedTuple):
+    """Where to look, as the options have it."""
+
+    orientation: tuple[str, ...]
+    lower: str | None
+    upper: str | None
+    cells: str | None
+
+
 def _run(
     kind: str,
     file: str,
     changes: tuple[str, ...],
-    orientation: tuple[str, ...],
+    place: Place,
     over: Any,
-    corners: tuple[str | None, str | None],
-    cells: str | None,
-    length: float | None,
+    asked: dict[str, Any],
     jobs: int | None,
     out: str | None,
     as_json: bool,
-    box: str | None,
-    ellipsoid: str | None,
 ) -> None:
     from cdpr.cli.load import load_told
 
     loaded = load_told(file, changes)
     from cdpr.cli.look import look, parse_attitude
     from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.workspace.kinds import kind_of
     from cdpr.workspace.regions import region
+    from cdpr.workspace.required import NOTHING
     from cdpr.workspace.result import workspace
 
+    target = target_of(out)
+    tell_of_compilation()
+    robot, gravity, _, _ = look(loaded, None)
+    turned = [parse_attitude(text, robot) for text in place.orientation]
+    lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))
+    where = region(robot, lower=lower, upper=upper, cells=_cells(place.cells), orientations=turned or None)
+    if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
+        asked["obstacles"] = loaded.obstacles
+    asked["required"] = asked["required"] or NOTHING
+    with Progress("cells") as progress:
+        found = workspace(robot, kind, where, gravity=gravity, over=over, jobs=jobs, progress=progress, **asked)
+    found.about["source"] = source_of(loaded, file, changes)
+    finish(found, target, as_json)
+
+
+def target_of(out: str | None) -> Path | None:
+    """Return the file of --out. Raises OutputError where its name is none of such a file."""
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".npz" or target.is_dir()):
         raise OutputError(f"{target}: --out: the name of a file that ends in .npz is expected")
-    tell_of_compilation()
-    robot, gravity, _, _ = look(loaded, None)
-    turned = [parse_attitude(text, robot) for text in orientation]
-    lower, upper = (_three(text, name) for text, name in zip(corners, ("--lower", "--upper"), strict=True))
-    place = region(robot, lower=lower, upper=upper, cells=_cells(cells), orientations=turned or None)
-    with Progress("cells") as progress:
-        found = workspace(
-            robot,
-            kind,
-            place,
-            required=_required(kind, box, ellipsoid),
-            gravity=gravity,
-            length=length,
-            over=over,
-            jobs=jobs,
-            progress=progress,
-        )
+    return target
+
+
+def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
+    """Write a workspace, and tell of it."""
     if target is not None:
-        found.about["source"] = source_of(loaded, file, changes)
         target.parent.mkdir(parents=True, exist_ok=True)
         found.save(target)
     figures = found.summary() | ({} if target is None else {"file": str(target)})
@@ -169,14 +203,15 @@ def source_of(loaded: Scenario | Robot, file: str, changes: tuple[str, ...]) -> 
     return {"scenario": loaded.resolved_yaml(), "file": file}
 
 
-def _required(kind: str, box: str | None, ellipsoid: str | None) -> Required | None:
+def _required(kind: WorkspaceKind, box: str | None, ellipsoid: str | None) -> Required | None:
     from cdpr.workspace import required
 
     if box is not None and ellipsoid is not None:
         raise click.UsageError("one required set is expected: a box or an ellipsoid")
     text = box if box is not None else ellipsoid
     if text is None:
-        if prefix := {"wrench-feasible": "wrench", "dynamic": "acceleration"}.get(kind):
+        if kind.needs:
+            prefix = kind.needs.removesuffix("es" if kind.needs == "wrenches" else "s")
             units = "N, N m" if prefix == "wrench" else "m/s^2, rad/s^2"
             raise click.UsageError(
                 f"what the cables must do beyond carrying the weight is missing: --{prefix}-box, six half widths "
@@ -184,8 +219,9 @@ def _required(kind: str, box: str | None, ellipsoid: str | None) -> Required | N
             )
         return None
     make = required.box if box is not None else required.ellipsoid
-    name = f"--{'acceleration' if kind == 'dynamic' else 'wrench'}-{'box' if box is not None else 'ellipsoid'}"
-    return make(_numbers(text, (6,), name), accelerations=kind == "dynamic")
+    moved = kind.needs == "accelerations"
+    name = f"--{'acceleration' if moved else 'wrench'}-{'box' if box is not None else 'ellipsoid'}"
+    return make(_numbers(text, (6,), name), accelerations=moved)
 
 
 def _three(text: str | None, name: str) -> Array | None:

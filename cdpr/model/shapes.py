@@ -66,6 +66,16 @@ Shape = Box | Sphere | Cylinder | Mesh
 
 
 @dataclass(frozen=True, eq=False)
+class Obstacle(Frozen):
+    """Something that stands in the way of cables; it does not act on the platform."""
+
+    name: str
+    shape: Shape
+    position: NDArray[np.float64]  # (3,), m, world
+    attitude: NDArray[np.float64]  # (4,) quaternion w, x, y, z
+
+
+@dataclass(frozen=True, eq=False)
 class Frame(Frozen):
     """The frame that carries the cables' exits."""
 

@@ -12,7 +12,7 @@ from cdpr.cables.exit import Exit
 from cdpr.fields import ZERO, Colour, Position, Positive, Section, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array, frozen_array
-from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Shape, Sphere
+from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Obstacle, Shape, Sphere
 from cdpr.scenario.mesh import ENDINGS, box_around
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
@@ -69,6 +69,39 @@ class ShapeSection(Section):
             return Cylinder(self.cylinder.radius, self.cylinder.height)
         assert self.mesh is not None
         return Mesh(self.mesh, *box_around(os.path.join(folder, self.mesh)))
+
+
+class ObstacleSection(Section):
+    """Something that cables should not touch: `cdpr workspace ifcow` looks at it; it does not act on the platform."""
+
+    name: str | None = Field(None, min_length=1, description="name; obstacle 1, obstacle 2, ... unless said")
+    box: tuple[Positive, Positive, Positive] | None = Field(
+        None, description="size of a box along its axes, about its middle", json_schema_extra=unit("m")
+    )
+    sphere: Positive | None = Field(None, description="radius of a sphere", json_schema_extra=unit("m"))
+    cylinder: CylinderSection | None = Field(None, description="a cylinder about its middle")
+    position: Position = Field(description="where its middle is, world", json_schema_extra=unit("m"))
+    orientation: Orientation = Field(UPRIGHT, description="its attitude; upright unless said")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> ObstacleSection:
+        forms = ("box", "sphere", "cylinder")
+        if sum(getattr(self, name) is not None for name in forms) != 1:
+            raise ValueError(f"exactly one of {', '.join(forms)} is expected")
+        return self
+
+    def build(self, number: int) -> Obstacle:
+        """Return the obstacle, the `number`-th from 1."""
+        shape: Shape
+        if self.box is not None:
+            shape = Box(self.box)
+        elif self.sphere is not None:
+            shape = Sphere(self.sphere)
+        else:
+            assert self.cylinder is not None
+            shape = Cylinder(self.cylinder.radius, self.cylinder.height)
+        place, attitude = frozen_array(self.position), frozen_array(self.orientation.quaternion())
+        return Obstacle(self.name or f"obstacle {number}", shape, place, attitude)
 
 
 class FrameSection(Section):

@@ -17,6 +17,7 @@ from cdpr.fmu.read.options import FMU
 from cdpr.lazy import late
 from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
+from cdpr.model.shapes import Obstacle
 from cdpr.plugins import FileName
 from cdpr.plugins.registry import Registered, Registry, Role
 from cdpr.problems import Problem
@@ -104,6 +105,11 @@ class Scenario:
     def gravity(self) -> Array:
         """Acceleration of gravity, (3,), m/s^2, world."""
         return frozen_array(self.sections.world.gravity)
+
+    @cached_property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What cables should not touch."""
+        return tuple(each.build(i) for i, each in enumerate(self.sections.world.obstacles, start=1))
 
     @property
     def simulation(self) -> Simulation:

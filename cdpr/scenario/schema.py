@@ -11,6 +11,7 @@ from cdpr.fields import Name, Positive, Section, Vector3, unit
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.initial import Initial
+from cdpr.scenario.looks import ObstacleSection
 from cdpr.scenario.motions import AnyMotion, Hold
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 
@@ -24,6 +25,9 @@ class World(Section):
         (0.0, 0.0, -9.81),
         description="acceleration of gravity, world axes, z up",
         json_schema_extra=unit("m/s^2"),
+    )
+    obstacles: tuple[ObstacleSection, ...] = Field(
+        (), description="what cables should not touch; looked at by workspaces, without effect on the motion"
     )
 
 

@@ -8,12 +8,14 @@ several `kinds`; an `oracle` asks linear programs about the same poses.
 from __future__ import annotations
 
 from cdpr.workspace.measure import Measured, measure
+from cdpr.workspace.question import Question
 from cdpr.workspace.regions import Region, region
 from cdpr.workspace.required import Required, box, ellipsoid, point, vertices, zonotope
 from cdpr.workspace.result import Workspace, load_workspace, workspace
 
 __all__ = [
     "Measured",
+    "Question",
     "Region",
     "Required",
     "Workspace",

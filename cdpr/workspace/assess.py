@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from cdpr.mechanics import geometry
 from cdpr.model import cholesky, kernels
-from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.jit import DISABLED, apart, kernel, threaded_kernel
 from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
+from cdpr.model.lanes import WIDTH, side_by_side
 from cdpr.model.robot import Array
 from cdpr.tension import null_space
 from cdpr.tension.status import INFEASIBLE, NOT_FOUND
@@ -29,6 +30,14 @@ REGULAR, SINGULAR, BAD = range(3)
 # Share of the largest number that a margin is the difference of, below which its sign is round-off: the pose counts as
 # on the boundary.
 ROUNDING = 1e-9
+
+
+def _as_they_are(rows: Array) -> Array:
+    return rows.reshape(rows.shape[0], rows.shape[1] * rows.shape[2])
+
+
+# Rows of cables as rows of eight cables each; in Python as they are.
+beside = _as_they_are if DISABLED else side_by_side
 
 
 class Asked(NamedTuple):
@@ -69,12 +78,16 @@ class Space(NamedTuple):
     required: Array  # (k, n)
     box: Array  # (3, m)
     N: Array  # (m, m)
-    Y: Array  # (m, n): c = Y^T p, p of the free cables
+    Y: Array  # (n, m or more): c = Y p, p of the free cables
     gram: Array  # (n, n)
     free: NDArray[np.int64]  # (m,), cables whose tension is not given by their limits
     chosen: NDArray[np.int64]  # (m,), a subset of those
     A: Array  # (m + n, m + n)
-    Z: Array  # (m, k), Y times the vectors of the required set
+    G: Array  # (m, m or more), Y^T Y
+    Z: Array  # (k, m or more), Y^T times the vectors of the required set
+    wide_y: Array  # (n, m / 8, 8), Y, as are the next two G and Z
+    wide_g: Array
+    wide_z: Array
     B: Array  # (4, m), of the free cables: N, least tensions from the middle of the limits, half their width
     x: Array  # (m + n,)
     p: Array  # (m,)
@@ -160,7 +173,7 @@ def facets(mode: int, form: int, low: Array, high: Array, count: int, r: int, sp
                     for j in range(n):
                         c[j] = 0.0
                         for k in range(several):
-                            c[j] += x[k] * Y[index[k], j]
+                            c[j] += x[k] * Y[j, index[k]]
                 along, against = reach(form, space.required, c, n)
                 length = 0.0
                 for j in range(n):
@@ -202,7 +215,7 @@ def facets_of_two(form: int, count: int, space: Space) -> tuple[float, float]:
     and what it says of the required set, from Y times its vectors in `space.Z`, are asked for. From the middle of all
     limits the cables reach as far along c as along -c.
     """
-    Y, G, Z, B = space.Y, space.A, space.Z, space.B
+    Y, G, Z, B = space.Y, space.G, space.Z, space.B
     X, V, C, H = B[0], B[1], B[2], B[3]
     vectors, n = space.required.shape[0], space.wrench.shape[0]
     least, square, scale, sign = math.inf, 1.0, 0.0, 1.0
@@ -222,7 +235,7 @@ def facets_of_two(form: int, count: int, space: Space) -> tuple[float, float]:
                 length += p2 * (p2 * G[k, k] + 2.0 * (p0 * G[i, k] + p1 * G[j, k]))
                 along, against = 0.0, 0.0
                 for g in range(vectors):
-                    s = p0 * Z[i, g] + p1 * Z[j, g] + p2 * Z[k, g]
+                    s = p0 * Z[g, i] + p1 * Z[g, j] + p2 * Z[g, k]
                     if form == ZONOTOPE:
                         along += abs(s)
                     elif form == ELLIPSOID:
@@ -242,40 +255,82 @@ def facets_of_two(form: int, count: int, space: Space) -> tuple[float, float]:
                     a, b, d, pa, pb, pd = i, j, k, p0, p1, p2
     length = math.sqrt(square)
     for q in range(n):
-        space.best[q] = sign * (pa * Y[a, q] + pb * Y[b, q] + pd * Y[d, q]) / length
+        space.best[q] = sign * (pa * Y[q, a] + pb * Y[q, b] + pd * Y[q, d]) / length
     return least / length, scale / length
+
+
+@apart
+@kernel
+def closure_of_two(count: int, N: Array, free: NDArray[np.int64]) -> float:
+    """Return the value of a closure as `facets` does, of a redundancy of two: p on three cables is a cross product."""
+    least, square = math.inf, 1.0
+    for i in range(count - 2):
+        x0, y0 = N[free[i], 0], N[free[i], 1]
+        for j in range(i + 1, count - 1):
+            x1, y1 = N[free[j], 0], N[free[j], 1]
+            p2 = x0 * y1 - y0 * x1
+            for k in range(j + 1, count):
+                x2, y2 = N[free[k], 0], N[free[k], 1]
+                p0, p1 = x1 * y2 - y1 * x2, x2 * y0 - y2 * x0
+                size = p0 * p0 + p1 * p1 + p2 * p2
+                if size > DEPENDENT * DEPENDENT:
+                    value = min(max(p0, max(p1, p2)), -min(p0, min(p1, p2)))
+                    # Which of value / sqrt(size) is less, without roots and quotients.
+                    if value * abs(value) * square < least * abs(least) * size or least == math.inf:
+                        least, square = value, size
+    return least / math.sqrt(square)
 
 
 @kernel
 def invert(count: int, space: Space) -> bool:
-    """Write Y = W^T (W W^T)^-1 of the free cables; whether that is possible."""
-    n, W, Y, L, inverse = space.wrench.shape[0], space.W, space.Y, space.gram, space.c
-    for i in range(count):
-        for j in range(n):
-            Y[i, j] = W[j, space.free[i]]
+    """Write Y = (W W^T)^-1 W of the free cables, eight of them side by side; whether that is possible."""
+    n, W, L, Y, wide = space.wrench.shape[0], space.W, space.gram, space.Y, beside(space.wide_y)
+    inverse = space.c
+    for j in range(n):
+        for i in range(count):
+            Y[j, i] = W[j, space.free[i]]
+        for i in range(count, Y.shape[1]):
+            Y[j, i] = 0.0
     for j in range(n):
         for k in range(j + 1):
             s = 0.0
             for i in range(count):
-                s += Y[i, j] * Y[i, k]
+                s += Y[j, i] * Y[k, i]
             L[j, k] = s
     if not cholesky.factorise(L, 0.0):
         return False
     for j in range(n):
-        inverse[j] = 1.0 / L[j, j]  # once: a quotient takes as long as ten products
-    for i in range(count):
-        y = Y[i]
+        inverse[j] = 1.0 / L[j, j]
+    for b in range(wide.shape[1]):
         for j in range(n):
-            s = y[j]
+            y = wide[j, b]
             for k in range(j):
-                s -= L[j, k] * y[k]
-            y[j] = s * inverse[j]
+                y = y - L[j, k] * wide[k, b]
+            wide[j, b] = y * inverse[j]
         for j in range(n - 1, -1, -1):
-            s = y[j]
+            y = wide[j, b]
             for k in range(j + 1, n):
-                s -= L[k, j] * y[k]
-            y[j] = s * inverse[j]
+                y = y - L[k, j] * wide[k, b]
+            wide[j, b] = y * inverse[j]
     return True
+
+
+@kernel
+def project(count: int, space: Space) -> None:
+    """Write Y^T Y of the free cables, and Y^T times the vectors of the required set, eight cables side by side."""
+    n, required = space.wrench.shape[0], space.required
+    Y, G, Z = beside(space.wide_y), beside(space.wide_g), beside(space.wide_z)
+    for b in range(Y.shape[1]):
+        for i in range(count):
+            s = 0.0 * Y[0, b]
+            for j in range(n):
+                s = s + space.Y[j, i] * Y[j, b]
+            G[i, b] = s
+        for k in range(required.shape[0]):
+            s = 0.0 * Y[0, b]
+            for j in range(n):
+                s = s + required[k, j] * Y[j, b]
+            Z[k, b] = s
 
 
 @kernel
@@ -327,17 +382,11 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
             f = space.free[i]
             space.B[0, i], space.B[1, i] = space.N[f, 0], space.N[f, 1]
             space.B[2, i], space.B[3, i] = space.box[0, f] - 0.5 * (low[f] + high[f]), 0.5 * (high[f] - low[f])
-            for k in range(i + 1):
-                s = 0.0
-                for j in range(n):
-                    s += space.Y[i, j] * space.Y[k, j]
-                space.A[i, k] = space.A[k, i] = s
-            for k in range(space.required.shape[0]):
-                s = 0.0
-                for j in range(n):
-                    s += space.Y[i, j] * space.required[k, j]
-                space.Z[i, k] = s
+        project(count, space)
         value[0], value[1] = facets_of_two(asked.form, count, space)
+        return REGULAR
+    if asked.mode == CLOSURE and r == 2 and n > 3:
+        value[0], value[1] = closure_of_two(count, space.N, space.free), 1.0
         return REGULAR
     value[0], value[1] = facets(asked.mode, asked.form, low, high, count, r, space)
     return REGULAR
@@ -346,8 +395,9 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
 @threaded_kernel(NOTHING(ASKED, FOUND))
 def assess(asked: Asked, found: Found) -> None:
     """Write what is found of all poses."""
-    n, m = asked.rows.shape[0], asked.lines.shape[0]
-    size = m + n + 1
+    n, m, k = asked.rows.shape[0], asked.lines.shape[0], asked.vectors.shape[0]
+    size, wide = m + n + 1, (m + WIDTH - 1) // WIDTH
+    Y, G, Z = np.empty((n, wide, WIDTH)), np.empty((m, wide, WIDTH)), np.empty((k, wide, WIDTH))
     space = Space(
         np.empty((n, m)),
         np.empty(n),
@@ -355,12 +405,16 @@ def assess(asked: Asked, found: Found) -> None:
         np.empty((asked.vectors.shape[0], n)),
         np.empty((3, m)),
         np.empty((m, m)),
-        np.empty((m, n)),
+        Y.reshape(n, wide * WIDTH),
         np.empty((n, n)),
         np.empty(m, np.int64),
         np.empty(size, np.int64),
         np.empty((size, size)),
-        np.empty((m, asked.vectors.shape[0])),
+        G.reshape(m, wide * WIDTH),
+        Z.reshape(k, wide * WIDTH),
+        Y,
+        G,
+        Z,
         np.empty((4, m)),
         np.empty(size),
         np.empty(m),

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Literal
 
 from cdpr.errors import CdprError
 from cdpr.nearest import did_you_mean
-from cdpr.workspace.measure import Mode
+from cdpr.workspace import answers
+from cdpr.workspace.measure import Measured
+from cdpr.workspace.question import Question
 from cdpr.workspace.required import NOTHING, Required
+
+Needs = Literal["", "wrenches", "accelerations"]
+
+HELD = ("axial_stiffness",)
 
 
 @dataclass(frozen=True)
@@ -16,28 +24,34 @@ class WorkspaceKind:
 
     Attributes:
         name: as commands have it.
-        mode: what `measure` measures.
+        answer: what measures it.
         title: what it is, in a few words.
         value: what the value of a pose is.
         unit: of the value.
         needs: "wrenches" or "accelerations" that must be exerted, or "".
+        takes: what of a question it asks for beside those.
         at_zero: whether a value of 0 counts as inside.
         held: whether it asks for one wrench alone: where W lacks rank a tension solver says whether that is possible.
+        programs: whether linear programs can answer it, too.
+        bodies: whether what limits it are bodies, or else directions.
     """
 
     name: str
-    mode: Mode
+    answer: Callable[..., Measured]
     title: str
     value: str
     unit: str
-    needs: str = ""
+    needs: Needs = ""
+    takes: tuple[str, ...] = ()
     at_zero: bool = True
     held: bool = False
+    programs: bool = False
+    bodies: bool = False
 
     def required(self, given: Required | None) -> Required:
         """Return the set that must be exerted; CdprError where another is needed."""
         if not self.needs:
-            if given is not None and self.mode != "payload":
+            if given is not None and "required" not in self.takes:
                 raise CdprError(f"{self.name}: takes no required wrenches; wrench-feasible and dynamic do")
             return given or NOTHING
         if given is None or given.accelerations != (self.needs == "accelerations"):
@@ -46,17 +60,52 @@ class WorkspaceKind:
             )
         return given
 
+    def unit_of(self, question: Question) -> str:
+        """Return the unit of its values."""
+        return "N m/rad" if question.direction is not None and question.direction.startswith("r") else self.unit
+
+
+MARGIN, STIFFNESS = ("capacity margin", "N"), "least stiffness"
 
 KINDS = {
     kind.name: kind
     for kind in (
-        WorkspaceKind("static", "margin", "static equilibrium", "capacity margin", "N", held=True),
-        WorkspaceKind("wrench-feasible", "margin", "wrench-feasible", "capacity margin", "N", "wrenches"),
-        WorkspaceKind("dynamic", "margin", "dynamic equilibrium", "capacity margin", "N", "accelerations"),
-        WorkspaceKind("closure", "closure", "wrench closure", "least elementary vector", "", at_zero=False),
-        WorkspaceKind("payload", "payload", "payload", "largest additional mass", "kg"),
+        WorkspaceKind("static", answers.margin, "static equilibrium", *MARGIN, held=True, programs=True),
+        WorkspaceKind("wrench-feasible", answers.margin, "wrench-feasible", *MARGIN, "wrenches", programs=True),
+        WorkspaceKind("dynamic", answers.margin, "dynamic equilibrium", *MARGIN, "accelerations", programs=True),
+        WorkspaceKind(
+            "closure", answers.closure, "wrench closure", "least elementary vector", "", at_zero=False, programs=True
+        ),
+        WorkspaceKind("payload", answers.payload, "payload", "largest additional mass", "kg", takes=("required",)),
+        WorkspaceKind("stable", answers.stable, "static stability", STIFFNESS, "N/m", takes=HELD, at_zero=False),
+        WorkspaceKind(
+            "ifcow",
+            answers.free,
+            "interference-free constant orientation",
+            "least clearance",
+            "m",
+            takes=("diameter", "obstacles"),
+            at_zero=False,
+            bodies=True,
+        ),
+        WorkspaceKind(
+            "stiffness", answers.stiff, "stiffness", STIFFNESS, "N/m", takes=(*HELD, "direction"), at_zero=False
+        ),
+        WorkspaceKind(
+            "frequency", answers.frequency, "natural frequency", "lowest frequency", "Hz", takes=HELD, at_zero=False
+        ),
+        WorkspaceKind("dexterity", answers.dexterity, "dexterity", "inverse condition", ""),
     )
 }
+
+
+def _never(*given: Any) -> Measured:
+    raise CdprError("a workspace that was made of others is not measured")
+
+
+def combined(name: str) -> WorkspaceKind:
+    """Return the kind of what was made of others."""
+    return WorkspaceKind(name, _never, "of two workspaces", "inside", "")
 
 
 def kind_of(name: object) -> WorkspaceKind:

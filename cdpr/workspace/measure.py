@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -17,11 +15,10 @@ from cdpr.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
+from cdpr.model.threads import in_threads
 from cdpr.workspace.required import FORMS, NOTHING, Required
 
 Mode = Literal["margin", "closure", "payload"]
-
-CHUNK = 2048  # poses that a thread takes at a time: some milliseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +31,17 @@ class Measured:
             and of the payload where the platform itself is too light.
         scale: (K,), of the numbers that the value is a difference of: below `cdpr.workspace.assess.ROUNDING` times
             that its sign is round-off.
-        direction: (K, n), the unit wrench, moments divided by that length, in which the margin is least.
         singular: (K,), whether W lacks rank, so that the cables exert nothing in some direction.
+        limit: (K,), what limits the value, a number for which there is a name; -1 of nothing.
+        direction: (K, n), the unit wrench, moments divided by that length, in which the margin is least; of a margin
+            alone.
     """
 
     value: Array
     scale: Array
-    direction: Array
     singular: NDArray[np.bool_]
+    limit: NDArray[np.int64]
+    direction: Array | None = None
 
 
 def measure(
@@ -99,22 +99,17 @@ def measure(
     count = len(given)
     found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), np.empty(count, dtype=np.int64))
 
-    def part(start: int) -> None:
-        cut = slice(start, start + CHUNK)
+    def part(cut: slice) -> None:
         values, scales, directions = found.value[cut], found.scale[cut], found.direction[cut]
         assess.assess(asked, assess.Found(found.poses[cut], values, scales, directions, found.status[cut]))
 
-    threads = len(os.sched_getaffinity(0)) if jobs is None else jobs
-    starts = range(0, count, CHUNK)
-    if threads == 1 or len(starts) < 2:
-        for start in starts:
-            part(start)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            for _ in pool.map(part, starts):
-                pass
+    in_threads(count, part, jobs)
     if (found.status == assess.BAD).any():
         raise CdprError(
             f"poses[{int(np.argmax(found.status == assess.BAD))}]: an anchor lies on the other of its cable"
         )
-    return Measured(found.value, found.scale, found.direction, found.status == assess.SINGULAR)
+    known = np.asarray(np.isfinite(found.direction).all(axis=1))
+    widest = np.argmax(np.abs(np.where(known[:, None], found.direction, 0.0)), axis=1)
+    against = found.direction[np.arange(count), widest] < 0.0
+    limit = np.where(known, 2 * widest + against, -1)
+    return Measured(found.value, found.scale, found.status == assess.SINGULAR, limit, found.direction)

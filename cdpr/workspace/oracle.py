@@ -14,6 +14,7 @@ from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.workspace.kinds import KINDS
 from cdpr.workspace.required import Required
 from cdpr.workspace.result import BOUNDARY, Workspace, verdicts
 
@@ -57,12 +58,15 @@ def compare(
 ) -> Agreement:
     """Ask a linear program about `count` poses of a workspace, half of them on its boundary where it has one.
 
-    Raises CdprError for a payload, and for sets with more corners than can be asked one by one.
+    Raises CdprError for kinds that no linear program answers, for sets with more corners than can be asked one by one,
+    and where more than 0 was wanted of the margin.
     """
-    if found.kind.mode == "payload":
-        raise CdprError("payload: is no question of inside or outside; compare the static workspace")
-    required = Required.from_plain(found.about["required"])
-    gravity = np.array(found.about["gravity"])
+    if not found.kind.programs:
+        known = ", ".join(kind.name for kind in KINDS.values() if kind.programs)
+        raise CdprError(f"{found.kind.name}: is nothing that linear programs answer; they do {known}")
+    if found.question.at_least is not None:
+        raise CdprError("at_least: linear programs tell margins of 0 alone, not how large others are")
+    required, gravity = found.question.required, found.question.gravity
     rng = np.random.default_rng(seed)
     edges = _on_boundary(found, robot, rng, count // 2)
     cells = rng.integers(found.region.cells, size=count - len(edges))
@@ -109,11 +113,11 @@ def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count
 def _margin(found: Workspace, robot: Robot, pose: Array, required: Required, gravity: Array) -> float:
     """How far all tensions can be from their limits whatever is required, as a share of the largest limit."""
     state = make_state(pose[:3], pose[3:])
-    weights = np.repeat([1.0, 1.0 / found.about["length"]], 3)[robot.rows]
+    weights = found.question.weights(robot)
     W = weights[:, None] * wrench_matrix(robot, state)[robot.rows]
     largest = float(np.abs([robot.tension_min, robot.tension_max]).max())
     low, high = robot.tension_min / largest, robot.tension_max / largest
-    if found.kind.mode == "closure":
+    if not found.kind.at_zero:
         # t = 0 always is there: beside 1, the largest s is 0 where there is no other.
         return _roomiest(W, np.zeros(robot.n), np.zeros(robot.m), np.full(robot.m, np.inf), most=1.0) - 2 * UNDECIDED
     carried = required_wrench(robot, state, gravity)

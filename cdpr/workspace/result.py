@@ -6,12 +6,13 @@ import json
 import os
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from cdpr.distribution import distribute
 from cdpr.errors import CdprError, LogError
@@ -19,12 +20,14 @@ from cdpr.log.files import unwritable
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.workspace.kinds import WorkspaceKind, kind_of
-from cdpr.workspace.measure import Measured, measure
+from cdpr.workspace import answers
+from cdpr.workspace.kinds import KINDS, WorkspaceKind, combined, kind_of
+from cdpr.workspace.measure import Measured
+from cdpr.workspace.question import Question
 from cdpr.workspace.regions import Region
-from cdpr.workspace.required import Required
+from cdpr.workspace.required import NOTHING
 
-FORMAT = "cdpr workspace 1"
+FORMAT = "cdpr workspace 2"
 Over = Literal["all", "any"]
 
 # Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
@@ -43,6 +46,7 @@ class Workspace:
             enough. NaN where there is none: W lacks rank.
         inside: (nx, ny, nz).
         boundary: (nx, ny, nz), whether round-off decides.
+        limit: (nx, ny, nz), what limits the value, a key of `about["limited_by"]`; -1 of nothing.
         about: all that it depends on, as plain data: robot file, required set, gravity, versions, ...
     """
 
@@ -52,10 +56,16 @@ class Workspace:
     value: Array
     inside: NDArray[np.bool_]
     boundary: NDArray[np.bool_]
+    limit: NDArray[np.int64]
     about: dict[str, Any]
 
     def __repr__(self) -> str:
         return f"<Workspace {self.kind.name} of {self.robot}: {self.volume:.4g} {self.region.unit}>"
+
+    @cached_property
+    def question(self) -> Question:
+        """What was asked of each pose."""
+        return Question.from_plain(self.about["question"])
 
     @property
     def volume(self) -> float:
@@ -74,6 +84,8 @@ class Workspace:
                 (region.lower + (here.max(axis=0) + 1) * size).tolist(),
             ]
         known = values[np.isfinite(values)]
+        outside, names = self.limit[~self.inside], self.about["limited_by"]
+        counts = {names[str(n)]: int((outside == n).sum()) for n in np.unique(outside).tolist() if str(n) in names}
         return {
             "kind": self.kind.name,
             "robot": self.robot,
@@ -81,9 +93,13 @@ class Workspace:
             "unit": region.unit,
             "share": float(self.inside.mean()),
             "bounds": bounds,
-            "value": {"name": self.kind.value, "unit": self.kind.unit, **_spread(known)},
+            "value": {"name": self.kind.value, "unit": self.kind.unit_of(self.question), **_spread(known)},
+            "at_least": self.question.at_least,
+            "outside_by": dict(sorted(counts.items(), key=lambda each: (-each[1], each[0]))),
             "cells": list(region.shape),
             "orientations": len(region.orientations),
+            "unlimited": int(np.isposinf(values).sum()),
+            "notes": self.about.get("notes", []),
             "on_boundary": int(self.boundary.sum()),
             "without_value": int(np.isnan(self.value).sum()),
             "box": [region.lower.tolist(), region.upper.tolist()],
@@ -101,6 +117,7 @@ class Workspace:
                     value=self.value,
                     inside=self.inside,
                     boundary=self.boundary,
+                    limit=self.limit,
                     lower=region.lower,
                     upper=region.upper,
                     orientations=region.orientations,
@@ -122,11 +139,15 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
             about = json.loads(str(found["about"]))
             if about.pop("format", None) != FORMAT:
                 raise ValueError("another format")
-            value, inside, boundary = found["value"], found["inside"], found["boundary"]
+            value, inside, boundary, limit = (found[name] for name in ("value", "inside", "boundary", "limit"))
             region = Region(found["lower"], found["upper"], value.shape, found["orientations"])
-        if value.ndim != 3 or not value.shape == inside.shape == boundary.shape:
+        if value.ndim != 3 or not value.shape == inside.shape == boundary.shape == limit.shape:
             raise ValueError("arrays of different shapes")
-        return Workspace(kind_of(about.pop("kind")), about.pop("robot"), region, value, inside, boundary, about)
+        name, robot = about.pop("kind"), about.pop("robot")
+        kind = combined(name) if "of" in about else kind_of(name)
+        read = Workspace(kind, robot, region, value, inside, boundary, limit, about)
+        read.summary()  # all that it needs is there
+        return read
     except (OSError, ValueError, KeyError, TypeError, CdprError, zipfile.BadZipFile, EOFError) as error:
         raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
 
@@ -135,88 +156,110 @@ def workspace(
     robot: Robot,
     kind: str,
     region: Region,
+    question: Question | None = None,
     *,
-    required: Required | None = None,
-    gravity: ArrayLike = (0.0, 0.0, -9.81),
-    length: float | None = None,
     over: Over = "all",
     jobs: int | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    **asked: Any,
 ) -> Workspace:
     """Find which cells of a region are inside a workspace.
 
     Args:
         robot: whose it is.
-        kind: "static", "wrench-feasible", "dynamic", "closure" or "payload".
+        kind: a key of `cdpr.workspace.kinds.KINDS`.
         region: where, and in which attitudes.
-        required: the set of wrenches or accelerations that a wrench-feasible, or dynamic, workspace needs: what the
-            cables must exert beyond carrying the weight at rest.
-        gravity: (3,), m/s^2, world.
-        length: by which moments are divided, m; the robot's characteristic length unless given.
+        question: what the kind asks for beside; its parts may be given by their names instead, such as
+            `required=box([50, 50, 50, 5, 5, 5])`: see `Question`.
         over: whether "all" attitudes of the region must be inside, or "any" of them.
         jobs: threads; the result is the same.
         progress: called with the number of cells that are done, and their total.
+        asked: parts of the question.
 
     Raises CdprError where an argument makes no sense.
     """
-    asked = kind_of(kind)
-    wanted = asked.required(required)
+    chosen = kind_of(kind)
+    whole = _question(chosen, robot, question, asked)
     if over not in ("all", "any"):
         raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
-    given = checked(gravity, (3,), "gravity", finite=True)
-    value, boundary = np.full(region.cells, np.nan), np.zeros(region.cells, dtype=bool)
+    value, limit = np.full(region.cells, np.nan), np.full(region.cells, -1, dtype=np.int64)
+    boundary = np.zeros(region.cells, dtype=bool)
     inside = np.full(region.cells, over == "all")
     for first, stop in region.pieces():
         poses = np.empty((stop - first, 7))
         poses[:, :3] = region.positions(first, stop)
         cut = slice(first, stop)
-        for k, q in enumerate(region.orientations):
+        for q in region.orientations:
             poses[:, 3:] = q
-            found = measure(robot, poses, asked.mode, wanted, gravity=given, length=length, jobs=jobs)
-            here = _inside(robot, asked, wanted, found, poses, given)
-            close = np.abs(found.value) <= BOUNDARY * found.scale
-            better = np.fmin if over == "all" else np.fmax
-            value[cut] = found.value if k == 0 else better(value[cut], found.value)
+            found = chosen.answer(robot, poses, whole, jobs)
+            here = _inside(robot, chosen, whole, found, poses)
+            before = value[cut]
+            with np.errstate(invalid="ignore"):
+                better = found.value < before if over == "all" else found.value > before
+            better |= np.isnan(before) & ~np.isnan(found.value)
+            value[cut], limit[cut] = np.where(better, found.value, before), np.where(better, found.limit, limit[cut])
             inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
-            boundary[cut] |= close
+            boundary[cut] |= np.abs(found.value - (whole.at_least or 0.0)) <= BOUNDARY * found.scale
         progress(stop, region.cells)
-    table = region.shape
+    table, numbers = region.shape, np.unique(limit)
     about = {
-        "required": wanted.plain(),
-        "gravity": given.tolist(),
-        "length": robot.characteristic_length if length is None else float(length),
+        "question": whole.plain(robot),
         "over": over,
         "method": "grid",
+        "limited_by": answers.limits(robot, whole, numbers.tolist(), bodies=chosen.bodies),
+        "notes": answers.notes(robot, whole, bodies=chosen.bodies),
     }
     return Workspace(
-        asked,
+        chosen,
         robot.name,
         region,
         value.reshape(table),
         inside.reshape(table),
         boundary.reshape(table),
+        limit.reshape(table),
         about,
     )
 
 
 def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.bool_], Array, Array]:
     """Ask again as a workspace was, of other poses (K, 7): whether inside, value and scale, each (K,)."""
-    wanted, gravity = Required.from_plain(found.about["required"]), np.array(found.about["gravity"])
-    length = found.about["length"]
-    measured = measure(robot, poses, found.kind.mode, wanted, gravity=gravity, length=length, jobs=1)
-    return _inside(robot, found.kind, wanted, measured, poses, gravity), measured.value, measured.scale
+    question = found.question
+    measured = found.kind.answer(robot, poses, question, 1)
+    return _inside(robot, found.kind, question, measured, poses), measured.value, measured.scale
 
 
-def _inside(
-    robot: Robot, kind: WorkspaceKind, wanted: Required, found: Measured, poses: Array, gravity: Array
-) -> NDArray[np.bool_]:
+def _question(kind: WorkspaceKind, robot: Robot, question: Question | None, asked: dict[str, Any]) -> Question:
+    """What is asked, checked."""
+    known = [each.name for each in fields(Question)]
+    for name in asked:
+        if name not in known:
+            raise CdprError(f"{name}: is no part of a question; there are {', '.join(known)}")
+    if "gravity" in asked:
+        asked["gravity"] = checked(asked["gravity"], (3,), "gravity", finite=True)
+    given = replace(question or Question(), **asked)
+    given.check(robot)
+    for name in ("obstacles", "diameter", "axial_stiffness", "direction"):
+        if getattr(given, name) not in (None, ()) and name not in kind.takes:
+            raise CdprError(f"{kind.name}: takes no {name}; that is for {_takers(name)}")
+    required = None if given.required is NOTHING else given.required
+    return replace(given, required=kind.required(required))
+
+
+def _takers(name: str) -> str:
+    return " and ".join(kind.name for kind in KINDS.values() if name in kind.takes)
+
+
+def _inside(robot: Robot, kind: WorkspaceKind, question: Question, found: Measured, poses: Array) -> NDArray[np.bool_]:
     """Whether poses are inside, (K,); where W lacks rank, and one wrench is asked for, a solver says so."""
-    value = found.value
+    rounding = BOUNDARY * found.scale
     with np.errstate(invalid="ignore"):
-        inside = value >= -BOUNDARY * found.scale if kind.at_zero else value > BOUNDARY * found.scale
+        if question.at_least is not None:
+            inside = found.value >= question.at_least - rounding
+        else:
+            inside = found.value >= -rounding if kind.at_zero else found.value > rounding
     lost = found.singular
-    if lost.any() and kind.held:
-        inside[lost] = distribute(robot, poses[lost], gravity=gravity).feasible
+    if lost.any() and kind.held and (question.at_least or 0.0) <= 0.0:
+        inside[lost] = distribute(robot, poses[lost], gravity=question.gravity).feasible
     return np.asarray(inside)
 
 

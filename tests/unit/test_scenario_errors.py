@@ -103,7 +103,7 @@ def test_a_wrong_value_for_a_number(case, third):
         ("[0, 0, -9.81]", "[0, 0, 0, -9.81]", "world.gravity", "3 numbers expected (m/s^2), got 4"),
         ("[0, 0, -9.81]", "-9.81", "world.gravity", "3 numbers expected (m/s^2), got -9.81"),
         ("[0, 0, -9.81]", "", "world.gravity", "3 numbers expected (m/s^2), got null"),
-        ("{gravity: [0, 0, -9.81]}", "5", "world", "a mapping (gravity) expected, got 5"),
+        ("{gravity: [0, 0, -9.81]}", "5", "world", "a mapping (gravity, obstacles) expected, got 5"),
         (
             "infeasible: stop",
             "infeasible: stopp",

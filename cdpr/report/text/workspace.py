@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+MOST = 3  # of what limits cells outside
+
 
 def lines(figures: Mapping[str, Any]) -> list[str]:
     """Return what `Workspace.summary` says as lines for a terminal."""
@@ -15,11 +17,20 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         f"{figures['robot']}: {figures['kind']} workspace",
         _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
     ]
+    if figures["at_least"] is not None:
+        told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
         told.append(_line("within", _corners(*figures["bounds"])))
         words = ", ".join(f"{name} {value[name]:.4g}" for name in ("min", "mean", "max") if value[name] is not None)
-        told.append(_line(value["name"], f"{words} {value['unit']}".rstrip()))
+        if words:
+            told.append(_line(value["name"], f"{words} {value['unit']}".rstrip()))
+        if figures["unlimited"]:
+            told.append(_line("" if words else value["name"], f"infinite in {figures['unlimited']} cells"))
+    if figures["outside_by"]:
+        outside = [f"{name} {count}" for name, count in list(figures["outside_by"].items())[:MOST]]
+        told.append(_line("outside, cells by", ", ".join(outside)))
     told.append(_line("looked at", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
+    told += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"]:
         told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
     if figures["without_value"]:

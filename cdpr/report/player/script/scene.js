@@ -6,6 +6,7 @@ class Film {
     Object.assign(this, scene);
     this.count = scene.time.length;
     this.corners = scene.body ? { corners: withNormals(scene.body) } : null;
+    this.room = scene.region ? { corners: withNormals(scene.region) } : null;
   }
 
   at(t) {
@@ -53,6 +54,8 @@ class Film {
     };
   }
 }
+
+const UNMOVED = new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
 // Position and quaternion (w, x, y, z) as a matrix, columns one after the other.
 function modelMatrix([x, y, z], [w, a, b, c]) {
@@ -187,6 +190,7 @@ function moving(film, picture, look, options) {
   }
   for (let k = 0; k < m; k++) lines.add(picture.tips[k], picture.tips[k], look.ink, 5);
   drawBody(film, picture.pose, look.body, look.opacity, look.edge, lines, solids);
+  if (film.room) solids.push({ body: film.room, model: UNMOVED, colour: [...look.desired, 0.3] });
   if (options.ghost && picture.desired && differ(picture.pose, picture.desired, options.radius)) {
     drawBody(film, picture.desired, look.desired, 0.22, look.desired, lines, solids);
   }

@@ -1,0 +1,47 @@
+"""`cdpr workspace plot`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from cdpr.cli.names import OutPath
+from cdpr.cli.numbers import number
+from cdpr.errors import OutputError
+
+
+@click.command("plot")
+@click.argument("file", type=click.Path())
+@click.option("--slice", "slices", multiple=True, metavar="AXIS=M", help="Such as z=1.0; repeatable. [three]")
+@click.option("--out", type=OutPath(), help="Page to write, .html; beside FILE unless given.")
+def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
+    """Draw a workspace FILE on a page: with its robot in space, to be turned, and slices through it.
+
+    A page needs no network and no program beside a browser.
+    """
+    from cdpr.cli.progress import tell_of_compilation
+    from cdpr.cli.workspace_compare import robot_of
+    from cdpr.log.files import replace_markup
+    from cdpr.report.pages.workspace import render_workspace
+    from cdpr.workspace.result import load_workspace
+
+    found = load_workspace(file)
+    target = Path(file).with_suffix(".html") if out is None else Path(out)
+    if target.suffix != ".html" or target.is_dir():
+        raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
+    tell_of_compilation()
+    text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
+    target.parent.mkdir(parents=True, exist_ok=True)
+    replace_markup(target, text)
+    click.echo(str(target))
+
+
+def _slice(text: str) -> tuple[int, float]:
+    name, _, place = text.partition("=")
+    try:
+        if name not in ("x", "y", "z"):
+            raise ValueError
+        return "xyz".index(name), number(place)
+    except ValueError:
+        raise click.BadParameter(f"such as z=1.0 is expected (m), got {text[:80]!r}", param_hint="--slice") from None

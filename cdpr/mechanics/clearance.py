@@ -1,0 +1,205 @@
+"""How far cables are from each other, from their own platform and from obstacles.
+
+The axis of a cable is the segment from where it leaves the frame to its anchor on the platform; a clearance is the
+distance of axes less both radii, or of an axis from a solid less its radius: negative where they touch.
+
+- Cables whose anchors on one side are nearer than they are thick share that anchor: they touch there always, and
+  elsewhere only where they lie along each other. Of these the distance of each one's other end from the other counts.
+- A cable from the surface of its own platform, a convex solid, passes through it where its other end is below all faces
+  that its anchor is on (the tangent cone); how far it is above the highest of them counts. Of an anchor outside it is
+  the cable's distance from the solid; one inside tells nothing, for the solid is then no picture of the platform.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdpr.cables.lines import lines
+from cdpr.errors import CdprError
+from cdpr.mechanics import geometry, solids
+from cdpr.model import Robot
+from cdpr.model.arrays import checked
+from cdpr.model.jit import kernel, threaded_kernel
+from cdpr.model.kernels import conjugate, quaternion, rotate, vector
+from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, WHOLE, Block, Group
+from cdpr.model.robot import Array
+from cdpr.model.shapes import Obstacle
+from cdpr.model.threads import in_threads
+
+# An anchor so near to the surface of its platform, m, is on it: less than cables are thick, more than files are round.
+ON_SURFACE = 1e-5
+
+# What is asked of a pair of cables.
+APART, SHARED, SAME = range(3)
+
+INT_TABLE = Block(WHOLE, 2)
+
+
+class Bodies(NamedTuple):
+    """What may touch."""
+
+    lines: Array  # (m, 6 or more), as `cdpr.cables.lines` says
+    radius: Array  # (m,), m
+    pairs: NDArray[np.int64]  # (m, m), what is asked
+    platform: Array  # (0 or 1, 11), as `cdpr.mechanics.solids` has it, platform axes
+    obstacles: Array  # (k, 11), world
+
+
+class Nearest(NamedTuple):
+    """Of K poses."""
+
+    poses: Array  # (K, 7), given
+    clearance: Array  # (K,), m
+    which: NDArray[np.int64]  # (K,), i m + j of two cables; from m^2 on its platform; from m^2 + m on obstacles
+
+
+BODIES, NEAREST = Group((TABLE, ROW, INT_TABLE, TABLE, TABLE), Bodies), Group((TABLE, ROW, INDICES), Nearest)
+
+
+@kernel
+def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
+    """Return the least clearance at a pose (7,), m, and of what, -1 of nothing; `ends` (m, 6) is work space."""
+    lines, radius, m = bodies.lines, bodies.radius, bodies.lines.shape[0]
+    p, q = vector(pose, 0), quaternion(pose, 3)
+    for i in range(m):
+        _, P = geometry.tip(lines, i, p, q)
+        E = geometry.exit_point(lines, i, P)
+        for j in range(3):
+            ends[i, j], ends[i, 3 + j] = E[j], P[j]
+    least, which = math.inf, -1
+    for i in range(m):
+        E, P = vector(ends[i], 0), vector(ends[i], 3)
+        for j in range(i):
+            asked = bodies.pairs[i, j]
+            if asked == SAME:
+                continue
+            F, Q = vector(ends[j], 0), vector(ends[j], 3)
+            if asked == APART:
+                value = solids.between(E, P, F, Q)
+            elif bodies.pairs[j, i] == SHARED:  # on the platform
+                value = min(solids.from_point(E, F, Q), solids.from_point(F, E, P))
+            else:
+                value = min(solids.from_point(P, F, Q), solids.from_point(Q, E, P))
+            value -= radius[i] + radius[j]
+            if value < least:
+                least, which = value, j * m + i
+    for k in range(bodies.platform.shape[0]):
+        solid = bodies.platform[k]
+        for i in range(m):
+            anchor = solids.into(solid, vector(lines[i], 3))
+            value, _ = solids.signed_distance(solid, anchor)
+            if value < -ON_SURFACE:
+                continue
+            c = rotate(conjugate(q), (ends[i, 0] - p[0], ends[i, 1] - p[1], ends[i, 2] - p[2]))
+            if value <= ON_SURFACE:
+                value = solids.above(solid, anchor, solids.into(solid, c), ON_SURFACE)
+            else:
+                value = solids.from_solid(solid, vector(lines[i], 3), c) - radius[i]
+            if value < least:
+                least, which = value, m * m + i
+    for k in range(bodies.obstacles.shape[0]):
+        for i in range(m):
+            value = solids.from_solid(bodies.obstacles[k], vector(ends[i], 0), vector(ends[i], 3)) - radius[i]
+            if value < least:
+                least, which = value, m * m + m + k * m + i
+    return least, which
+
+
+@threaded_kernel(NOTHING(BODIES, NEAREST))
+def look(bodies: Bodies, found: Nearest) -> None:
+    """Write what is found of all poses."""
+    ends = np.empty((bodies.lines.shape[0], 6))
+    for k in range(found.poses.shape[0]):
+        found.clearance[k], found.which[k] = nearest(bodies, found.poses[k], ends)
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """Who may touch whom.
+
+    Attributes:
+        robot: whose cables these are.
+        obstacles: what else is there.
+        bodies: the same for kernels.
+        sharing: names of pairs of cables that share an anchor.
+        unjudged: names of cables whose anchor is inside the platform's shape, or all where it has none.
+    """
+
+    robot: Robot
+    obstacles: tuple[Obstacle, ...]
+    bodies: Bodies
+    sharing: tuple[tuple[str, str], ...]
+    unjudged: tuple[str, ...]
+
+    def at(self, poses: ArrayLike, jobs: int | None = None) -> tuple[Array, NDArray[np.int64]]:
+        """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`."""
+        given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
+        found = Nearest(given, np.empty(len(given)), np.empty(len(given), dtype=np.int64))
+
+        def part(cut: slice) -> None:
+            look(self.bodies, Nearest(found.poses[cut], found.clearance[cut], found.which[cut]))
+
+        in_threads(len(given), part, jobs)
+        return found.clearance, found.which
+
+    def name(self, which: int) -> str:
+        """Return what is nearest to what."""
+        m, names = self.robot.m, [cable.name for cable in self.robot.cables]
+        if which < 0:
+            return "nothing"
+        if which < m * m:
+            return f"{names[which // m]} and {names[which % m]}"
+        k, i = divmod(which - m * m, m)
+        return f"{names[i]} and the platform" if k == 0 else f"{names[i]} and {self.obstacles[k - 1].name}"
+
+
+def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float | None = None) -> Clearance:
+    """Return who may touch whom.
+
+    Args:
+        robot: gives anchors, exits, the platform's shape, and the cables' diameters.
+        obstacles: what else is there.
+        diameter: of all cables, m; their own unless given.
+
+    Raises CdprError where a diameter is not known.
+    """
+    sizes = [cable.diameter if diameter is None else diameter for cable in robot.cables]
+    for cable, size in zip(robot.cables, sizes, strict=True):
+        if size is None:
+            raise CdprError(
+                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or say --cable-diameter (m)"
+            )
+        if not 0.0 <= size < math.inf:
+            raise CdprError(f"diameter: a length of at least 0 m is expected, got {size!r}")
+    radius, m = 0.5 * np.array(sizes, dtype=float), robot.m
+    pairs = np.full((m, m), APART, dtype=np.int64)
+    sharing = []
+    for i in range(m):
+        for j in range(i):
+            thick = radius[i] + radius[j]
+            ends = (robot.anchors[i] - robot.anchors[j]).reshape(2, 3)
+            frame, platform = (bool(np.linalg.norm(each) <= thick) for each in ends)
+            if frame or platform:
+                pairs[i, j] = SAME if frame and platform else SHARED
+                pairs[j, i] = SHARED if platform else APART
+                sharing.append((robot.cables[j].name, robot.cables[i].name))
+    shape = robot.platform.shape
+    own = np.zeros((0, solids.WIDTH)) if shape is None else solids.row(shape)[None]
+    places = [solids.row(each.shape, each.position, tuple(each.attitude.tolist())) for each in obstacles]
+    others = np.array(places).reshape(len(places), solids.WIDTH)
+    inside = [cable.name for cable in robot.cables if shape is None or _depth(own[0], cable.platform) > ON_SURFACE]
+    return Clearance(
+        robot, tuple(obstacles), Bodies(lines(robot).copy(), radius, pairs, own, others), tuple(sharing), tuple(inside)
+    )
+
+
+def _depth(solid: Array, point: Array) -> float:
+    """How far a point (3,) is inside of a solid, m."""
+    x, y, z = point.tolist()
+    return -solids.signed_distance(solid, solids.into(solid, (x, y, z)))[0]

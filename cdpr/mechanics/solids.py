@@ -1,0 +1,181 @@
+"""Distances from convex solids and between segments: compiled.
+
+A solid is a row (11,): its kind, the middle (3,), its attitude (4,) and its size (3,): half widths of a box; radius of
+a sphere; radius and half height of a cylinder.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cdpr.model.jit import kernel
+from cdpr.model.kernels import Vector, conjugate, dot, quaternion, rotate
+from cdpr.model.robot import Array
+from cdpr.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
+
+WIDTH = 11
+BOX, SPHERE, CYLINDER = range(3)
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+
+# Halvings of a segment on the way to where it is nearest to a solid: to the last digit of its length.
+HALVINGS = 52
+
+# Square of the sine of an angle, below which the round-off of where two lines are nearest is felt.
+PARALLEL = 1e-6
+
+
+def row(shape: Shape, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Sequence[float] = UPRIGHT) -> Array:
+    """Return a shape in this place, m, as kernels take it; of a mesh the box around it."""
+    middle, kind, size = np.zeros(3), BOX, (0.0, 0.0, 0.0)
+    if isinstance(shape, Box):
+        x, y, z = shape.size
+        size = (0.5 * x, 0.5 * y, 0.5 * z)
+    elif isinstance(shape, Sphere):
+        kind, size = SPHERE, (shape.radius, 0.0, 0.0)
+    elif isinstance(shape, Cylinder):
+        kind, size = CYLINDER, (shape.radius, 0.5 * shape.height, 0.0)
+    elif isinstance(shape, Mesh):
+        low, high = np.array(shape.lower), np.array(shape.upper)
+        x, y, z = (0.5 * (high - low)).tolist()
+        middle, size = 0.5 * (low + high), (x, y, z)
+    w, x, y, z = attitude
+    turned = np.array(rotate((w, x, y, z), (middle[0], middle[1], middle[2])))
+    return np.concatenate([[kind], np.asarray(position) + turned, attitude, size])
+
+
+@kernel
+def into(solid: Array, x: Vector) -> Vector:
+    """Return a point, m, in the axes of a solid, from its middle."""
+    return rotate(conjugate(quaternion(solid, 4)), (x[0] - solid[1], x[1] - solid[2], x[2] - solid[3]))
+
+
+@kernel
+def signed_distance(solid: Array, x: Vector) -> tuple[float, Vector]:
+    """Return how far a point in its axes is outside of a solid, m, negative inside, and where that grows, of length 1.
+
+    As the solid is convex, so is this function.
+    """
+    a, b, c = solid[8], solid[9], solid[10]
+    if solid[0] == SPHERE:
+        size = math.sqrt(dot(x, x))
+        return size - a, ((x[0] / size, x[1] / size, x[2] / size) if size > 0.0 else (1.0, 0.0, 0.0))
+    if solid[0] == CYLINDER:
+        r = math.hypot(x[0], x[1])
+        across, up = (x[0] / r if r > 0.0 else 1.0), math.copysign(1.0, x[2])
+        away = x[1] / r if r > 0.0 else 0.0
+        p, q = r - a, abs(x[2]) - b
+        if p > 0.0 and q > 0.0:
+            size = math.hypot(p, q)
+            return size, (across * p / size, away * p / size, up * q / size)
+        if p > q:
+            return p, (across, away, 0.0)
+        return q, (0.0, 0.0, up)
+    p, q, s = abs(x[0]) - a, abs(x[1]) - b, abs(x[2]) - c
+    if p <= 0.0 and q <= 0.0 and s <= 0.0:
+        if p >= q and p >= s:
+            return p, (math.copysign(1.0, x[0]), 0.0, 0.0)
+        if q >= s:
+            return q, (0.0, math.copysign(1.0, x[1]), 0.0)
+        return s, (0.0, 0.0, math.copysign(1.0, x[2]))
+    u, v, w = max(p, 0.0), max(q, 0.0), max(s, 0.0)
+    size = math.sqrt(u * u + v * v + w * w)
+    return size, (
+        math.copysign(u / size, x[0]),
+        math.copysign(v / size, x[1]),
+        math.copysign(w / size, x[2]),
+    )
+
+
+@kernel
+def from_solid(solid: Array, start: Vector, end: Vector) -> float:
+    """Return the least of those distances along a segment, whose ends are in the world, m; convex, so by halving."""
+    a, b = into(solid, start), into(solid, end)
+    d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+    first, ahead = signed_distance(solid, a)
+    if dot(ahead, d) >= 0.0:
+        return first
+    last, ahead = signed_distance(solid, b)
+    if dot(ahead, d) <= 0.0:
+        return last
+    low, high, least = 0.0, 1.0, min(first, last)
+    for _ in range(HALVINGS):
+        s = 0.5 * (low + high)
+        value, ahead = signed_distance(solid, (a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]))
+        least = min(least, value)
+        if dot(ahead, d) < 0.0:
+            low = s
+        else:
+            high = s
+    return least
+
+
+@kernel
+def above(solid: Array, anchor: Vector, end: Vector, near: float) -> float:
+    """Return how high the end of a cable is above a solid's faces on which its anchor is, both in its axes, m.
+
+    A cable from a point of the surface passes through the solid where this is negative (its tangent cone there), and
+    only there. NaN where the anchor is farther than `near` from all faces, or nowhere near the surface.
+    """
+    a, b, c = solid[8], solid[9], solid[10]
+    height = math.nan
+    if solid[0] == SPHERE:
+        size = math.sqrt(dot(anchor, anchor))
+        if abs(size - a) <= near:
+            height = dot(anchor, end) / size - size
+    elif solid[0] == CYLINDER:
+        r = math.hypot(anchor[0], anchor[1])
+        if abs(r - a) <= near:
+            height = (anchor[0] * end[0] + anchor[1] * end[1]) / r - r
+        if abs(abs(anchor[2]) - b) <= near:
+            up = math.copysign(end[2], anchor[2] * end[2]) - abs(anchor[2])
+            height = up if math.isnan(height) else max(height, up)
+    else:
+        for k in range(3):
+            half = a if k == 0 else (b if k == 1 else c)
+            if abs(abs(anchor[k]) - half) <= near:
+                up = math.copysign(end[k], anchor[k] * end[k]) - abs(anchor[k])
+                height = up if math.isnan(height) else max(height, up)
+    return height
+
+
+@kernel
+def from_point(x: Vector, start: Vector, end: Vector) -> float:
+    """Return the distance of a point from a segment, m."""
+    d = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    r = (x[0] - start[0], x[1] - start[1], x[2] - start[2])
+    square, along = dot(d, d), dot(r, d)
+    s = 0.0 if along <= 0.0 else (1.0 if along >= square else along / square)
+    away = (r[0] - s * d[0], r[1] - s * d[1], r[2] - s * d[2])
+    return math.sqrt(dot(away, away))
+
+
+@kernel
+def between(start: Vector, end: Vector, first: Vector, last: Vector) -> float:
+    """Return the distance between two segments, m: of where their lines are nearest, or from an end."""
+    d = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    e = (last[0] - first[0], last[1] - first[1], last[2] - first[2])
+    r = (start[0] - first[0], start[1] - first[1], start[2] - first[2])
+    dd, ee, de, dr, er = dot(d, d), dot(e, e), dot(d, e), dot(d, r), dot(e, r)
+    square, inner = dd * ee - de * de, math.inf
+    if square > 0.0:
+        s, t = (de * er - ee * dr) / square, (dd * er - de * dr) / square
+        if 0.0 < s < 1.0 and 0.0 < t < 1.0:
+            away = (
+                r[0] + s * d[0] - t * e[0],
+                r[1] + s * d[1] - t * e[1],
+                r[2] + s * d[2] - t * e[2],
+            )
+            inner = math.sqrt(dot(away, away))
+            if square > PARALLEL * dd * ee:
+                return inner
+    return min(
+        inner,
+        min(
+            min(from_point(start, first, last), from_point(end, first, last)),
+            min(from_point(first, start, end), from_point(last, start, end)),
+        ),
+    )

@@ -1,0 +1,65 @@
+"""The page of a workspace: it and its robot in space, slices through it, and what there is to say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from cdpr.mechanics.properties import home_pose
+from cdpr.model import Robot
+from cdpr.model.robot import DOF_NAMES
+from cdpr.report.figures import slices
+from cdpr.report.pages.page import figure, hall, page, section
+from cdpr.report.pages.still import still_scene
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.assets import stage
+from cdpr.report.player.data import page_data
+from cdpr.report.player.scenes import scene
+from cdpr.report.plots.survey import pose_pictures
+from cdpr.report.text.workspace import lines
+from cdpr.view import Subject
+from cdpr.workspace import Workspace
+from cdpr.workspace.surface import surface
+
+Slice = tuple[int, float]  # axis, and where it is cut, m
+
+
+def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = ()) -> str:
+    """Return the page as HTML, with these slices, or else with three through the middle of what is inside."""
+    title, arrays = f"{found.robot}: {found.kind.name} workspace", Arrays()
+    shown = pose_pictures(home_pose(robot)[0], Subject.of_robot(robot))
+    flat = len(found.region.moving) < 3
+    space = scene(shown, arrays)
+    if not flat:
+        corners, triangles = surface(found)
+        space["region"] = {"vertices": arrays.fine(corners), "triangles": arrays.fine(triangles)}
+    data = page_data(None, [space], {}, arrays, (0.0, 0.0), [])
+    about = "The surface between cells that are inside and those that are not, and the robot in its home pose."
+    if flat:
+        about = "The robot in its home pose; the workspace lies in a plane."
+    parts = [hall([figure("space", "In space", still_scene(shown, title), about, live=stage(data))], "hall")]
+    gallery = []
+    for k, (axis, place) in enumerate(chosen or _middle(found)):
+        name = DOF_NAMES[axis]
+        at = found.region.axes[axis][int(np.argmin(np.abs(found.region.axes[axis] - place)))]
+        heading = f"At {name} = {at:.4g} m"
+        svg = slices.draw(found, robot, axis, place).markup(f"{title}, {heading}")
+        caption = f"Cells that are inside, by their {escape(found.kind.value)}; the frame and the anchors on it."
+        gallery.append(figure(f"slice-{k}", heading, svg, caption))
+    parts.append(hall(gallery, "gallery"))
+    parts.append(section("figures", f"<h2>Figures</h2>\n<pre>{escape(chr(10).join(lines(found.summary())))}</pre>"))
+    links = {"space": "In space", **{f"slice-{k}": f"Slice {k + 1}" for k in range(len(gallery))}, "figures": "Figures"}
+    return page(title, found.kind.title, "", links, parts, data)
+
+
+def _middle(found: Workspace) -> list[Slice]:
+    """Across each axis along which there are cells, through the middle of what is inside; of a plane that plane."""
+    region = found.region
+    if len(region.moving) < 3:
+        axis = next(i for i in range(3) if i not in region.moving)
+        return [(axis, float(region.lower[axis]))]
+    here = np.argwhere(found.inside)
+    middle = here.mean(axis=0) if len(here) else 0.5 * np.array(region.shape)
+    return [(axis, float(region.axes[axis][int(middle[axis])])) for axis in (2, 1, 0)]

@@ -1,0 +1,48 @@
+"""One workspace of two over the same cells: where both are, where one is, where the first alone is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.errors import CdprError
+from cdpr.workspace.kinds import combined
+from cdpr.workspace.result import Workspace
+
+Inside = NDArray[np.bool_]
+
+HOW: dict[str, Callable[[Inside, Inside], Inside]] = {
+    "and": lambda first, second: first & second,
+    "or": lambda first, second: first | second,
+    "minus": lambda first, second: first & ~second,
+}
+
+
+def combine(first: Workspace, how: str, second: Workspace) -> Workspace:
+    """Return where both workspaces are ("and"), one of them at least ("or"), or the first alone ("minus").
+
+    It has no values but 1 inside and 0 outside. Raises CdprError where the cells are not the same, or the attitudes.
+    """
+    if how not in HOW:
+        raise CdprError(f"how: one of {', '.join(HOW)} is expected, got {how!r}")
+    here, there = first.region, second.region
+    if here.shape != there.shape or not all(
+        np.array_equal(a, b) for a, b in ((here.lower, there.lower), (here.upper, there.upper))
+    ):
+        raise CdprError("the workspaces are of different cells: give both the same --lower, --upper and --cells")
+    if not np.array_equal(here.orientations, there.orientations):
+        raise CdprError("the workspaces are of different attitudes: give both the same --orientation")
+    inside = HOW[how](first.inside, second.inside)
+    about: dict[str, Any] = {
+        "question": first.about["question"],
+        "of": [{"kind": each.kind.name, "robot": each.robot, **each.about} for each in (first, second)],
+        "how": how,
+        "limited_by": {},
+        "source": first.about.get("source", {}),
+    }
+    kind = combined(f"{first.kind.name} {how} {second.kind.name}")
+    boundary, nothing = first.boundary | second.boundary, np.full(inside.shape, -1, dtype=np.int64)
+    return Workspace(kind, first.robot, here, inside.astype(np.float64), inside, boundary, nothing, about)

@@ -1,0 +1,58 @@
+"""The page of a workspace in a browser: its surface stands around the robot, and turns with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from browser_pages import PHONE, pixels
+from conftest import ROOT
+
+from cdpr import load_robot
+from cdpr.report.pages.workspace import render_workspace
+from cdpr.workspace import region, workspace
+
+pytestmark = pytest.mark.browser
+
+SEEN = 5000  # pixels of some 400 000 of the scene that the surface covers, at least
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot(ROOT / "scenarios" / "robots" / "cogiro.yaml")
+
+
+@pytest.fixture(scope="module")
+def found(robot):
+    return workspace(robot, "static", region(robot, cells=16))
+
+
+@pytest.fixture
+def page(open_page, found, robot, tmp_path, request):
+    path = tmp_path / "w.html"
+    path.write_text(render_workspace(found, robot))
+    return open_page(path.as_uri(), **getattr(request, "param", {}))
+
+
+def seen(page):
+    """The scene's pixels, (n, 3)."""
+    box = page.locator("canvas").first.bounding_box()
+    return np.array(pixels(page, box)).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("page", [{}, {"color_scheme": "dark"}], indirect=True)
+def test_the_surface_is_drawn_and_turns(page):
+    before = seen(page)
+    page.evaluate("() => { cdpr.stage.films[0].hidden = cdpr.stage.films[0].room; cdpr.stage.films[0].room = null; }")
+    page.evaluate("() => cdpr.stage.draw()")
+    without = seen(page)
+    assert (np.abs(before - without).max(axis=1) > 10).sum() > SEEN
+    page.evaluate("() => { cdpr.stage.films[0].room = cdpr.stage.films[0].hidden; cdpr.stage.draw(); }")
+    page.get_by_role("button", name="Top").click()
+    page.wait_for_timeout(500)
+    assert (np.abs(seen(page) - before).max(axis=1) > 10).sum() > SEEN
+
+
+@pytest.mark.parametrize("page", [PHONE], indirect=True)
+def test_on_a_phone_nothing_is_wider_than_the_page(page):
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.locator("figure svg").count() >= 3
