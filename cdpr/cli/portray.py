@@ -12,6 +12,7 @@ from cdpr.report.plots.survey import pose_pictures, survey_pictures
 from cdpr.scenario import Scenario
 from cdpr.simulation.portrait import portrait
 from cdpr.view import Pictures, Subject
+from cdpr.workspace.path import along
 
 
 def portray(loaded: Scenario | Robot, pose: str | None) -> tuple[dict[str, Any], Pictures, Survey | None]:
@@ -22,5 +23,8 @@ def portray(loaded: Scenario | Robot, pose: str | None) -> tuple[dict[str, Any],
     tell_of_compilation()
     robot, gravity, at, source = look(loaded, pose)
     figures, motion = portrait(loaded, gravity, at, source)
+    if motion is not None and isinstance(loaded, Scenario):
+        poses = motion.desired[:, :7]
+        figures["motion"]["least"] = along(loaded.controlled, motion.time, poses, gravity, loaded.obstacles)
     subject = Subject.of_robot(robot)
     return figures, pose_pictures(at, subject) if motion is None else survey_pictures(motion, subject), motion

@@ -1,0 +1,51 @@
+"""Along a motion: the least margin, clearance and stiffness, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from cdpr.mechanics.clearance import clearance
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.model.shapes import Obstacle
+from cdpr.workspace import answers
+from cdpr.workspace.question import Question, directions
+
+
+def along(
+    robot: Robot, time: Array, poses: Array, gravity: Array, obstacles: Sequence[Obstacle] = ()
+) -> dict[str, dict[str, Any]]:
+    """Return the least values along a motion as plain data, by what they are of, each with its time and its limit.
+
+    Args:
+        robot: whose platform moves.
+        time: (K,), s.
+        poses: (K, 7), position (m) and quaternion w, x, y, z.
+        gravity: (3,), m/s^2, world.
+        obstacles: what else cables may touch.
+
+    "margin" is the capacity margin at rest, N. "clearance", m, is there where the diameters of all cables are known,
+    and "stiffness", N/m with moments divided by the characteristic length, where their axial stiffness is.
+    """
+    question, found = Question(gravity=gravity), {}
+    measured = answers.margin(robot, poses, question)
+    names = dict(enumerate(directions(robot)))
+    found["margin"] = _least(time, measured.value, [names.get(n, "") for n in measured.limit.tolist()])
+    if all(cable.diameter is not None for cable in robot.cables):
+        among = clearance(robot, obstacles)
+        values, which = among.at(poses)
+        found["clearance"] = _least(time, values, [among.name(n) for n in which.tolist()])
+    if all(cable.axial_stiffness is not None for cable in robot.cables):
+        found["stiffness"] = _least(time, answers.stiff(robot, poses, question).value, [""] * len(time))
+    return {name: least for name, least in found.items() if least is not None}
+
+
+def _least(time: Array, values: Array, limits: Sequence[str]) -> dict[str, Any] | None:
+    """The least of the values that are finite, None where none is."""
+    if not np.isfinite(values).any():
+        return None
+    k = int(np.argmin(np.where(np.isfinite(values), values, np.inf)))
+    return {"value": float(values[k]), "at_s": float(time[k]), "by": limits[k]}
