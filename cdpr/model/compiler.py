@@ -17,6 +17,7 @@ from cdpr.model import lane_words, leaving, linking
 from cdpr.model.kernel_store import KernelStore
 from cdpr.model.kinds import Kind, Signature
 from cdpr.model.numba_kinds import kind_from, numba_signature, numba_types
+from cdpr.model.object_code import Compilation
 from cdpr.model.objects import Found
 
 # The ways for Python and for C to call a kernel take a fifth of what it takes to compile it, and most are called by
@@ -81,7 +82,8 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
     key_of: Callable[[str], str | None] | None = None
 
     def __init__(self, *args: Any, **kws: Any) -> None:
-        super().__init__(*args, **kws)
+        super().__init__(*args, pipeline_class=Compilation, **kws)
+        self._called = False  # other than by kernels
         self._ways: list[Any] = []  # to call what is compiled, held as long as it is
         self._known: dict[tuple[Any, ...], Any] = {}  # what is called for which arguments, held likewise
 
@@ -93,30 +95,47 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
     def native(self, kinds: tuple[Kind, ...]) -> Found:
         """Return its code for arguments of these kinds, as other compiled code calls it."""
         args = numba_types(kinds)
-        self.compile(args)
-        entry = self.overloads[args]
+        entry = self._ready(args)
         leaving.wanted(self, args)
         place = entry.library.get_pointer_to_function(entry.fndesc.llvm_func_name)
         return Found(int(place), 0, kind_from(entry.signature.return_type))
 
     def compile(self, sig: Any) -> Any:
-        """Compile for one signature, or load what is on disk."""
+        """Compile for one signature, or load what is on disk; into the machine's code only where that is called."""
         args = tuple(sigutils.normalize_signature(sig)[0])
         with global_compiler_lock, _uncollected(), _interruptible():
             lane_words.tell_numba()
             new = args not in self.overloads
             entry = super().compile(sig)
             if self.apart and new and isinstance(self._cache, KernelStore):
-                linking.call_apart(self.targetctx, self, self.overloads[args], linking.SYMBOL + self._cache.key(args))
+                linking.call_apart(self.targetctx, self, self._ready(args), linking.SYMBOL + self._cache.key(args))
         return entry
+
+    def _ready(self, args: tuple[Any, ...]) -> Any:
+        """Return what is compiled, such that the machine runs it; what had to be done for that is kept on disk."""
+        with global_compiler_lock:
+            self._called = True
+            try:
+                self.compile(args)
+            finally:
+                self._called = False
+            entry = self.overloads[args]
+            if not entry.library.made:
+                with _uncollected(), _interruptible():
+                    entry.library.make()
+                self._cache.save_overload(args, entry)
+            return entry
 
     def add_overload(self, cres: Any) -> None:
         """Take down what was compiled, or loaded; Python cannot call it yet."""
+        if self._called or self.apart:
+            cres.library.make()
         self.overloads[tuple(cres.signature.args)] = cres
 
     def get_compile_result(self, sig: Any) -> Any:
         """Return what numba compiled, for C to call."""
-        found = super().get_compile_result(sig)
+        super().get_compile_result(sig)
+        found = self._ready(tuple(sig.args))
         if not found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name):
             self._add(found, self.targetctx.create_cfunc_wrapper)
         return found
@@ -150,8 +169,7 @@ class Dispatcher(CPUDispatcher):  # type: ignore[misc]
             # What two threads asked for at once is there for the second: of two that are the same numba takes neither.
             entry = self._known.get(tuple(given))
             if entry is None:
-                self.compile(tuple(writable))
-                entry = self._for_python(self.overloads[tuple(writable)])
+                entry = self._for_python(self._ready(tuple(writable)))
                 self._insert([each._code for each in given], entry, False)
                 self._known[tuple(given)] = entry
         return entry

@@ -1,17 +1,19 @@
-"""Compiled code as it lies on disk: ready to run, and not asked for more than that until somebody compiles with it.
+"""Compiled code, as it comes from the compiler and from disk: no more is made or read of it than is asked for.
 
-numba reads a cached function back as two things: the machine's code, and the code of LLVM of which other functions
-could be made. The second costs most of the time and is nearly never needed, so here it is read when it is. The first
-goes to the linker as it is.
+numba has two things of a function: the machine's code, and the code of LLVM of which other functions are made. Most
+kernels are called by other kernels alone, which hold copies of them: of those the machine's code is never made, a
+twelfth of a first run. And of what is on disk LLVM's code is nearly never needed: reading it costs most of the time.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple, cast
 
 import llvmlite.binding as llvm
 from numba.core.codegen import CodeLibrary, JITCodeLibrary
-from numba.core.compiler import CompileResult
+from numba.core.compiler import Compiler, CompileResult
+from numba.core.environment import lookup_environment
 from numba.core.runtime import rtsys
 
 ANNOTATION = 5  # the place of what numba found of each line, for people: half of what it keeps
@@ -22,7 +24,7 @@ class Code(NamedTuple):
 
     Attributes:
         name: of numba's library.
-        machine: an object file.
+        machine: an object file; empty where nobody has asked for it.
         bitcode: LLVM's code.
         defined: the names of the functions and variables in it.
         counts: whether it calls what counts references.
@@ -35,17 +37,82 @@ class Code(NamedTuple):
     counts: bool
 
 
-class ObjectCode(JITCodeLibrary):  # type: ignore[misc]
-    """numba's library of code from disk."""
+class Library(JITCodeLibrary):  # type: ignore[misc]
+    """numba's library of code, which becomes the machine's where that is asked for.
+
+    Attributes:
+        made: whether it has.
+    """
+
+    made = False
+
+    def make(self) -> None:
+        """Make the machine's code."""
+        if not self.made:
+            self.made = True
+            super()._finalize_final_module()
+            self.set_environments([each.name for each in self._final_module.global_variables])
+
+    def set_environments(self, names: Iterable[str]) -> None:
+        """Tell its code where the objects of Python are of which there are names among these."""
+        for name in names:
+            environment = lookup_environment(name)
+            if environment is not None:
+                self.codegen.set_env(name, environment)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return where a function is; 0 where there is none of that name, or no code yet."""
+        return int(super().get_pointer_to_function(name)) if self.made else 0
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Return what numba keeps of it."""
+        if self.made:
+            return cast("tuple[str, str, tuple[bytes, bytes]]", super().serialize_using_object_code())
+        return self.name, "object", (b"", self._get_module_for_linking().as_bitcode())
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class Compilation(Compiler):  # type: ignore[misc]
+    """How numba compiles a kernel: into such a library."""
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function."""
+        self.state.library = Library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        self.state.targetctx.get_executable = _known_by  # of this compilation alone: numba copies it for each
+        return super().compile_extra(func)
+
+
+def _known_by(library: Library, *_: Any) -> Library:
+    """Return that by which numba knows a kernel: else its way for Python, which needs the machine's code."""
+    library.finalize()
+    return library
+
+
+class ObjectCode(Library):
+    """Such a library of code from disk."""
 
     def __init__(self, codegen: Any, code: Code) -> None:
         CodeLibrary.__init__(self, codegen, code.name)  # no more: that makes a module to compile into
         self._code, self._shared_module = code, None
         self._disable_inspection = self._finalized = True
-        engine = codegen._engine
-        engine._ee.add_object_file(llvm.ObjectFileRef.from_data(code.machine))
-        engine.finalize_object()
-        engine._defined_symbols.update(code.defined)
+        self.enable_object_caching()
+        if code.machine:
+            self.made = True
+            engine = codegen._engine
+            engine._ee.add_object_file(llvm.ObjectFileRef.from_data(code.machine))
+            engine.finalize_object()
+            engine._defined_symbols.update(code.defined)
+
+    def make(self) -> None:
+        """Make the machine's code, where it was not asked for before."""
+        if not self.made:
+            self._final_module = self._get_module_for_linking().clone()
+        super().make()
 
     def _get_module_for_linking(self) -> Any:
         if self._shared_module is None:
@@ -73,14 +140,14 @@ def unpacked(context: Any, code: Code, *described: Any) -> Any:
     for each in prepare:
         each()
     library = ObjectCode(context.codegen(), code)
-    for each in environments:
-        library.codegen.set_env(each.env_name, each)
+    if library.made:
+        library.set_environments([each.env_name for each in environments])
     return CompileResult(
         target_context=context,
         typing_context=context.typing_context,
         library=library,
         environment=environment,
-        entry_point=context.get_executable(library, description, environment),
+        entry_point=library,
         fndesc=description,
         type_annotation=annotation,
         signature=signature,
