@@ -43,6 +43,8 @@ def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> Non
         click.echo(f"  poses                   {told.poses}, {told.bisected} of them on the boundary")
         click.echo(f"  undecided by either     {told.undecided}")
         click.echo(f"  different               {len(told.different)}")
+        if told.told:
+            click.echo(f"  told, not asked         {told.told} cells, of which {told.told_wrong} are told wrong")
         for each in told.different[:10]:
             click.echo(f"  at {each['position']}: {each['value']:.3g} here, {each['program']:.3g} there")
     if told.different:

@@ -69,6 +69,7 @@ def command_of(name: str, text: str) -> click.Command:
         lower: str | None,
         upper: str | None,
         cells: str | None,
+        method: str,
         jobs: int | None,
         out: str | None,
         as_json: bool,
@@ -77,7 +78,7 @@ def command_of(name: str, text: str) -> click.Command:
         **asked: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
-        place = Place(orientation, lower, upper, cells)
+        place = Place(orientation, lower, upper, cells, method)
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, out, as_json)
 
     unit = f" ({kind.unit})" if kind.unit else ""
@@ -106,6 +107,12 @@ _OPTIONS = (
     click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise."),
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
+        "--method",
+        type=click.Choice(["grid", "octree"]),
+        default="grid",
+        help="Look at all cells, or at those that decide, and tell the others from them. [grid]",
+    ),
+    click.option(
         "--length",
         type=Real(0.0, min_open=True),
         metavar="M",
@@ -128,12 +135,13 @@ def _more(needs: str) -> str:
 
 
 class Place(NamedTuple):
-    """Where to look, as the options have it."""
+    """Where to look, and how, as the options have it."""
 
     orientation: tuple[str, ...]
     lower: str | None
     upper: str | None
     cells: str | None
+    method: Any
 
 
 def _run(
@@ -167,7 +175,9 @@ def _run(
         asked["obstacles"] = loaded.obstacles
     asked["required"] = asked["required"] or NOTHING
     with Progress("cells") as progress:
-        found = workspace(robot, kind, where, gravity=gravity, over=over, jobs=jobs, progress=progress, **asked)
+        found = workspace(
+            robot, kind, where, gravity=gravity, over=over, method=place.method, jobs=jobs, progress=progress, **asked
+        )
     found.about["source"] = source_of(loaded, file, changes)
     finish(found, target, as_json)
 

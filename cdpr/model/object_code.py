@@ -142,12 +142,13 @@ def unpacked(context: Any, code: Code, *described: Any) -> Any:
     library = ObjectCode(context.codegen(), code)
     if library.made:
         library.set_environments([each.env_name for each in environments])
+    for_python = description.llvm_cpython_wrapper_name in code.defined  # of what has such a way from the start
     return CompileResult(
         target_context=context,
         typing_context=context.typing_context,
         library=library,
         environment=environment,
-        entry_point=library,
+        entry_point=context.get_executable(library, description, environment) if for_python else library,
         fndesc=description,
         type_annotation=annotation,
         signature=signature,

@@ -40,9 +40,11 @@ def combine(first: Workspace, how: str, second: Workspace) -> Workspace:
         "question": first.about["question"],
         "of": [{"kind": each.kind.name, "robot": each.robot, **each.about} for each in (first, second)],
         "how": how,
+        "method": "combined",
         "limited_by": {},
         "source": first.about.get("source", {}),
     }
     kind = combined(f"{first.kind.name} {how} {second.kind.name}")
     boundary, nothing = first.boundary | second.boundary, np.full(inside.shape, -1, dtype=np.int64)
-    return Workspace(kind, first.robot, here, inside.astype(np.float64), inside, boundary, nothing, about)
+    evaluated = first.evaluated & second.evaluated
+    return Workspace(kind, first.robot, here, inside.astype(np.float64), inside, boundary, nothing, evaluated, about)

@@ -60,9 +60,9 @@ def csv(found: Workspace) -> bytes:
     """Return a table: x, y, z of the middle of each cell, m, its value, and whether it is inside."""
     region = found.region
     lines = ["x,y,z,value,inside"]
-    for first, stop in region.pieces():
-        places = region.positions(first, stop).tolist()
-        values, inside = found.value.ravel()[first:stop].tolist(), found.inside.ravel()[first:stop].tolist()
+    for cells in region.pieces():
+        places = region.positions(cells).tolist()
+        values, inside = found.value.ravel()[cells].tolist(), found.inside.ravel()[cells].tolist()
         rows = zip(places, values, inside, strict=True)
         lines += [
             f"{x!r},{y!r},{z!r},{'' if value != value else repr(value)},{int(here)}" for (x, y, z), value, here in rows

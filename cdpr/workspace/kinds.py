@@ -34,6 +34,7 @@ class WorkspaceKind:
         held: whether it asks for one wrench alone: where W lacks rank a tension solver says whether that is possible.
         programs: whether linear programs can answer it, too.
         bodies: whether what limits it are bodies, or else directions.
+        slope: by how much a value changes, at most, where the platform moves by a metre; None where nothing tells.
     """
 
     name: str
@@ -47,6 +48,7 @@ class WorkspaceKind:
     held: bool = False
     programs: bool = False
     bodies: bool = False
+    slope: float | None = None
 
     def required(self, given: Required | None) -> Required:
         """Return the set that must be exerted; CdprError where another is needed."""
@@ -87,6 +89,7 @@ KINDS = {
             takes=("diameter", "obstacles"),
             at_zero=False,
             bodies=True,
+            slope=1.0,
         ),
         WorkspaceKind(
             "stiffness", answers.stiff, "stiffness", STIFFNESS, "N/m", takes=(*HELD, "direction"), at_zero=False

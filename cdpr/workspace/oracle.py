@@ -40,12 +40,16 @@ class Agreement:
         poses: how many were asked, `bisected` of them on the boundary.
         undecided: those where the one or the other is within its tolerance of the boundary.
         different: those where both are certain, and differ: position, quaternion, value, and the program's margin.
+        told: cells among them, in one attitude, whose answer in the file was told from that of others.
+        told_wrong: those of them that are another when they are asked.
     """
 
     poses: int
     bisected: int
     undecided: int
     different: list[dict[str, Any]] = field(default_factory=list)
+    told: int = 0
+    told_wrong: int = 0
 
 
 def compare(
@@ -70,7 +74,7 @@ def compare(
     rng = np.random.default_rng(seed)
     edges = _on_boundary(found, robot, rng, count // 2)
     cells = rng.integers(found.region.cells, size=count - len(edges))
-    middles = np.concatenate([found.region.positions(k, k + 1) for k in cells.tolist()] or [np.empty((0, 3))])
+    middles = found.region.positions(cells)
     turned = found.region.orientations[rng.integers(len(found.region.orientations), size=len(middles))]
     poses = np.concatenate([edges, np.concatenate([middles, turned], axis=1)])
     inside, value, scale = verdicts(found, robot, poses)
@@ -83,7 +87,9 @@ def compare(
             told = {"position": pose[:3].tolist(), "quaternion": pose[3:].tolist()}
             different.append(told | {"value": float(value[k]), "program": margin})
         progress(k + 1, len(poses))
-    return Agreement(len(poses), len(edges), undecided, different)
+    alone = ~found.evaluated.ravel()[cells] & (len(found.region.orientations) == 1)
+    wrong = alone & (inside[len(edges) :] != found.inside.ravel()[cells])
+    return Agreement(len(poses), len(edges), undecided, different, int(alone.sum()), int(wrong.sum()))
 
 
 def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count: int) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cdpr import tolerances
 from cdpr.errors import CdprError
@@ -51,7 +51,12 @@ class Region:
     @property
     def cell(self) -> float:
         """Size of a cell: m^3, or m^2 or m where the platform moves in a plane or along a line."""
-        return float(np.prod([(self.upper[i] - self.lower[i]) / self.shape[i] for i in self.moving]))
+        return float(np.prod(self.spacing[self.moving]))
+
+    @property
+    def spacing(self) -> Array:
+        """Sides of a cell, (3,), m."""
+        return np.asarray((self.upper - self.lower) / self.shape)
 
     @property
     def unit(self) -> str:
@@ -67,15 +72,15 @@ class Region:
         )
         return x, y, z
 
-    def positions(self, first: int, stop: int) -> Array:
+    def positions(self, cells: NDArray[np.int64]) -> Array:
         """Return the middles of the cells with these numbers, (n, 3), the last axis fastest."""
-        index = np.unravel_index(np.arange(first, stop), self.shape)
+        index = np.unravel_index(cells, self.shape)
         return np.stack([axis[i] for axis, i in zip(self.axes, index, strict=True)], axis=1)
 
-    def pieces(self) -> Iterator[tuple[int, int]]:
-        """Yield which cells are looked at together: first and last, excluded."""
+    def pieces(self) -> Iterator[NDArray[np.int64]]:
+        """Yield the numbers of the cells that are looked at together."""
         for first in range(0, self.cells, PIECE):
-            yield first, min(first + PIECE, self.cells)
+            yield np.arange(first, min(first + PIECE, self.cells))
 
 
 def region(

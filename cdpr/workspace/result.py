@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,15 @@ from cdpr.model.robot import Array
 from cdpr.workspace import answers
 from cdpr.workspace.kinds import KINDS, WorkspaceKind, combined, kind_of
 from cdpr.workspace.measure import Measured
+from cdpr.workspace.octree import Asked, octree
 from cdpr.workspace.question import Question
-from cdpr.workspace.regions import Region
+from cdpr.workspace.regions import PIECE, Region
 from cdpr.workspace.required import NOTHING
 
-FORMAT = "cdpr workspace 2"
+FORMAT = "cdpr workspace 3"
 Over = Literal["all", "any"]
+Method = Literal["grid", "octree"]
+METHODS: tuple[Method, ...] = get_args(Method)
 
 # Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
 BOUNDARY = 1e-9
@@ -47,6 +50,7 @@ class Workspace:
         inside: (nx, ny, nz).
         boundary: (nx, ny, nz), whether round-off decides.
         limit: (nx, ny, nz), what limits the value, a key of `about["limited_by"]`; -1 of nothing.
+        evaluated: (nx, ny, nz), whether the cell was looked at; what is told of the others is interpolated.
         about: all that it depends on, as plain data: robot file, required set, gravity, versions, ...
     """
 
@@ -57,6 +61,7 @@ class Workspace:
     inside: NDArray[np.bool_]
     boundary: NDArray[np.bool_]
     limit: NDArray[np.int64]
+    evaluated: NDArray[np.bool_]
     about: dict[str, Any]
 
     def __repr__(self) -> str:
@@ -78,7 +83,7 @@ class Workspace:
         region = self.region
         bounds = None
         if len(here):
-            size = (region.upper - region.lower) / region.shape
+            size = region.spacing
             bounds = [
                 (region.lower + here.min(axis=0) * size).tolist(),
                 (region.lower + (here.max(axis=0) + 1) * size).tolist(),
@@ -97,6 +102,8 @@ class Workspace:
             "at_least": self.question.at_least,
             "outside_by": dict(sorted(counts.items(), key=lambda each: (-each[1], each[0]))),
             "cells": list(region.shape),
+            "method": self.about["method"],
+            "evaluated": int(self.evaluated.sum()) * len(region.orientations),
             "orientations": len(region.orientations),
             "unlimited": int(np.isposinf(values).sum()),
             "notes": self.about.get("notes", []),
@@ -118,6 +125,7 @@ class Workspace:
                     inside=self.inside,
                     boundary=self.boundary,
                     limit=self.limit,
+                    evaluated=self.evaluated,
                     lower=region.lower,
                     upper=region.upper,
                     orientations=region.orientations,
@@ -139,13 +147,14 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
             about = json.loads(str(found["about"]))
             if about.pop("format", None) != FORMAT:
                 raise ValueError("another format")
-            value, inside, boundary, limit = (found[name] for name in ("value", "inside", "boundary", "limit"))
+            value, *tables = (found[name] for name in ("value", "inside", "boundary", "limit", "evaluated"))
+            inside, boundary, limit, evaluated = tables
             region = Region(found["lower"], found["upper"], value.shape, found["orientations"])
-        if value.ndim != 3 or not value.shape == inside.shape == boundary.shape == limit.shape:
+        if value.ndim != 3 or any(each.shape != value.shape for each in tables):
             raise ValueError("arrays of different shapes")
         name, robot = about.pop("kind"), about.pop("robot")
         kind = combined(name) if "of" in about else kind_of(name)
-        read = Workspace(kind, robot, region, value, inside, boundary, limit, about)
+        read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about)
         read.summary()  # all that it needs is there
         return read
     except (OSError, ValueError, KeyError, TypeError, CdprError, zipfile.BadZipFile, EOFError) as error:
@@ -159,6 +168,7 @@ def workspace(
     question: Question | None = None,
     *,
     over: Over = "all",
+    method: Method = "grid",
     jobs: int | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
     **asked: Any,
@@ -172,6 +182,7 @@ def workspace(
         question: what the kind asks for beside; its parts may be given by their names instead, such as
             `required=box([50, 50, 50, 5, 5, 5])`: see `Question`.
         over: whether "all" attitudes of the region must be inside, or "any" of them.
+        method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`).
         jobs: threads; the result is the same.
         progress: called with the number of cells that are done, and their total.
         asked: parts of the question.
@@ -182,30 +193,27 @@ def workspace(
     whole = _question(chosen, robot, question, asked)
     if over not in ("all", "any"):
         raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
-    value, limit = np.full(region.cells, np.nan), np.full(region.cells, -1, dtype=np.int64)
-    boundary = np.zeros(region.cells, dtype=bool)
-    inside = np.full(region.cells, over == "all")
-    for first, stop in region.pieces():
-        poses = np.empty((stop - first, 7))
-        poses[:, :3] = region.positions(first, stop)
-        cut = slice(first, stop)
-        for q in region.orientations:
-            poses[:, 3:] = q
-            found = chosen.answer(robot, poses, whole, jobs)
-            here = _inside(robot, chosen, whole, found, poses)
-            before = value[cut]
-            with np.errstate(invalid="ignore"):
-                better = found.value < before if over == "all" else found.value > before
-            better |= np.isnan(before) & ~np.isnan(found.value)
-            value[cut], limit[cut] = np.where(better, found.value, before), np.where(better, found.limit, limit[cut])
-            inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
-            boundary[cut] |= np.abs(found.value - (whole.at_least or 0.0)) <= BOUNDARY * found.scale
-        progress(stop, region.cells)
+    if method not in METHODS:
+        raise CdprError(f"method: one of {', '.join(METHODS)} is expected, got {method!r}")
+
+    def ask(cells: NDArray[np.int64]) -> Asked:
+        return _ask(robot, chosen, whole, region, over, cells, jobs)
+
+    if method == "octree":
+        edge = whole.at_least or 0.0
+        (value, limit, inside, boundary), evaluated = octree(ask, region, edge, chosen.slope, progress)
+    else:
+        pieces = []
+        for cells in region.pieces():
+            pieces.append(ask(cells))
+            progress(int(cells[-1]) + 1, region.cells)
+        value, limit, inside, boundary = (np.concatenate(each) for each in zip(*pieces, strict=True))
+        evaluated = np.ones(region.cells, dtype=bool)
     table, numbers = region.shape, np.unique(limit)
     about = {
         "question": whole.plain(robot),
         "over": over,
-        "method": "grid",
+        "method": method,
         "limited_by": answers.limits(robot, whole, numbers.tolist(), bodies=chosen.bodies),
         "notes": answers.notes(robot, whole, bodies=chosen.bodies),
     }
@@ -217,8 +225,39 @@ def workspace(
         inside.reshape(table),
         boundary.reshape(table),
         limit.reshape(table),
+        evaluated.reshape(table),
         about,
     )
+
+
+def _ask(
+    robot: Robot,
+    kind: WorkspaceKind,
+    question: Question,
+    region: Region,
+    over: Over,
+    cells: NDArray[np.int64],
+    jobs: int | None,
+) -> Asked:
+    """Answer cells by their numbers, (n,), in all attitudes of a region."""
+    value, limit = np.full(len(cells), np.nan), np.full(len(cells), -1, dtype=np.int64)
+    boundary, inside = np.zeros(len(cells), dtype=bool), np.full(len(cells), over == "all")
+    for first in range(0, len(cells), PIECE):
+        cut = slice(first, first + PIECE)
+        poses = np.empty((len(cells[cut]), 7))
+        poses[:, :3] = region.positions(cells[cut])
+        for q in region.orientations:
+            poses[:, 3:] = q
+            found = kind.answer(robot, poses, question, jobs)
+            here = _inside(robot, kind, question, found, poses)
+            before = value[cut]
+            with np.errstate(invalid="ignore"):
+                better = found.value < before if over == "all" else found.value > before
+            better |= np.isnan(before) & ~np.isnan(found.value)
+            value[cut], limit[cut] = np.where(better, found.value, before), np.where(better, found.limit, limit[cut])
+            inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
+            boundary[cut] |= np.abs(found.value - (question.at_least or 0.0)) <= BOUNDARY * found.scale
+    return Asked(value, limit, inside, boundary)
 
 
 def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.bool_], Array, Array]:

@@ -7,6 +7,7 @@ import pytest
 
 from cdpr.model import compiler, kernel_cache
 from cdpr.model.kernel_store import KernelStore
+from cdpr.model.kinds import NUMBER
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: nothing is compiled")
 
@@ -70,3 +71,12 @@ def test_on_disk_it_is_as_it_was_asked_for(asked):
     assert third(5.0) == 15.0
     assert sum(third.stats.cache_hits.values()) == 1
     assert only(third)._shared_module is None  # it came as the machine's code, and no compiler asked
+
+
+def test_what_lets_threads_run_is_found_on_disk_as_well():
+    """numba makes its way for Python at once, and asks for one of what it finds."""
+    kinds = NUMBER(NUMBER)
+    for hits in (0, 1):
+        found = compiler.threaded(inner, "sources of a test", kinds)
+        assert found(2.0) == 6.0
+        assert sum(found.stats.cache_hits.values()) == hits

@@ -48,7 +48,7 @@ def ball(shape=(24, 20, 18), radius=0.9, empty=False):
     if empty:
         value[:] = -1.0
     nothing = np.zeros(shape, dtype=bool)
-    return Workspace(found.kind, "a ball", place, value, value >= 0.0, nothing, found.limit, found.about)
+    return Workspace(found.kind, "a ball", place, value, value >= 0.0, nothing, found.limit, ~nothing, found.about)
 
 
 def test_a_cube_is_cut_into_tetrahedra_of_the_same_size():
@@ -84,7 +84,15 @@ def test_any_cells_make_a_closed_surface_without_values():
     one = ball((6, 6, 6))
     inside = np.random.default_rng(0).random((6, 6, 6)) < 0.5
     mixed = Workspace(
-        one.kind, "mixed", one.region, np.full((6, 6, 6), np.nan), inside, one.boundary, one.limit, one.about
+        one.kind,
+        "mixed",
+        one.region,
+        np.full((6, 6, 6), np.nan),
+        inside,
+        one.boundary,
+        one.limit,
+        one.evaluated,
+        one.about,
     )
     corners, triangles = surface(mixed)
     assert closed(triangles)
@@ -144,7 +152,7 @@ def test_csv(tmp_path, cogiro):
         rows = list(csv.DictReader(file))
     assert len(rows) == cogiro.region.cells
     places = np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
-    assert np.array_equal(places, cogiro.region.positions(0, cogiro.region.cells))
+    assert np.array_equal(places, cogiro.region.positions(np.arange(cogiro.region.cells)))
     values = np.array([float(row["value"] or "nan") for row in rows])
     assert np.array_equal(values, cogiro.value.ravel(), equal_nan=True)
     assert [row["inside"] == "1" for row in rows] == cogiro.inside.ravel().tolist()

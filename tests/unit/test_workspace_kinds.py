@@ -15,7 +15,7 @@ from cdpr.workspace.combine import combine
 from cdpr.workspace.kinds import KINDS
 from cdpr.workspace.regions import region
 from cdpr.workspace.required import box
-from cdpr.workspace.result import load_workspace, verdicts, workspace
+from cdpr.workspace.result import FORMAT, load_workspace, verdicts, workspace
 
 CAROCA = ROBOTS / "caroca.yaml"
 ASKED = {
@@ -31,7 +31,7 @@ def middles(found):
     """Poses (K, 7) of all cells, in the first attitude."""
     here = found.region
     turned = np.repeat(here.orientations[:1], here.cells, axis=0)
-    return np.concatenate([here.positions(0, here.cells), turned], axis=1)
+    return np.concatenate([here.positions(np.arange(here.cells)), turned], axis=1)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -209,7 +209,7 @@ def test_parts_of_questions_that_a_kind_does_not_ask_for_are_told():
 def test_a_file_of_an_older_format_is_told(tmp_path, two):
     with np.load(two / "static.npz") as kept:
         parts = dict(kept)
-    parts["about"] = np.array(str(parts["about"]).replace("cdpr workspace 2", "cdpr workspace 1"))
+    parts["about"] = np.array(str(parts["about"]).replace(FORMAT, "cdpr workspace 1"))
     np.savez(tmp_path / "old.npz", **parts)
     with pytest.raises(LogError, match="is no workspace that can be read"):
         load_workspace(tmp_path / "old.npz")

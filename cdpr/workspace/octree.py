@@ -1,0 +1,202 @@
+"""Cells of a region that decide, asked; the others told from them.
+
+A box of cells whose corners are all inside, or all outside, and farther from the edge than by a share of what they
+differ, is told from its corners; any other is cut into eight. Of the new corners only those are asked that may lie on
+the other side: what the old ones tell of them errs by about as much as it did of the box before, at half the distance.
+What is thinner than the first boxes and shows in none of their corners is missed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.model.robot import Array
+from cdpr.workspace.regions import Region
+
+Cells = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+START = 16  # boxes along the longest side, at least, to begin with
+NEAR = 0.25  # share of the spread of its corners by which a box must be off the edge to be told from them
+# Share of the last error that the next may have: a quarter where values are smooth, half where they have an edge, and
+# more where the last box showed less of it. On CoGiRo, Caroca and IPAnema 1 cut into 160^3 cells 1 in 4000 of those
+# inside is told wrong, and a 60th asked; with 0.5 1 in 800, with 1.0 1 in 10 000 and a quarter more asked.
+ERROR = 0.75
+
+CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+POINTS = np.array([[i, j, k] for i in (0, 1, 2) for j in (0, 1, 2) for k in (0, 1, 2)])  # of a box that is cut
+
+
+class Asked(NamedTuple):
+    """What is known of cells, each (n,): value, what limits it, whether inside and whether round-off decides."""
+
+    value: Array
+    limit: NDArray[np.int64]
+    inside: Flags
+    boundary: Flags
+
+
+def octree(
+    ask: Callable[[Cells], Asked],
+    region: Region,
+    edge: float,
+    slope: float | None,
+    progress: Callable[[int, int], None],
+) -> tuple[Asked, Flags]:
+    """Return what is known of all cells of a table, (cells,), and which of them were asked.
+
+    Args:
+        ask: answers cells, (n,), by their numbers.
+        region: that is cut into cells.
+        edge: the value between inside and outside.
+        slope: by how much a value changes along a metre, at most: then nothing is told wrong. None where nobody knows.
+        progress: called with the number of cells that are known, and of all.
+    """
+    return _Octree(ask, region, edge, slope, progress).found()
+
+
+class _Octree:
+    def __init__(
+        self,
+        ask: Callable[[Cells], Asked],
+        region: Region,
+        edge: float,
+        slope: float | None,
+        progress: Callable[[int, int], None],
+    ) -> None:
+        cells = region.cells
+        self._ask, self._shape, self._edge, self._progress = ask, region.shape, edge, progress
+        self._slope, self._spacing = slope, region.spacing
+        self._all = Asked(
+            np.full(cells, np.nan), np.full(cells, -1, dtype=np.int64), np.zeros(cells, bool), np.zeros(cells, bool)
+        )
+        self._asked = np.zeros(cells, dtype=bool)
+        self._told = np.zeros(cells, dtype=bool)
+
+    def found(self) -> tuple[Asked, Flags]:
+        boxes, error = self._first()
+        while len(boxes):
+            settled = self._settled(boxes)
+            self._tell(boxes[settled])
+            boxes, error = boxes[~settled], error[~settled]
+            boxes, error = self._cut(boxes, error)
+            self._progress(int((self._asked | self._told).sum()), len(self._told))
+        return self._all, self._asked
+
+    def _numbers(self, places: Cells) -> Cells:
+        return np.asarray(np.ravel_multi_index(tuple(np.moveaxis(places, -1, 0)), self._shape), dtype=np.int64)
+
+    def _first(self) -> tuple[Cells, Array]:
+        """Return the first boxes, (n, 3, 2) of their lowest and highest cells, with their corners asked."""
+        step = 1
+        while max(self._shape) // (2 * step) >= START:
+            step *= 2
+        ends = [np.unique([*range(0, n, step), n - 1]) for n in self._shape]
+        spans = [np.stack([e[:-1], e[1:]], axis=1) if len(e) > 1 else np.array([[0, 0]]) for e in ends]
+        index = np.stack(np.meshgrid(*(np.arange(len(s)) for s in spans), indexing="ij"), axis=-1).reshape(-1, 3)
+        boxes = np.stack([spans[i][index[:, i]] for i in range(3)], axis=1)
+        self._answer(self._numbers(_corners(boxes)).ravel())
+        return boxes, np.full(len(boxes), np.inf)
+
+    def _answer(self, numbers: Cells) -> None:
+        """Ask what was not asked yet."""
+        new = np.unique(numbers)
+        new = new[~self._asked[new]]
+        if len(new):
+            for kept, found in zip(self._all, self._ask(new), strict=True):
+                kept[new] = found
+            self._asked[new] = True
+
+    def _settled(self, boxes: Cells) -> Flags:
+        """Whether the corners of boxes tell of what is between them, (n,)."""
+        numbers = self._numbers(_corners(boxes))
+        inside, off = self._all.inside[numbers], self._all.value[numbers] - self._edge
+        same = np.asarray((inside == inside[:, :1]).all(axis=1))
+        with np.errstate(invalid="ignore"):
+            far = np.abs(off).min(axis=1) > NEAR * (off.max(axis=1) - off.min(axis=1))
+        alike = np.isnan(off).all(axis=1) | np.isposinf(off).all(axis=1) | np.isneginf(off).all(axis=1)
+        if self._slope is not None:  # each cell is nearer to a corner than half a diagonal
+            far &= np.abs(off).min(axis=1) > self._slope * self._diagonal(boxes) / 2.0
+        return np.asarray(same & (far | alike))
+
+    def _diagonal(self, boxes: Cells) -> Array:
+        """Return the lengths of the diagonals of boxes, (n,), m."""
+        return np.asarray(np.linalg.norm((boxes[:, :, 1] - boxes[:, :, 0]) * self._spacing, axis=1))
+
+    def _tell(self, boxes: Cells) -> None:
+        """Tell of the cells of boxes from their corners."""
+        sizes = boxes[:, :, 1] - boxes[:, :, 0]
+        for size in np.unique(sizes, axis=0):
+            some = boxes[(sizes == size).all(axis=1)]
+            steps = np.stack(np.meshgrid(*(np.arange(s + 1) for s in size), indexing="ij"), axis=-1).reshape(-1, 3)
+            share = steps / np.maximum(size, 1)
+            self._between(some, steps, share)
+
+    def _between(self, boxes: Cells, steps: Cells, share: Array) -> None:
+        """Write at steps (p, 3) from the lowest cells of boxes what lies between the corners."""
+        corners = self._numbers(_corners(boxes))
+        value, limit = _mix(self._all.value[corners], share), self._all.limit[corners[:, _nearest(share)]]
+        numbers = self._numbers(boxes[:, None, :, 0] + steps)
+        new = ~self._asked[numbers] & ~self._told[numbers]
+        here = numbers[new]
+        self._all.value[here], self._all.limit[here] = value[new], limit[new]
+        self._all.inside[here] = np.broadcast_to(self._all.inside[corners[:, :1]], numbers.shape)[new]
+        self._told[here] = True
+
+    def _cut(self, boxes: Cells, error: Array) -> tuple[Cells, Array]:
+        """Cut boxes into up to eight, with their corners known; return those that have cells between them, and errors.
+
+        The error is by how much the corners of the box they are of have missed the values within it.
+        """
+        size = boxes[:, :, 1] - boxes[:, :, 0]
+        whole = size.max(axis=1) > 1
+        boxes, error, size = boxes[whole], error[whole], size[whole]
+        middle = boxes[:, :, 0] + size // 2
+        thirds = np.stack([boxes[:, :, 0], middle, boxes[:, :, 1]], axis=2)  # lowest, middle, highest
+        places = np.stack([thirds[:, i, POINTS[:, i]] for i in range(3)], axis=2)
+        numbers = self._numbers(places)
+        share = (places - boxes[:, None, :, 0]) / np.maximum(size, 1)[:, None, :]
+        told = _mix(self._all.value[self._numbers(_corners(boxes))], share)
+        with np.errstate(invalid="ignore"):
+            sure = np.abs(told - self._edge) > ERROR * error[:, None]
+        if self._slope is not None:  # the told value is a mean of the corners'
+            sure &= np.abs(told - self._edge) > self._slope * self._diagonal(boxes)[:, None]
+            sure &= size.max(axis=1)[:, None] == 2  # what is told of larger ones would be a corner of others
+        self._answer(numbers[~sure])
+        given = sure & ~self._asked[numbers] & ~self._told[numbers]
+        here = numbers[given]
+        self._all.value[here], self._all.inside[here] = told[given], told[given] > self._edge
+        nearest = np.take_along_axis(self._numbers(_corners(boxes)), _nearest(share), axis=1)
+        self._all.limit[here] = self._all.limit[nearest[given]]
+        self._told[here] = True
+        missed = np.abs(self._all.value[numbers] - told)
+        missed[~np.isfinite(missed)] = np.inf
+        children = np.stack(
+            [np.stack([thirds[:, i, c[i]], thirds[:, i, c[i] + 1]], axis=1) for c in CORNERS for i in range(3)], axis=1
+        ).reshape(len(boxes), 8, 3, 2)
+        parts, errors = children.reshape(-1, 3, 2), np.repeat(missed.max(axis=1, initial=0.0), 8)
+        extent = parts[:, :, 1] - parts[:, :, 0]
+        proper = (extent.max(axis=1) > 1) & ~((extent == 0) & (np.repeat(size, 8, axis=0) > 0)).any(axis=1)
+        return parts[proper], errors[proper]
+
+
+def _corners(boxes: Cells) -> Cells:
+    """Return the places of the corners, (n, 8, 3), of boxes (n, 3, 2)."""
+    return np.stack([boxes[:, i, CORNERS[:, i]] for i in range(3)], axis=2)
+
+
+def _mix(corners: Array, share: Array) -> Array:
+    """Return what lies between values at corners (n, 8), trilinear, at shares (p, 3) or (n, p, 3) of them."""
+    weights = np.prod(np.where(CORNERS == 1, share[..., None, :], 1.0 - share[..., None, :]), axis=-1)
+    with np.errstate(invalid="ignore"):
+        parts = np.where(weights == 0.0, 0.0, weights * corners[:, None, :])
+    return np.asarray(parts.sum(axis=-1))
+
+
+def _nearest(share: Array) -> Cells:
+    """Return the number of the corner that is nearest."""
+    return np.asarray((share >= 0.5) @ np.array([4, 2, 1]), dtype=np.int64)
