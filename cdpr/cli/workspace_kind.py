@@ -170,7 +170,7 @@ def _run(
     robot, gravity, _, _ = look(loaded, None)
     turned = [parse_attitude(text, robot) for text in place.orientation]
     lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))
-    where = region(robot, lower=lower, upper=upper, cells=_cells(place.cells), orientations=turned or None)
+    where = region(robot, lower=lower, upper=upper, cells=cells_of(place.cells), orientations=turned or None)
     if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
         asked["obstacles"] = loaded.obstacles
     asked["required"] = asked["required"] or NOTHING
@@ -231,14 +231,15 @@ def _required(kind: WorkspaceKind, box: str | None, ellipsoid: str | None) -> Re
     make = required.box if box is not None else required.ellipsoid
     moved = kind.needs == "accelerations"
     name = f"--{'acceleration' if moved else 'wrench'}-{'box' if box is not None else 'ellipsoid'}"
-    return make(_numbers(text, (6,), name), accelerations=moved)
+    return make(numbers_of(text, (6,), name), accelerations=moved)
 
 
 def _three(text: str | None, name: str) -> Array | None:
-    return None if text is None else _numbers(text, (3,), name)
+    return None if text is None else numbers_of(text, (3,), name)
 
 
-def _cells(text: str | None) -> Any:
+def cells_of(text: str | None) -> Any:
+    """Return the numbers of --cells."""
     if text is None:
         return None
     try:
@@ -250,7 +251,8 @@ def _cells(text: str | None) -> Any:
     return found
 
 
-def _numbers(text: str, counts: tuple[int, ...], name: str) -> Array:
+def numbers_of(text: str, counts: tuple[int, ...], name: str) -> Array:
+    """Return as many finite numbers as one of `counts`."""
     import numpy as np
 
     try:

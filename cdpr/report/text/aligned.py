@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from cdpr.problems import printable
 
 WIDTH = 120  # letters in a line
+BETWEEN_WORDS = re.compile(r" (?![^(]*\))")  # of a heading: not within a unit, such as (N m)
 WIDEST = 100_000  # of a table: what stands in it is told whole
 
 
@@ -46,7 +48,7 @@ def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", r
         header_style="none",
     )
     for i, title in enumerate(head):
-        above = Text(title.plain.replace(" ", "\n")) if ruled else title
+        above = Text(BETWEEN_WORDS.sub("\n", title.plain)) if ruled else title
         grid.add_column(above, justify="left" if i < left else "right", no_wrap=True, vertical="bottom")
     for cells in body if ruled else (head, *body):
         grid.add_row(*cells)

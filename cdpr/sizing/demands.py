@@ -1,0 +1,123 @@
+"""The figures of each cable, its drum and its motor over a duty."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from cdpr.model.robot import Array, Robot
+from cdpr.sizing.duty import Duty
+
+
+@dataclass(frozen=True, eq=False)
+class Demands:
+    """Figures of m cables, each (m,); NaN where there is none, such as of a cable without a drum.
+
+    Power is what a cable does to the platform: -tension x rate of its length. That of a motor has in it what the drum's
+    inertia and friction take: torque x speed, where wound in counts as positive.
+
+    Attributes:
+        tension, tension_rms, tension_least: N.
+        speed, acceleration: largest magnitudes of rate and of what its differences show, m/s and m/s^2.
+        driving, braking: largest power given and taken by the cable, W, both positive.
+        given, taken: energy, J.
+        shortest, longest: length from exit to platform, m.
+        turns: of the drum from the shortest to the longest.
+        drum_speed: rad/s.
+        torque, torque_rms: of the motor at the drum, N m.
+        motor_power: largest magnitude, W.
+    """
+
+    tension: Array
+    tension_rms: Array
+    tension_least: Array
+    speed: Array
+    acceleration: Array
+    driving: Array
+    braking: Array
+    given: Array
+    taken: Array
+    shortest: Array
+    longest: Array
+    turns: Array
+    drum_speed: Array
+    torque: Array
+    torque_rms: Array
+    motor_power: Array
+
+
+ROUNDING = 1e-12  # share of the largest power that is round-off of rates
+
+LEAST = {"tension_least", "shortest"}  # of several duties the least is the worst; of the others the largest
+
+
+def demands(duty: Duty) -> Demands:
+    """Return the figures of a duty; samples without tensions that do what was asked do not count."""
+    nothing, good = np.full(duty.robot.m, np.nan), duty.feasible
+    radius = np.array([math.nan if cable.winch is None else cable.winch.drum_radius for cable in duty.robot.cables])
+    known: dict[str, Array] = {}
+    if good.any():
+        length, tension = duty.length[good], np.where(good[:, None], duty.tension, np.nan)
+        known |= {"tension": _largest(tension), "tension_least": -_largest(-tension)}
+        known |= {"shortest": length.min(axis=0), "longest": length.max(axis=0)}
+        known["turns"] = (known["longest"] - known["shortest"]) / (2.0 * math.pi * radius)
+        if duty.time is None or duty.rate is None:
+            known["torque"] = radius * known["tension"]
+        else:
+            known |= _in_motion(duty.robot, tension, duty.rate, duty.time, radius)
+    return Demands(**{part.name: known.get(part.name, nothing) for part in fields(Demands)})
+
+
+def _in_motion(robot: Robot, tension: Array, rate: Array, time: Array, radius: Array) -> dict[str, Array]:
+    """Return the figures that need time; tensions (K, m) are NaN where they do not count."""
+    acceleration = np.gradient(rate, time, axis=0)
+    power = -tension * rate
+    power[np.abs(power) <= ROUNDING * np.nanmax(np.abs(power))] = 0.0  # at rest
+    driving, braking = np.maximum(power, 0.0), np.maximum(-power, 0.0)
+    torque = _torque(robot, tension, rate, acceleration)
+    return {
+        "tension_rms": _rms(tension, time),
+        "speed": np.abs(rate).max(axis=0),
+        "acceleration": np.abs(acceleration).max(axis=0),
+        "driving": _largest(driving),
+        "braking": _largest(braking),
+        "given": _integral(driving, time),
+        "taken": _integral(braking, time),
+        "drum_speed": np.abs(rate).max(axis=0) / radius,
+        "torque": _largest(np.abs(torque)),
+        "torque_rms": _rms(torque, time),
+        "motor_power": _largest(np.abs(torque * rate / radius)),
+    }
+
+
+def _torque(robot: Robot, tension: Array, rate: Array, acceleration: Array) -> Array:
+    """Return what the motors exert at their drums, (K, m), N m: cable, inertia and friction, wound in as positive."""
+    torque = np.full(tension.shape, np.nan)
+    for i, cable in enumerate(robot.cables):
+        winch = cable.winch
+        if winch is None or not math.isfinite(winch.drum_radius):
+            continue
+        speed, turning = -rate[:, i] / winch.drum_radius, -acceleration[:, i] / winch.drum_radius
+        inertia = winch.inertia if math.isfinite(winch.inertia) else 0.0
+        friction = winch.viscous_friction * speed + winch.coulomb_friction * np.tanh(speed / winch.coulomb_speed)
+        torque[:, i] = winch.drum_radius * tension[:, i] + inertia * turning + friction
+    return torque
+
+
+def _largest(values: Array) -> Array:
+    """Largest of each column, NaN of one without any."""
+    return np.asarray(np.where(np.isnan(values).all(axis=0), np.nan, np.nan_to_num(values, nan=-np.inf).max(axis=0)))
+
+
+def _integral(values: Array, time: Array) -> Array:
+    """Integral over time of each column, by trapezoids; what is unknown counts as 0."""
+    return np.asarray(np.trapezoid(np.nan_to_num(values), time, axis=0))
+
+
+def _rms(values: Array, time: Array) -> Array:
+    """Root of the mean square over the time of which it is known, of each column."""
+    known = np.trapezoid(np.isfinite(values).astype(float), time, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(known > 0.0, np.sqrt(_integral(values**2, time) / known), np.nan))

@@ -1,0 +1,121 @@
+"""What the cables of a robot do: along a motion, in a run, over a workspace, with one of them broken."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr import defaults
+from cdpr.distribution import distribute
+from cdpr.errors import CdprError
+from cdpr.log.run import Run
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import lengths, make_state
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins.registry import registry
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.simulation.portrait import follow
+from cdpr.workspace.regions import Region
+from cdpr.workspace.required import Required
+
+MOST_CORNERS = 4096  # of a set of wrenches
+
+
+@dataclass(frozen=True, eq=False)
+class Duty:
+    """What the cables of a robot do, K samples.
+
+    Attributes:
+        name: where it comes from.
+        robot: whose cables.
+        tension: (K, m), N; NaN of a cable that is broken.
+        length: (K, m), m, from exit to platform.
+        feasible: (K,), whether tensions within the limits did what was asked; the others' do not count.
+        time: (K,), s; None of poses that do not follow each other.
+        rate: (K, m), m/s, of the lengths; None likewise.
+        poses, wrenches: (K, 7) and (K, 6), where the platform was and what the cables had to exert.
+    """
+
+    name: str
+    robot: Robot
+    tension: Array
+    length: Array
+    feasible: NDArray[np.bool_]
+    time: Array | None
+    rate: Array | None
+    poses: Array
+    wrenches: Array
+
+    @classmethod
+    def of_scenario(cls, scenario: Scenario, name: str) -> Duty:
+        """Follow the motion of a scenario, without simulating it, with the tensions of least 2-norm (`qp`)."""
+        entry = registry().get("solver", defaults.SOLVER)
+        motion = follow(scenario, entry.load()(scenario.controlled, entry.info.options()).solve)
+        return cls(
+            name,
+            scenario.robot,
+            motion.tension,
+            motion.length,
+            np.asarray(motion.feasible, dtype=bool),
+            motion.time,
+            motion.rate,
+            motion.desired[:, :7],
+            motion.wrench,
+        )
+
+    @classmethod
+    def of_run(cls, run: Run, name: str) -> Duty:
+        """Take what happened in a run. Raises CdprError where it has no two samples."""
+        if len(run.rows) < 2:
+            raise CdprError(f"{name}: has no two samples: there is nothing to size by")
+        robot = load_scenario(f"scenario of {name}", text=run.header.scenario_yaml).robot
+        poses = np.concatenate([run.position, run.orientation], axis=1)
+        good = np.asarray(run.solver_status == 0.0) & np.isfinite(run.cable_tension).all(axis=1)
+        return cls(name, robot, run.cable_tension, run.length, good, run.time, run.rate, poses, run.wrench)
+
+
+def over_workspace(robot: Robot, region: Region, required: Required, gravity: Array) -> Duty:
+    """Ask at rest, in all cells and attitudes of a region, for the weight and each corner of a set besides.
+
+    Raises CdprError of a set without corners, such as an ellipsoid, or with more than `MOST_CORNERS`.
+    """
+    corners = _corners(required)
+    places = region.positions(np.arange(region.cells))
+    turned = np.repeat(region.orientations, len(places), axis=0)
+    poses = np.concatenate([np.tile(places, (len(region.orientations), 1)), turned], axis=1)
+    weight = np.array([required_wrench(robot, make_state(p[:3], p[3:]), gravity) for p in poses])
+    wrenches = (weight[:, None, :] + corners).reshape(-1, 6)
+    every = np.repeat(poses, len(corners), axis=0)
+    found = distribute(robot, every, wrenches)
+    length = np.repeat(np.array([lengths(robot, make_state(p[:3], p[3:])) for p in poses]), len(corners), axis=0)
+    feasible = np.asarray(found.feasible, dtype=bool)
+    return Duty("workspace", robot, found.tension, length, feasible, None, None, every, wrenches)
+
+
+def with_one_broken(duty: Duty) -> list[Duty]:
+    """Return the same for each cable broken: what the others must bear, by the solver `qp`."""
+    robot, found = duty.robot, []
+    for i, cable in enumerate(robot.cables):
+        low, high = robot.tension_min.copy(), robot.tension_max.copy()
+        low[i] = high[i] = 0.0
+        told = distribute(robot, duty.poses, duty.wrenches, solver=defaults.SOLVER, tension_min=low, tension_max=high)
+        tension = told.tension.copy()
+        tension[:, i] = np.nan
+        name = f"{duty.name}, {cable.name} broken"
+        rest = duty.time, duty.rate, duty.poses, duty.wrenches
+        found.append(Duty(name, robot, tension, duty.length, np.asarray(told.feasible, dtype=bool), *rest))
+    return found
+
+
+def _corners(required: Required) -> Array:
+    if required.form == "vertices":
+        return required.vectors
+    if required.accelerations or required.form == "ellipsoid" or 2 ** len(required.vectors) > MOST_CORNERS:
+        raise CdprError(f"the required set must be one of wrenches with at most {MOST_CORNERS} corners, such as a box")
+    return np.array(
+        [np.array(signs) @ required.vectors for signs in itertools.product((-1, 1), repeat=len(required.vectors))]
+    )
