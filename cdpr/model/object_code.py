@@ -16,8 +16,6 @@ from numba.core.compiler import Compiler, CompileResult
 from numba.core.environment import lookup_environment
 from numba.core.runtime import rtsys
 
-ANNOTATION = 5  # the place of what numba found of each line, for people: half of what it keeps
-
 
 class Code(NamedTuple):
     """What one compiled function is made of.
@@ -122,8 +120,8 @@ class ObjectCode(Library):
 
 def packed(compiled: Any) -> tuple[Any, ...]:
     """Return what a compiled function is made of, to be kept."""
-    (name, _, (machine, bitcode)), *described = compiled._reduce()
-    described[ANNOTATION] = ""
+    # What numba found of each line, for people, is half of what it keeps, and longest in the making.
+    (name, _, (machine, bitcode)), *described = compiled._replace(type_annotation="")._reduce()
     module = compiled.library._final_module
     names = [each for symbols in (module.functions, module.global_variables) for each in symbols]
     defined = tuple(each.name for each in names if not each.is_declaration)

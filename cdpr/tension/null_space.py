@@ -74,6 +74,7 @@ def reduce_to_point(W: Array, wrench: Array, t_min: Array, t_max: Array, box: Ar
     return free - rank
 
 
+@apart
 @kernel
 def complete(n: int, r: int, box: Array, N: Array, work: Array) -> None:
     """Write N from what `reduce_to_point`, which has returned r, has left in `box` and `work`."""
