@@ -8,6 +8,7 @@ twelfth of a first run. And of what is on disk LLVM's code is nearly never neede
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from typing import Any, NamedTuple, cast
 
 import llvmlite.binding as llvm
@@ -81,7 +82,9 @@ class Compilation(Compiler):  # type: ignore[misc]
         """Compile a function."""
         self.state.library = Library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
-        self.state.targetctx.get_executable = _known_by  # of this compilation alone: numba copies it for each
+        context = self.state.targetctx  # of this compilation alone: numba copies it for each
+        context.get_executable = _known_by
+        context.get_abi_sizeof = cache(context.get_abi_sizeof)  # else LLVM reads a module for each variable's size
         return super().compile_extra(func)
 
 
