@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +19,13 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.events import broken
 from cdpr.simulation.portrait import follow
 from cdpr.workspace.regions import Region
 from cdpr.workspace.required import Required
 
 MOST_CORNERS = 4096  # of a set of wrenches
+MOST_SAMPLES = 2_000_000  # of a workspace: with 8 cables half a gigabyte
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +58,11 @@ class Duty:
         """Follow the motion of a scenario, without simulating it, with the tensions of least 2-norm (`qp`)."""
         entry = registry().get("solver", defaults.SOLVER)
         motion = follow(scenario, entry.load()(scenario.controlled, entry.info.options()).solve)
+        names = [cable.name for cable in scenario.robot.cables]
         return cls(
             name,
             scenario.robot,
-            motion.tension,
+            _without(motion.tension, motion.time, broken(scenario.events, names, scenario.simulation.control_step)),
             motion.length,
             np.asarray(motion.feasible, dtype=bool),
             motion.time,
@@ -74,16 +78,24 @@ class Duty:
             raise CdprError(f"{name}: has no two samples: there is nothing to size by")
         robot = load_scenario(f"scenario of {name}", text=run.header.scenario_yaml).robot
         poses = np.concatenate([run.position, run.orientation], axis=1)
-        good = np.asarray(run.solver_status == 0.0) & np.isfinite(run.cable_tension).all(axis=1)
-        return cls(name, robot, run.cable_tension, run.length, good, run.time, run.rate, poses, run.wrench)
+        good = np.asarray(run.solver_status == 0.0)
+        tension = _without(run.cable_tension, run.time, run.header.broken)
+        return cls(name, robot, tension, run.length, good, run.time, run.rate, poses, run.wrench)
 
 
 def over_workspace(robot: Robot, region: Region, required: Required, gravity: Array) -> Duty:
     """Ask at rest, in all cells and attitudes of a region, for the weight and each corner of a set besides.
 
-    Raises CdprError of a set without corners, such as an ellipsoid, or with more than `MOST_CORNERS`.
+    Raises CdprError of a set without corners, such as an ellipsoid, or with more than `MOST_CORNERS`, and of more than
+    `MOST_SAMPLES` together.
     """
     corners = _corners(required)
+    count = region.cells * len(region.orientations) * len(corners)
+    if count > MOST_SAMPLES:
+        raise CdprError(
+            f"cells: {region.cells} cells with {len(corners)} wrenches in each are {count} samples, at most "
+            f"{MOST_SAMPLES} are sized: take fewer cells"
+        )
     places = region.positions(np.arange(region.cells))
     turned = np.repeat(region.orientations, len(places), axis=0)
     poses = np.concatenate([np.tile(places, (len(region.orientations), 1)), turned], axis=1)
@@ -100,15 +112,23 @@ def with_one_broken(duty: Duty) -> list[Duty]:
     """Return the same for each cable broken: what the others must bear, by the solver `qp`."""
     robot, found = duty.robot, []
     for i, cable in enumerate(robot.cables):
-        low, high = robot.tension_min.copy(), robot.tension_max.copy()
-        low[i] = high[i] = 0.0
+        lost = np.isnan(duty.tension)
+        lost[:, i] = True
+        low, high = (np.where(lost, 0.0, limit) for limit in (robot.tension_min, robot.tension_max))
         told = distribute(robot, duty.poses, duty.wrenches, solver=defaults.SOLVER, tension_min=low, tension_max=high)
-        tension = told.tension.copy()
-        tension[:, i] = np.nan
+        tension = np.where(lost, np.nan, told.tension)
         name = f"{duty.name}, {cable.name} broken"
         rest = duty.time, duty.rate, duty.poses, duty.wrenches
         found.append(Duty(name, robot, tension, duty.length, np.asarray(told.feasible, dtype=bool), *rest))
     return found
+
+
+def _without(tension: Array, time: Array, broken: Sequence[tuple[int, float]]) -> Array:
+    """Return tensions (K, m) without those of cables after they broke."""
+    left = tension.copy()
+    for i, at in broken:
+        left[time >= at, i] = np.nan
+    return left
 
 
 def _corners(required: Required) -> Array:

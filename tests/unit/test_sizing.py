@@ -134,6 +134,18 @@ def test_with_one_cable_broken_the_others_hold(foreseen):
     assert not any(each["exceeded"] for each in worst["duties"])  # a broken cable's 0 N is below no limit
 
 
+def test_a_cable_that_breaks_bears_nothing_afterwards():
+    """0 N is no tension that it should have, and no limit is left by it."""
+    scenario = cdpr.load_scenario("scenarios/cable_break.yaml")
+    for duty in (Duty.of_scenario(scenario, "foreseen"), Duty.of_run(cdpr.simulate(scenario), "run")):
+        lost = np.isnan(duty.tension)
+        assert lost[-1].sum() == 1
+        assert not lost[0].any()
+        found = sizing([duty]).plain()
+        assert not any("pull less" in text for text in found["duties"][0]["exceeded"])
+        assert all(each["tension_least_N"] > 0.0 for each in found["cables"])
+
+
 def test_over_the_workspace_each_corner_is_asked():
     robot = robot_of("caroca")
     where = region(robot, cells=3)
@@ -146,6 +158,8 @@ def test_over_the_workspace_each_corner_is_asked():
     found = demands(duty)
     assert np.isfinite(found.tension).all()
     assert np.isnan(found.speed).all()
+    with pytest.raises(CdprError, match="take fewer cells"):
+        over_workspace(robot, region(robot, cells=100), box([50, 40, 30, 5, 5, 5]), GRAVITY)
     with pytest.raises(CdprError, match="corners"):
         over_workspace(robot, where, ellipsoid([50, 50, 50, 5, 5, 5]), GRAVITY)
 
