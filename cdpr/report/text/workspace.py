@@ -31,11 +31,10 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         outside = [f"{name} {count}" for name, count in list(figures["outside_by"].items())[:MOST]]
         told.append(_line("outside, cells by", ", ".join(outside)))
     told.append(_line("looked at", f"{cells} cells, {_corners(low, high)}{_several(figures['orientations'])}"))
-    if figures["method"] == "octree":
-        asked, of = figures["evaluated"], math.prod(figures["cells"]) * figures["orientations"]
-        told.append(
-            _line("of them asked", f"{asked}, {100 * asked / of:.2g} %; what the others are is told from these")
-        )
+    asked, of = figures["evaluated"], math.prod(figures["cells"]) * figures["orientations"]
+    if asked < of:
+        share = f"{100 * asked / of:.3g} %"
+        told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
     told += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"]:
         told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
