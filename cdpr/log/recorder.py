@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdpr.errors import OutputError
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
+from cdpr.log.pages import table
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import Header
 from cdpr.log.summary import Tally
@@ -44,8 +45,8 @@ class Recorder:
         self._status = header.layout.columns["status"].start
         kept = steps // self._every + (2 if steps % self._every else 1)
         self._on_disk = on_disk = folder is not None and 8 * width * kept > IN_MEMORY
-        self._kept: Array = np.empty((min(kept, PICTURE_ROWS) if on_disk else kept, width))
-        thinned = np.empty((min(steps + 1, PICTURE_ROWS), width)) if self._every > 1 else None
+        self._kept: Array = table(min(kept, PICTURE_ROWS) if on_disk else kept, width)
+        thinned = table(min(steps + 1, PICTURE_ROWS), width) if self._every > 1 else None
         self.rows: Array = self._kept if thinned is None else thinned
         self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header, readable=on_disk)
         self.tally = Tally(header, steps + 1) if on_disk or thinned is not None else None
