@@ -70,6 +70,7 @@ def command_of(name: str, text: str) -> click.Command:
         upper: str | None,
         cells: str | None,
         method: str,
+        undecided: float | None,
         jobs: int | None,
         out: str | None,
         as_json: bool,
@@ -78,7 +79,7 @@ def command_of(name: str, text: str) -> click.Command:
         **asked: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
-        place = Place(orientation, lower, upper, cells, method)
+        place = Place(orientation, lower, upper, cells, method, undecided)
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, out, as_json)
 
     unit = f" ({kind.unit})" if kind.unit else ""
@@ -108,9 +109,15 @@ _OPTIONS = (
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
         "--method",
-        type=click.Choice(["grid", "octree"]),
+        type=click.Choice(["grid", "octree", "certify"]),
         default="grid",
-        help="Look at all cells, or at those that decide, and tell the others from them. [grid]",
+        help="Look at all cells, or at those that decide, and tell the others from them; or prove boxes. [grid]",
+    ),
+    click.option(
+        "--undecided",
+        type=Real(0.0, 1.0),
+        metavar="SHARE",
+        help="Of the box, up to which certify need not decide. [0.02]",
     ),
     click.option(
         "--length",
@@ -142,6 +149,7 @@ class Place(NamedTuple):
     upper: str | None
     cells: str | None
     method: Any
+    undecided: float | None
 
 
 def _run(
@@ -174,10 +182,13 @@ def _run(
     if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
         asked["obstacles"] = loaded.obstacles
     asked["required"] = asked["required"] or NOTHING
-    with Progress("cells") as progress:
-        found = workspace(
-            robot, kind, where, gravity=gravity, over=over, method=place.method, jobs=jobs, progress=progress, **asked
-        )
+    how: dict[str, Any] = {"over": over, "method": place.method, "jobs": jobs}
+    if place.undecided is not None:
+        if place.method != "certify":
+            raise click.UsageError("--undecided is for --method certify")
+        how["undecided"] = place.undecided
+    with Progress("percent" if place.method == "certify" else "cells") as progress:
+        found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
     found.about["source"] = source_of(loaded, file, changes)
     finish(found, target, as_json)
 

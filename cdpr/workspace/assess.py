@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cdpr.mechanics import geometry
 from cdpr.model import cholesky, kernels
 from cdpr.model.jit import DISABLED, apart, kernel, threaded_kernel
-from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
+from cdpr.model.kinds import CUBE, INDICES, NOTHING, ROW, TABLE, TRUTH, WHOLE, Group
 from cdpr.model.lanes import WIDTH, side_by_side
 from cdpr.model.robot import Array
 from cdpr.tension import null_space
@@ -94,6 +94,19 @@ class Space(NamedTuple):
     c: Array  # (n,)
     best: Array  # (n,)
     work: Array
+    state: Array  # (13,), at rest
+    W6: Array  # (6, m)
+    six: Array  # (6,)
+    value: Array  # (2,), and its scale
+
+
+SPACE = Group(
+    (
+        *(TABLE, ROW, ROW, TABLE, TABLE, TABLE, TABLE, TABLE, INDICES, INDICES, TABLE, TABLE, TABLE),
+        *(CUBE, CUBE, CUBE, TABLE, ROW, ROW, ROW, ROW, TABLE, ROW, TABLE, ROW, ROW),
+    ),
+    Space,
+)
 
 
 @kernel
@@ -334,9 +347,10 @@ def project(count: int, space: Space) -> None:
 
 
 @kernel
-def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: Space, value: Array) -> int:
-    """Write value and scale of one pose into `value` (2,), the direction into `space.best`; return what is said."""
+def look(asked: Asked, pose: Array, space: Space) -> int:
+    """Write value and scale of one pose into `space.value`, the direction into `space.best`; return what is said."""
     lines, rows, weights = asked.lines, asked.rows, asked.weights
+    state, W6, six, value = space.state, space.W6, space.six, space.value
     n, m = rows.shape[0], lines.shape[0]
     low, high = asked.limits[0], asked.limits[1]
     still = (0.0, 0.0, 0.0)
@@ -392,17 +406,16 @@ def look(asked: Asked, pose: Array, state: Array, W6: Array, six: Array, space: 
     return REGULAR
 
 
-@threaded_kernel(NOTHING(ASKED, FOUND))
-def assess(asked: Asked, found: Found) -> None:
-    """Write what is found of all poses."""
-    n, m, k = asked.rows.shape[0], asked.lines.shape[0], asked.vectors.shape[0]
+def space_for(asked: Asked) -> Space:
+    """Return work space for one thread."""
+    n, m, k = len(asked.rows), len(asked.lines), len(asked.vectors)
     size, wide = m + n + 1, (m + WIDTH - 1) // WIDTH
     Y, G, Z = np.empty((n, wide, WIDTH)), np.empty((m, wide, WIDTH)), np.empty((k, wide, WIDTH))
-    space = Space(
+    return Space(
         np.empty((n, m)),
         np.empty(n),
         np.empty(n),
-        np.empty((asked.vectors.shape[0], n)),
+        np.empty((k, n)),
         np.empty((3, m)),
         np.empty((m, m)),
         Y.reshape(n, wide * WIDTH),
@@ -421,10 +434,18 @@ def assess(asked: Asked, found: Found) -> None:
         np.empty(n),
         np.empty(n),
         np.empty((n + 5, max(n, m))),
+        np.zeros(13),
+        np.empty((6, m)),
+        np.empty(6),
+        np.empty(2),
     )
-    state, W6, six, value = np.zeros(13), np.empty((6, m)), np.empty(6), np.empty(2)
+
+
+@threaded_kernel(NOTHING(ASKED, FOUND, SPACE))
+def assess(asked: Asked, found: Found, space: Space) -> None:
+    """Write what is found of all poses."""
     for k in range(found.poses.shape[0]):
-        found.status[k] = look(asked, found.poses[k], state, W6, six, space, value)
-        found.value[k], found.scale[k] = value[0], value[1]
-        for j in range(n):
+        found.status[k] = look(asked, found.poses[k], space)
+        found.value[k], found.scale[k] = space.value[0], space.value[1]
+        for j in range(asked.rows.shape[0]):
             found.direction[k, j] = space.best[j]

@@ -34,6 +34,7 @@ class WorkspaceKind:
         held: whether it asks for one wrench alone: where W lacks rank a tension solver says whether that is possible.
         programs: whether linear programs can answer it, too.
         bodies: whether what limits it are bodies, or else directions.
+        proved: whether `cdpr.workspace.certify` can prove something of it.
         slope: by how much a value changes, at most, where the platform moves by a metre; None where nothing tells.
     """
 
@@ -48,6 +49,7 @@ class WorkspaceKind:
     held: bool = False
     programs: bool = False
     bodies: bool = False
+    proved: bool = False
     slope: float | None = None
 
     def required(self, given: Required | None) -> Required:
@@ -72,9 +74,13 @@ MARGIN, STIFFNESS = ("capacity margin", "N"), "least stiffness"
 KINDS = {
     kind.name: kind
     for kind in (
-        WorkspaceKind("static", answers.margin, "static equilibrium", *MARGIN, held=True, programs=True),
-        WorkspaceKind("wrench-feasible", answers.margin, "wrench-feasible", *MARGIN, "wrenches", programs=True),
-        WorkspaceKind("dynamic", answers.margin, "dynamic equilibrium", *MARGIN, "accelerations", programs=True),
+        WorkspaceKind("static", answers.margin, "static equilibrium", *MARGIN, held=True, programs=True, proved=True),
+        WorkspaceKind(
+            "wrench-feasible", answers.margin, "wrench-feasible", *MARGIN, "wrenches", programs=True, proved=True
+        ),
+        WorkspaceKind(
+            "dynamic", answers.margin, "dynamic equilibrium", *MARGIN, "accelerations", programs=True, proved=True
+        ),
         WorkspaceKind(
             "closure", answers.closure, "wrench closure", "least elementary vector", "", at_zero=False, programs=True
         ),
@@ -89,6 +95,7 @@ KINDS = {
             takes=("diameter", "obstacles"),
             at_zero=False,
             bodies=True,
+            proved=True,
             slope=1.0,
         ),
         WorkspaceKind(

@@ -21,6 +21,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.workspace import answers
+from cdpr.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
 from cdpr.workspace.kinds import KINDS, WorkspaceKind, combined, kind_of
 from cdpr.workspace.measure import Measured
 from cdpr.workspace.octree import Asked, octree
@@ -30,7 +31,7 @@ from cdpr.workspace.required import NOTHING
 
 FORMAT = "cdpr workspace 3"
 Over = Literal["all", "any"]
-Method = Literal["grid", "octree"]
+Method = Literal["grid", "octree", "certify"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
 # Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
@@ -48,10 +49,12 @@ class Workspace:
         value: (nx, ny, nz), >= 0 inside, `kind.unit`; over several attitudes the least, or the greatest where one is
             enough. NaN where there is none: W lacks rank.
         inside: (nx, ny, nz).
-        boundary: (nx, ny, nz), whether round-off decides.
+        boundary: (nx, ny, nz), whether round-off decides; or nothing is proved, where that was asked for.
         limit: (nx, ny, nz), what limits the value, a key of `about["limited_by"]`; -1 of nothing.
         evaluated: (nx, ny, nz), whether the cell was looked at; what is told of the others is interpolated.
         about: all that it depends on, as plain data: robot file, required set, gravity, versions, ...
+        proofs: the boxes that are proved, where that was asked for: then `inside` are cells whose middle is in one of
+            those inside.
     """
 
     kind: WorkspaceKind
@@ -63,6 +66,7 @@ class Workspace:
     limit: NDArray[np.int64]
     evaluated: NDArray[np.bool_]
     about: dict[str, Any]
+    proofs: Proofs | None = None
 
     def __repr__(self) -> str:
         return f"<Workspace {self.kind.name} of {self.robot}: {self.volume:.4g} {self.region.unit}>"
@@ -75,6 +79,8 @@ class Workspace:
     @property
     def volume(self) -> float:
         """Size of what is inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        if self.proofs is not None:
+            return self.proofs.shares()["inside"] * self.region.cell * self.region.cells
         return float(self.inside.sum()) * self.region.cell
 
     def summary(self) -> dict[str, Any]:
@@ -96,7 +102,7 @@ class Workspace:
             "robot": self.robot,
             "volume": self.volume,
             "unit": region.unit,
-            "share": float(self.inside.mean()),
+            "share": float(self.inside.mean()) if self.proofs is None else self.proofs.shares()["inside"],
             "bounds": bounds,
             "value": {"name": self.kind.value, "unit": self.kind.unit_of(self.question), **_spread(known)},
             "at_least": self.question.at_least,
@@ -110,6 +116,7 @@ class Workspace:
             "on_boundary": int(self.boundary.sum()),
             "without_value": int(np.isnan(self.value).sum()),
             "box": [region.lower.tolist(), region.upper.tolist()],
+            "proved": None if self.proofs is None else {**self.proofs.shares(), "boxes": self.proofs.asked},
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -117,6 +124,7 @@ class Workspace:
         region, target = self.region, Path(path)
         part = target.with_name(f".{target.name}.part")
         about = {"format": FORMAT, "kind": self.kind.name, "robot": self.robot, **self.about}
+        boxes: dict[str, Any] = {} if self.proofs is None else self.proofs.plain()
         try:
             with part.open("wb") as file:
                 np.savez_compressed(
@@ -133,6 +141,7 @@ class Workspace:
                     y=region.axes[1],
                     z=region.axes[2],
                     about=np.array(json.dumps(about, sort_keys=True)),
+                    **boxes,
                 )
             part.replace(target)
         except OSError as error:
@@ -150,15 +159,21 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
             value, *tables = (found[name] for name in ("value", "inside", "boundary", "limit", "evaluated"))
             inside, boundary, limit, evaluated = tables
             region = Region(found["lower"], found["upper"], value.shape, found["orientations"])
+            certified = about["method"] == "certify"
+            proofs = Proofs.from_plain(region, {**found}, about["boxes_asked"]) if certified else None
         if value.ndim != 3 or any(each.shape != value.shape for each in tables):
             raise ValueError("arrays of different shapes")
         name, robot = about.pop("kind"), about.pop("robot")
         kind = combined(name) if "of" in about else kind_of(name)
-        read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about)
+        read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about, proofs)
         read.summary()  # all that it needs is there
         return read
     except (OSError, ValueError, KeyError, TypeError, CdprError, zipfile.BadZipFile, EOFError) as error:
         raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
+
+
+def _silent(done: int, total: int) -> None:
+    """Tell nobody."""
 
 
 def workspace(
@@ -169,8 +184,9 @@ def workspace(
     *,
     over: Over = "all",
     method: Method = "grid",
+    undecided: float = UNDECIDED,
     jobs: int | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = _silent,
     **asked: Any,
 ) -> Workspace:
     """Find which cells of a region are inside a workspace.
@@ -182,7 +198,9 @@ def workspace(
         question: what the kind asks for beside; its parts may be given by their names instead, such as
             `required=box([50, 50, 50, 5, 5, 5])`: see `Question`.
         over: whether "all" attitudes of the region must be inside, or "any" of them.
-        method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`).
+        method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`), "certify" proves
+            boxes of any size to be inside or outside (`cdpr.workspace.certify`), and shows them as cells.
+        undecided: the share of the box of which "certify" may leave undecided what it is.
         jobs: threads; the result is the same.
         progress: called with the number of cells that are done, and their total.
         asked: parts of the question.
@@ -199,6 +217,11 @@ def workspace(
     def ask(cells: NDArray[np.int64]) -> Asked:
         return _ask(robot, chosen, whole, region, over, cells, jobs)
 
+    proofs = None
+    if method == "certify":
+        proofs = certify(robot, chosen, region, whole, over=over, undecided=undecided, jobs=jobs, progress=progress)
+        progress = _silent
+
     if method == "octree":
         edge = whole.at_least or 0.0
         (value, limit, inside, boundary), evaluated = octree(ask, region, edge, chosen.slope, progress)
@@ -209,6 +232,9 @@ def workspace(
             progress(int(cells[-1]) + 1, region.cells)
         value, limit, inside, boundary = (np.concatenate(each) for each in zip(*pieces, strict=True))
         evaluated = np.ones(region.cells, dtype=bool)
+    if proofs is not None:
+        proved = np.concatenate([proofs.at(region.positions(cells)) for cells in region.pieces()])
+        inside, boundary = proved == INSIDE, proved == NEITHER
     table, numbers = region.shape, np.unique(limit)
     about = {
         "question": whole.plain(robot),
@@ -216,7 +242,7 @@ def workspace(
         "method": method,
         "limited_by": answers.limits(robot, whole, numbers.tolist(), bodies=chosen.bodies),
         "notes": answers.notes(robot, whole, bodies=chosen.bodies),
-    }
+    } | ({} if proofs is None else {"boxes_asked": proofs.asked, "undecided": undecided})
     return Workspace(
         chosen,
         robot.name,
@@ -227,6 +253,7 @@ def workspace(
         limit.reshape(table),
         evaluated.reshape(table),
         about,
+        proofs,
     )
 
 

@@ -18,6 +18,13 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         f"{figures['robot']}: {figures['kind']} workspace",
         _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
     ]
+    proved = figures["proved"]
+    if proved is not None:
+        percent = {name: f"{100 * proved[name]:.4g} % {name}" for name in ("inside", "outside", "undecided")}
+        told.append(_line("proved", f"{', '.join(percent.values())}; {proved['boxes']} boxes"))
+        most = figures["volume"] * (1.0 + proved["undecided"] / proved["inside"]) if proved["inside"] else None
+        if most is not None:
+            told[-2] += f"; at most {most:.4g} {unit}"
     if figures["at_least"] is not None:
         told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
@@ -36,7 +43,7 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         share = f"{100 * asked / of:.3g} %"
         told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
     told += [f"  {note}" for note in figures["notes"]]
-    if figures["on_boundary"]:
+    if figures["on_boundary"] and proved is None:
         told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
     if figures["without_value"]:
         told.append(_line("without a value", f"{figures['without_value']} cells"))
