@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 SIX = "FX,FY,FZ,MX,MY,MZ"
 
 
+# What is counted while a method works, and whose options are its own.
+UNITS = {"certify": "percent", "hull": "rounds", "rays": "rays"}
+OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays")}
+
 # Options that some kinds take, by the part of the question that they give.
 SOME = {
     "diameter": click.option(
@@ -71,6 +75,7 @@ def command_of(name: str, text: str) -> click.Command:
         cells: str | None,
         method: str,
         undecided: float | None,
+        rays: int | None,
         jobs: int | None,
         out: str | None,
         as_json: bool,
@@ -79,7 +84,7 @@ def command_of(name: str, text: str) -> click.Command:
         **asked: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
-        place = Place(orientation, lower, upper, cells, method, undecided)
+        place = Place(orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays})
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, out, as_json)
 
     unit = f" ({kind.unit})" if kind.unit else ""
@@ -109,9 +114,9 @@ _OPTIONS = (
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
         "--method",
-        type=click.Choice(["grid", "octree", "certify"]),
+        type=click.Choice(["grid", "octree", "hull", "rays", "certify"]),
         default="grid",
-        help="Look at all cells, or at those that decide, and tell the others from them; or prove boxes. [grid]",
+        help="All cells; those that decide; the boundary from a point; free stretches of lines; boxes proved. [grid]",
     ),
     click.option(
         "--undecided",
@@ -119,6 +124,7 @@ _OPTIONS = (
         metavar="SHARE",
         help="Of the box, up to which certify need not decide. [0.02]",
     ),
+    click.option("--rays", type=Whole(4, 10**6), metavar="N", help="In how many directions hull looks. [2562]"),
     click.option(
         "--length",
         type=Real(0.0, min_open=True),
@@ -149,7 +155,7 @@ class Place(NamedTuple):
     upper: str | None
     cells: str | None
     method: Any
-    undecided: float | None
+    finer: dict[str, Any]  # options of one method alone
 
 
 def _run(
@@ -183,11 +189,11 @@ def _run(
         asked["obstacles"] = loaded.obstacles
     asked["required"] = asked["required"] or NOTHING
     how: dict[str, Any] = {"over": over, "method": place.method, "jobs": jobs}
-    if place.undecided is not None:
-        if place.method != "certify":
-            raise click.UsageError("--undecided is for --method certify")
-        how["undecided"] = place.undecided
-    with Progress("percent" if place.method == "certify" else "cells") as progress:
+    for name, value in place.finer.items():
+        if value is not None and OWNERS[name][0] != place.method:
+            raise click.UsageError(f"{OWNERS[name][1]} is for --method {OWNERS[name][0]}")
+    how |= {name: value for name, value in place.finer.items() if value is not None}
+    with Progress(UNITS.get(place.method, "cells")) as progress:
         found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
     found.about["source"] = source_of(loaded, file, changes)
     finish(found, target, as_json)

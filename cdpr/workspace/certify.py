@@ -64,6 +64,15 @@ class Proofs:
     proved: Whole
     asked: int
 
+    @property
+    def volume(self) -> float:
+        """What is proved to be inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        return self.shares()["inside"] * self.region.cell * self.region.cells
+
+    def told(self) -> dict[str, Any]:
+        """Return its figures."""
+        return {**self.shares(), "boxes": self.asked}
+
     def corners(self) -> tuple[Array, Array]:
         """Return the lowest and the highest corners of all boxes, each (k, 3), m."""
         sides = _sides(self.region, self.roots, self.level[:, None])
@@ -107,15 +116,17 @@ class Proofs:
 
     def plain(self) -> dict[str, NDArray[Any]]:
         """Return it as arrays, which a file holds."""
-        return {"box_level": self.level, "box_place": self.place, "box_proved": self.proved, "box_roots": self.roots}
+        asked = np.array(self.asked)
+        named = {"level": self.level, "place": self.place, "proved": self.proved, "roots": self.roots, "asked": asked}
+        return {f"box_{name}": array for name, array in named.items()}
 
     @classmethod
-    def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]], asked: int) -> Proofs:
+    def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Proofs:
         """Undo `plain`. Raises ValueError where the boxes do not fill the region."""
         level, place, proved, roots = (arrays[f"box_{name}"] for name in ("level", "place", "proved", "roots"))
         if any(each.dtype.kind != "i" for each in (level, place, proved, roots)):
             raise ValueError("boxes that are not of whole numbers")
-        read = cls(region, roots, level, place, proved, asked)
+        read = cls(region, roots, level, place, proved, int(arrays["box_asked"]))
         if place.shape != (len(level), 3) or proved.shape != level.shape or read.roots.shape != (3,):
             raise ValueError("boxes of different numbers")
         if not np.isin(proved, list(NAMES)).all() or abs(sum(read.shares().values()) - 1.0) > SLACK:

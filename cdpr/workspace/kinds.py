@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from cdpr.errors import CdprError
+from cdpr.model import Robot
 from cdpr.nearest import did_you_mean
 from cdpr.workspace import answers
 from cdpr.workspace.measure import Measured
@@ -35,7 +36,8 @@ class WorkspaceKind:
         programs: whether linear programs can answer it, too.
         bodies: whether what limits it are bodies, or else directions.
         proved: whether `cdpr.workspace.certify` can prove something of it.
-        slope: by how much a value changes, at most, where the platform moves by a metre; None where nothing tells.
+        slope: by how much a value changes, at most, where the platform moves by a metre, with cables that leave from
+            points; None where nothing tells.
     """
 
     name: str
@@ -63,6 +65,10 @@ class WorkspaceKind:
                 f"{self.name}: needs the set of {self.needs} that must be exerted beyond carrying the weight"
             )
         return given
+
+    def slope_of(self, robot: Robot) -> float | None:
+        """Return `slope` where it holds: on a pulley a cable turns faster than its platform moves."""
+        return None if any(cable.exit is not None and cable.exit.kernels for cable in robot.cables) else self.slope
 
     def unit_of(self, question: Question) -> str:
         """Return the unit of its values."""

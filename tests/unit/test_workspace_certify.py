@@ -174,7 +174,7 @@ def test_the_command_proves(tmp_path):
         *("--json", "--cells", "10", "--out", str(out)),
     )
     figures = json.loads(told.stdout)
-    assert figures["proved"]["inside"] + figures["proved"]["outside"] >= 0.7
+    assert figures["found"]["inside"] + figures["found"]["outside"] >= 0.7
     assert out.exists()
     told = cli("workspace", "static", "scenarios/robots/cogiro.yaml", "--undecided", "0.3")
     assert told.returncode == 2

@@ -18,13 +18,10 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         f"{figures['robot']}: {figures['kind']} workspace",
         _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
     ]
-    proved = figures["proved"]
-    if proved is not None:
-        percent = {name: f"{100 * proved[name]:.4g} % {name}" for name in ("inside", "outside", "undecided")}
-        told.append(_line("proved", f"{', '.join(percent.values())}; {proved['boxes']} boxes"))
-        most = figures["volume"] * (1.0 + proved["undecided"] / proved["inside"]) if proved["inside"] else None
-        if most is not None:
-            told[-2] += f"; at most {most:.4g} {unit}"
+    if figures["found"] is not None:
+        more, words = FOUND[figures["method"]](figures["found"])
+        told[-1] += f"; at most {figures['volume'] * more:.4g} {unit}" if more else ""
+        told.append(words)
     if figures["at_least"] is not None:
         told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
@@ -43,13 +40,33 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         share = f"{100 * asked / of:.3g} %"
         told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
     told += [f"  {note}" for note in figures["notes"]]
-    if figures["on_boundary"] and proved is None:
+    if figures["on_boundary"] and figures["method"] != "certify":
         told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
     if figures["without_value"]:
         told.append(_line("without a value", f"{figures['without_value']} cells"))
     if "file" in figures:
         told.append(figures["file"])
     return told
+
+
+def _proved(found: Mapping[str, Any]) -> tuple[float | None, str]:
+    """By how much more the volume may be than what is proved, and the line of it."""
+    percent = ", ".join(f"{100 * found[name]:.4g} % {name}" for name in ("inside", "outside", "undecided"))
+    more = 1.0 + found["undecided"] / found["inside"] if found["inside"] else None
+    return more, _line("proved", f"{percent}; {found['boxes']} boxes")
+
+
+def _hull(found: Mapping[str, Any]) -> tuple[None, str]:
+    centre = ", ".join(f"{value:.4g}" for value in found["centre"])
+    seen = f"{100 * found['star_shaped']:.4g} % of what is inside is seen"
+    return None, _line("boundary", f"{found['rays']} rays from {centre} m, from where {seen}; {found['asked']} poses")
+
+
+def _rays(found: Mapping[str, Any]) -> tuple[None, str]:
+    return None, _line("rays", f"{found['rays']} along {found['along']}, {found['stretches']} free stretches")
+
+
+FOUND = {"certify": _proved, "hull": _hull, "rays": _rays}
 
 
 def _line(name: str, text: str) -> str:
