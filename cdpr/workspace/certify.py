@@ -39,7 +39,7 @@ OVERLAP = 2.0**-40
 SLACK = 1e-9
 
 OUTSIDE, NEITHER, INSIDE = -1, 0, 1
-NAMES = {INSIDE: "inside", OUTSIDE: "outside", NEITHER: "undecided"}
+NAMES = {INSIDE: "proved_inside", OUTSIDE: "proved_outside", NEITHER: "undecided"}
 
 Whole = NDArray[np.integer[Any]]
 
@@ -67,11 +67,13 @@ class Proofs:
     @property
     def volume(self) -> float:
         """What is proved to be inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
-        return self.shares()["inside"] * self.region.cell * self.region.cells
+        return self.shares()[NAMES[INSIDE]] * self.region.cell * self.region.cells
 
     def told(self) -> dict[str, Any]:
         """Return its figures."""
-        return {**self.shares(), "boxes": self.asked}
+        shares = self.shares()
+        open_ = shares[NAMES[NEITHER]] * self.region.cell * self.region.cells
+        return {"shares": shares, "boxes": self.asked, "at_most": self.volume + open_}
 
     def corners(self) -> tuple[Array, Array]:
         """Return the lowest and the highest corners of all boxes, each (k, 3), m."""
@@ -80,7 +82,7 @@ class Proofs:
         return low, low + sides
 
     def shares(self) -> dict[str, float]:
-        """Return which shares of the region are proved "inside", "outside" and "undecided"."""
+        """Return which shares of the region are "proved_inside", "proved_outside" and "undecided"."""
         size = self._sizes()
         return {name: float(size[self.proved == verdict].sum()) for verdict, name in NAMES.items()}
 

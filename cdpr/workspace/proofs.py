@@ -24,9 +24,8 @@ from cdpr.model import cholesky, kernels
 from cdpr.model.jit import apart, kernel, threaded_kernel
 from cdpr.model.kinds import CUBE, INDICES, NOTHING, ROW, TABLE, Group
 from cdpr.model.robot import Array
-from cdpr.workspace import enclosure
 from cdpr.workspace.assess import ASKED, REGULAR, SPACE, Asked, Space, look
-from cdpr.workspace.enclosure import ROUNDED, ZERO, Model, largest, plus, scaled, spread, times
+from cdpr.workspace.enclosure import ROUNDED, ZERO, Model, inverse_distance, largest, plus, scaled, spread, times
 
 # What is proved of a box.
 OUTSIDE, UNDECIDED, INSIDE = -1, 0, 1
@@ -105,7 +104,7 @@ def enclose(asked: Asked, pose: Array, half: Array, error: float, room: Room) ->
             asked.lines[i, 1] - p[1] - b[1],
             asked.lines[i, 2] - p[2] - b[2],
         )
-        s = enclosure.inverse_distance(v, h, error)
+        s = inverse_distance(v, h, error)
         if not s[4] < math.inf:
             return False
         put(room.parts, 0, times((v[0], -h[0], 0.0, 0.0, error), s))

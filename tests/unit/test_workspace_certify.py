@@ -73,7 +73,7 @@ def test_nothing_is_proved_that_is_not_so(name):
 def test_wrenches_at_all_corners_and_accelerations():
     for kind, required in (("wrench-feasible", BOX), ("dynamic", box([1, 1, 1, 0.5, 0.5, 0.5], accelerations=True))):
         found, robot = certified("cogiro", kind, required=required)
-        assert found.proofs.shares()["inside"] > 0.3
+        assert found.proofs.shares()["proved_inside"] > 0.3
         assert contradicted(found, robot, *samples(found, 20_000)) == 0
 
 
@@ -160,7 +160,7 @@ def test_a_robot_that_holds_nothing_ends_soon():
     robot = dataclasses.replace(robot, cables=weak)
     found, _ = certified("", robot=robot, undecided=0.1)
     assert found.volume == 0.0
-    assert found.proofs.shares()["outside"] >= 0.9
+    assert found.proofs.shares()["proved_outside"] >= 0.9
 
 
 def test_the_command_proves(tmp_path):
@@ -174,7 +174,7 @@ def test_the_command_proves(tmp_path):
         *("--json", "--cells", "10", "--out", str(out)),
     )
     figures = json.loads(told.stdout)
-    assert figures["found"]["inside"] + figures["found"]["outside"] >= 0.7
+    assert figures["found"]["shares"]["proved_inside"] + figures["found"]["shares"]["proved_outside"] >= 0.7
     assert out.exists()
     told = cli("workspace", "static", "scenarios/robots/cogiro.yaml", "--undecided", "0.3")
     assert told.returncode == 2

@@ -15,11 +15,11 @@ from cdpr.workspace import hull as hulls
 from cdpr.workspace.answers import free, margin
 from cdpr.workspace.hull import hull
 from cdpr.workspace.octree import Asked
-from cdpr.workspace.rays import SHORT
 from cdpr.workspace.regions import Region, region
 from cdpr.workspace.required import box
 from cdpr.workspace.result import load_workspace, workspace
 from cdpr.workspace.surface import surface
+from cdpr.workspace.tracing import SHORT
 
 BOX = box([50, 50, 50, 5, 5, 5])
 
@@ -114,7 +114,7 @@ def test_the_surface_is_the_hull_and_the_file_holds_it(tmp_path):
         load_workspace(tmp_path / "less.npz")
 
 
-@pytest.mark.parametrize(("name", "diameter"), [("caroca", 0.02), ("cogiro", 0.3), ("crossed", 0.1)])
+@pytest.mark.parametrize(("name", "diameter"), [("caroca", 0.02), ("cogiro", 0.3)])
 def test_free_stretches_against_dense_sampling(name, diameter):
     robot = robot_of(name)
     place = region(robot, cells=(6, 5, 50))

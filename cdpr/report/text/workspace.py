@@ -19,9 +19,8 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
     ]
     if figures["found"] is not None:
-        more, words = FOUND[figures["method"]](figures["found"])
-        told[-1] += f"; at most {figures['volume'] * more:.4g} {unit}" if more else ""
-        told.append(words)
+        told[-1] += f"; at most {figures['found']['at_most']:.4g} {unit}" if "at_most" in figures["found"] else ""
+        told.append(FOUND[figures["method"]](figures["found"]))
     if figures["at_least"] is not None:
         told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
@@ -49,21 +48,21 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
     return told
 
 
-def _proved(found: Mapping[str, Any]) -> tuple[float | None, str]:
-    """By how much more the volume may be than what is proved, and the line of it."""
-    percent = ", ".join(f"{100 * found[name]:.4g} % {name}" for name in ("inside", "outside", "undecided"))
-    more = 1.0 + found["undecided"] / found["inside"] if found["inside"] else None
-    return more, _line("proved", f"{percent}; {found['boxes']} boxes")
+def _proved(found: Mapping[str, Any]) -> str:
+    percent = ", ".join(
+        f"{100 * share:.4g} % {name.removeprefix('proved_')}" for name, share in found["shares"].items()
+    )
+    return _line("proved", f"{percent}; {found['boxes']} boxes")
 
 
-def _hull(found: Mapping[str, Any]) -> tuple[None, str]:
+def _hull(found: Mapping[str, Any]) -> str:
     centre = ", ".join(f"{value:.4g}" for value in found["centre"])
     seen = f"{100 * found['star_shaped']:.4g} % of what is inside is seen"
-    return None, _line("boundary", f"{found['rays']} rays from {centre} m, from where {seen}; {found['asked']} poses")
+    return _line("boundary", f"{found['rays']} rays from {centre} m, from where {seen}; {found['asked']} poses")
 
 
-def _rays(found: Mapping[str, Any]) -> tuple[None, str]:
-    return None, _line("rays", f"{found['rays']} along {found['along']}, {found['stretches']} free stretches")
+def _rays(found: Mapping[str, Any]) -> str:
+    return _line("rays", f"{found['rays']} along {found['along']}, {found['stretches']} free stretches")
 
 
 FOUND = {"certify": _proved, "hull": _hull, "rays": _rays}
