@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 Mode = Literal["margin", "closure", "payload"]
 
 
+MANY = 64  # poses: from here on eight at a time, which take a kernel more to load
+
+
 @dataclass(frozen=True, eq=False)
 class Measured:
     """What was found of K poses.
@@ -73,7 +76,7 @@ def measure(
     Raises CdprError where an argument is of the wrong kind or shape, and where lower limits are infinite or above the
     upper ones.
     """
-    from cdpr.workspace import assess
+    from cdpr.workspace import assess, eights
 
     given = checked(poses, (None, 7), "poses", finite=True)
     check_unit(given, "poses")
@@ -81,10 +84,15 @@ def measure(
     count = len(given)
     found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), np.empty(count, dtype=np.int64))
 
+    beside = count >= MANY and eights.eights_serve(asked)
+
     def part(cut: slice) -> None:
         values, scales, directions = found.value[cut], found.scale[cut], found.direction[cut]
         these = assess.Found(found.poses[cut], values, scales, directions, found.status[cut])
-        assess.assess(asked, these, assess.space_for(asked))
+        if beside:
+            eights.assess_eights(asked, these, assess.space_for(asked), eights.eight_for(asked))
+        else:
+            assess.assess(asked, these, assess.space_for(asked))
 
     in_threads(count, part, jobs)
     if (found.status == assess.BAD).any():
@@ -122,4 +130,5 @@ def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, l
         form=FORMS[required.form],
         vectors=required.vectors.copy(),
         accelerations=required.accelerations,
+        nothing=np.zeros(3),
     )
