@@ -40,7 +40,8 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
     told += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"] and figures["method"] != "certify":
-        told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
+        why = " or for want of a proof" if figures["method"] == "combined" else ""
+        told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off{why}"))
     if figures["without_value"]:
         told.append(_line("without a value", f"{figures['without_value']} cells"))
     if "file" in figures:
