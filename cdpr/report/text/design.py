@@ -77,11 +77,13 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     """Return what `Designed.plain` says as lines for a terminal."""
     optimizer = found["optimizer"]
     told = [f"{found['name']}: {optimizer['type']}, seed {optimizer['seed']}", f"{claim(found)[1]}.", ""]
-    told += [*table(figures(found), ruled=True), "", *table(variables(found), ruled=True)]
+    told += [*table(figures(found), ruled=True), ""]
+    told += table([row[:-1] for row in variables(found)], ruled=True)
     if found["front"]:
-        rows = members(found)
-        told += ["", *table(rows[: ROWS + 1], ruled=True)]
-        told += [f"and {len(rows) - 1 - ROWS} more in the folder"] * (len(rows) - 1 > ROWS)
+        head, *rows = members(found)
+        some = sorted({round(k * (len(rows) - 1) / (ROWS - 1)) for k in range(ROWS)})  # all along the front
+        told += ["", *table([head, *(rows[k] for k in some)], ruled=True)]
+        told += [f"and {len(rows) - len(some)} more in the folder"] * (len(rows) > len(some))
     notes = remarks(found)
     return [*told, "", *notes] if notes else told
 
