@@ -17,6 +17,9 @@ from cdpr.cli.numbers import Whole
 @click.option("--out", type=OutPath(), help="Folder.")
 @click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Candidates at a time (default: one a core).")
 @click.option("--resume", is_flag=True, help="Go on with what the folder of --out holds of this design.")
+@click.option(
+    "--evaluations", type=Whole(1, 10_000_000), metavar="N", help="Candidates (default: as many as the study says)."
+)
 @click.option("--report/--no-report", default=True, help="Write report.html.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
@@ -26,14 +29,15 @@ def command(
     out: str | None,
     jobs: int | None,
     resume: bool,
+    evaluations: int | None,
     report: bool,
     as_json: bool,
 ) -> None:
     """Look for the best robot of STUDY: keys of a robot file, varied within bounds, goals and constraints.
 
     The folder holds the best robot (best.yaml), of several goals all that no other dominates (front), every evaluation
-    (evaluations.csv), figures before and after (design.json) and a page. Ctrl-C keeps what has been evaluated. Exit code
-    4 where no candidate keeps all constraints.
+    (evaluations.csv), figures before and after (design.json) and a page. Ctrl-C keeps what has been evaluated. Where no
+    candidate keeps all constraints, the exit code is 4.
     """
     if resume and out is None:
         raise click.UsageError("--resume goes on in the folder of --out, which is missing")
@@ -44,7 +48,7 @@ def command(
 
     with terminating():
         tell_of_compilation()
-        design = load_design(study)
+        design = load_design(study, evaluations=evaluations)
         folder = Path(out) if out else new_folder(design.name, "design")
         with Progress("candidates") as progress:
             try:

@@ -20,7 +20,7 @@ from cdpr.model.robot import Array
 FIRST = 1  # number of the first candidate; 0 is the robot as it is
 
 
-class Spent(Exception):
+class SpentError(Exception):
     """As many candidates were evaluated as there may be."""
 
 
@@ -64,7 +64,7 @@ class Evaluations:
     def __call__(self, shares: Array) -> list[Score]:
         """Return how good candidates (k, n) are, given as shares of the way from lower to upper bounds.
 
-        Raises Spent where no more may be evaluated; what may be of these is.
+        Raises SpentError where no more may be evaluated; what may be of these is.
         """
         first = len(self.rows)
         room = self._most - first + FIRST
@@ -73,7 +73,7 @@ class Evaluations:
         found = list(self._pool.map(self._one, range(first, first + len(values)), values))
         self.rows += found
         if len(shares) >= room:
-            raise Spent
+            raise SpentError
         return [row.score for row in found]
 
     def _one(self, number: int, values: Array | None) -> Row:

@@ -119,4 +119,3 @@ def _required(section: FigureSection) -> Required | None:
             make = required.box if name.endswith("box") else required.ellipsoid
             return make(np.array(half), accelerations=name.startswith("acceleration"))
     return None
-

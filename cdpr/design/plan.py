@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.design.evaluate import Figure, Place, Value, evaluate, question_of
-from cdpr.design.schema import MAX_CELLS, DesignFile, FigureSection, Variable
+from cdpr.design.schema import MAX_CELLS, MAX_EVALUATIONS, DesignFile, FigureSection, Variable
 from cdpr.errors import CdprError
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
@@ -31,6 +31,8 @@ from cdpr.scenario.yaml_text import dump
 from cdpr.workspace import Region, region
 
 COLUMNS = ("number", "feasible", "violation", "refused", "goal")  # of the table, which no variable or figure is called
+# What commands call an option is a key of the figure here.
+OPTIONS = {"say --axial-stiffness": "the figure axial_stiffness", "say --cable-diameter": "the figure diameter"}
 SHAPE_FILE: Path = ("platform", "shape", "mesh")
 
 
@@ -129,17 +131,22 @@ class Design:
         return f"# {comment}\n{dump(document.data)}"
 
 
-def load_design(path: str | os.PathLike[str]) -> Design:
-    """Load a design's study file and check all of it.
+def load_design(path: str | os.PathLike[str], *, evaluations: int | None = None) -> Design:
+    """Load a design's study file and check all of it; `evaluations` are as many as it says unless given.
 
     Raises ScenarioError with all that is wrong.
     """
+    if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
+        raise CdprError(f"evaluations: a whole number from 1 to {MAX_EVALUATIONS} is expected, got {evaluations!r}")
     problems = Problems()
     document = open_document(file_name(path), "design", problems)
     section = validate(DesignFile, document.data, document, problems)
     report_nulls(document.data, (), document, problems)
     problems.raise_any()
     assert section is not None
+    if evaluations is not None:
+        optimizer = section.optimizer.model_copy(update={"evaluations": evaluations})
+        section = section.model_copy(update={"optimizer": optimizer})
     return _Reader(document, section, problems).design()
 
 
@@ -193,9 +200,10 @@ class _Reader:
     def _names(self) -> None:
         """Names are unique, and those that are referred to are there."""
         section = self.section
-        labels = [(("vary", i), variable.label) for i, variable in enumerate(section.vary)]
+        labels: list[tuple[Path, str]] = [(("vary", i), each.label) for i, each in enumerate(section.vary)]
+        labels += [(("figures", name), name) for name in section.figures]
         seen: set[str] = set()
-        for path, label in [*labels, *((("figures", name), name) for name in section.figures)]:
+        for path, label in labels:
             if label in COLUMNS:
                 self._add(path, f"cannot be called {label}: the table has such a column")
             elif label in seen:
@@ -227,7 +235,8 @@ class _Reader:
 
     def _optimizer(self) -> None:
         section = self.section
-        kind, path = section.optimizer.type, ("optimizer", "type")
+        kind = section.optimizer.type
+        path: Path = ("optimizer", "type")
         if len(section.wanted) > 1 and kind in ("differential_evolution", "cma"):
             self._add(path, f"{kind} takes one goal; nsga2 and random take several")
         if kind == "cma" and len(section.vary) < 2:
@@ -296,7 +305,10 @@ class _Reader:
             try:
                 evaluate(figure, robot, small)
             except CdprError as error:
-                self._add(path, str(error))
+                text = str(error)
+                for option, key in OPTIONS.items():
+                    text = text.replace(option, key)
+                self._add(path, text)
 
 
 def _document(design: Design, values: Array | None) -> Document:

@@ -1,8 +1,8 @@
 """Which candidate is better, from its figures alone.
 
-Deb's rules (An efficient constraint handling method for genetic algorithms, CMAME 186, 2000): a candidate that keeps all
-constraints is better than one that does not; of two that do not, the one that violates them less; of two that do, the
-one nearer to the goal, or, of several goals, the one that dominates (Deb et al., NSGA-II, IEEE TEVC 6(2), 2002).
+Deb's rules (An efficient constraint handling method for genetic algorithms, CMAME 186, 2000): a candidate that keeps
+all constraints is better than one that does not; of two that do not, the one that violates them less; of two that do,
+the one nearer to the goal, or, of several goals, the one that dominates (Deb et al., NSGA-II, IEEE TEVC 6(2), 2002).
 """
 
 from __future__ import annotations
@@ -104,7 +104,8 @@ def front(scores: Sequence[Score]) -> list[int]:
 def select(scores: Sequence[Score], count: int) -> list[int]:
     """Return the best `count` candidates: front by front, and within the last by crowding distance, as NSGA-II does."""
     over = dominance(scores)
-    left, chosen = np.arange(len(scores)), []
+    left = np.arange(len(scores))
+    chosen: list[int] = []
     while len(chosen) < count:
         first = left[~over[np.ix_(left, left)].any(axis=0)]
         room = count - len(chosen)

@@ -79,7 +79,7 @@ class Designed:
         return self.design.candidate(row.values)
 
     def goals(self, row: Row) -> list[float | None]:
-        """Return the values of the goals as they are meant, large where they are maximised; None where there is none."""
+        """Return the values of the goals as they are meant, large where they are maximised; None where one has none."""
         found = []
         for goal in self.design.section.wanted:
             parts = [None if row.figures is None else row.figures[term.figure].value for term in goal.terms]
@@ -127,7 +127,6 @@ class Designed:
         for row in self.front:
             self._robot(row, folder / FRONT / f"{row.number}.yaml")
         replace(folder / NAME, json.dumps(self.plain(), indent=1, allow_nan=False) + "\n")
-        assert design.digest
 
     def _robot(self, row: Row, path: Path) -> None:
         comment = f"Evaluation {row.number} of the design {self.design.name}, by cdpr design."

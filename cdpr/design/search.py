@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.design.ask import Spent
+from cdpr.design.ask import SpentError
 from cdpr.design.rank import Score, select
 from cdpr.errors import PluginError
 from cdpr.model.robot import Array
@@ -35,7 +35,7 @@ def look(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
     """Ask for candidates until none may be asked for, the first at `start` (n,), a share of the bounds each."""
     try:
         SEARCHES[kind](ask, start, seed, population)
-    except Spent:
+    except SpentError:
         return
 
 
@@ -129,7 +129,7 @@ def _nsga2(ask: Ask, start: Array, seed: int, population: int) -> None:
         taken = rng.random(points.shape) < CROSSOVER
         taken[np.arange(population), rng.integers(len(start), size=population)] = True
         trials = np.where(taken, moved, points)
-        trials = np.where((trials < 0.0) | (trials > 1.0), rng.random(points.shape), trials)
+        trials = np.where(trials < 0.0, 0.5 * points, np.where(trials > 1.0, 0.5 * (points + 1.0), trials))  # half way
         together = [*scores, *ask(trials)]
         kept = select(together, population)
         points, scores = np.concatenate([points, trials])[kept], [together[i] for i in kept]

@@ -1,4 +1,4 @@
-"""The examples that come with cdpr: scenarios, robots, studies and designs that a bare name finds wherever cdpr is installed."""
+"""The examples that come with cdpr: scenarios, robots, studies and designs that a bare name finds, installed or not."""
 
 from __future__ import annotations
 

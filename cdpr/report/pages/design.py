@@ -27,11 +27,11 @@ from cdpr.view import Pictures, Subject
 PAIRS = 3  # of goals that are drawn
 FEW_ROWS = 12  # of a table that is not folded
 
-CONVERGED = "Dots are candidates that keep all constraints, the line is the best so far, the diamond the robot as it is."
+CONVERGED = "Dots are candidates that keep all constraints, the line is the best so far, the diamond the robot before."
 DOMINATED = (
-    "Dots are candidates that keep all constraints; those on the line no other is better than in all goals. The diamond is "
-    "the robot as it is, where it keeps them, too; the star is the compromise: nearest to the best of all goals, each "
-    "over its extent on the front."
+    "Dots are candidates that keep all constraints; none is better in one goal than those on the line and as good in the "
+    "others. The diamond is the robot before, where it keeps them, too; the star is the compromise: nearest to the best "
+    "of all goals, each over its extent on the front."
 )
 
 
@@ -123,7 +123,7 @@ def _about(known: dict[str, Any]) -> str:
     return (
         f"<h2>About</h2>\n<p>Goals:</p><ul>{goals}</ul>{kept}"
         f"<p>{escape(optimizer['type'])}, seed {optimizer['seed']}: {known['candidates']} candidates, "
-        f"{known['refused']} of which are no robot. One that keeps all constraints is better than one that does not; of "
-        "two that do not, the one that violates them less (Deb 2000).</p>\n"
+        f"{known['refused']} of them refused. One that keeps all constraints is better than one that does not; of two "
+        "that do not, the one that violates them less (Deb 2000).</p>\n"
         f"<p>Robot: {escape(known['robot'])}. Versions: {escape(versions)}.</p>"
     )

@@ -28,7 +28,7 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
 
 def figures(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """Return heading and rows of the table of figures before and after."""
-    rows = [("figure", "before", chosen(found))]
+    rows: list[tuple[str, ...]] = [("figure", "before", chosen(found))]
     for name, unit in found["units"].items():
         title = f"{name} ({unit})" if unit else name
         rows.append((title, *(number(found[which]["figures"][name]) for which in ("before", "best"))))
@@ -39,7 +39,7 @@ def figures(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
 
 def variables(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """Return heading and rows of the table of variables; where the robot has them is the value that it starts with."""
-    rows = [("variable", "start", chosen(found), "from", "to", "keys")]
+    rows: list[tuple[str, ...]] = [("variable", "start", chosen(found), "from", "to", "keys")]
     for each in found["variables"]:
         low, high = map(digits, each["bounds"])
         value = digits(found["best"]["values"][each["name"]])
