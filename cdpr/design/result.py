@@ -118,7 +118,7 @@ class Designed:
 
     def write(self) -> None:
         """Write design.json, the table and the robots. Raises OutputError."""
-        design, folder = self.design, self.folder
+        folder = self.folder
         replace(folder / TABLE, self._csv())
         self._robot(self.best, folder / BEST)
         shutil.rmtree(folder / FRONT, ignore_errors=True)

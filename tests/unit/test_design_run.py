@@ -294,7 +294,7 @@ def test_a_search_leaves_a_plateau(kind):
 
 
 def test_nsga2_finds_a_front_that_is_not_convex():
-    """ZDT2 (Zitzler, Deb and Thiele, Evolutionary Computation 8(2), 2000): g2 = 1 - g1^2, which no weighted sum finds."""
+    """ZDT2 (Zitzler, Deb and Thiele, Evolutionary Computation 8(2), 2000): no weighted sum finds it."""
 
     def zdt2(point):
         g = 1.0 + 9.0 * float(point[1:].mean())

@@ -29,9 +29,9 @@ FEW_ROWS = 12  # of a table that is not folded
 
 CONVERGED = "Dots are candidates that keep all constraints, the line is the best so far, the diamond the robot before."
 DOMINATED = (
-    "Dots are candidates that keep all constraints; none is better in one goal than those on the line and as good in the "
-    "others. The diamond is the robot before, where it keeps them, too; the star is the compromise: nearest to the best "
-    "of all goals, each over its extent on the front."
+    "Dots are candidates that keep all constraints; none is better in one goal than those on the line and as good in "
+    "the others. The diamond is the robot before, where it keeps them, too; the star is the compromise: nearest to the "
+    "best of all goals, each over its extent on the front."
 )
 
 
