@@ -22,7 +22,7 @@ STUDIES = Path(__file__).parent.parent / "scenarios" / "studies"
 SEARCHES = ("random", "differential_evolution", "cma")
 SEEDS = 10
 EVALUATIONS = 400
-ROUNDS = 3
+ROUNDS, CHUNK = 5, 300  # of the times, and evaluations in each
 
 
 def other(design: Design, search: str, seed: int, evaluations: int) -> Design:
@@ -68,7 +68,7 @@ def main() -> None:
         }
         for name, values in found.items()
     }
-    short = other(design, "random", 0, 100)
+    short = other(design, "random", 0, CHUNK)
     times = [[seconds(short, jobs) for jobs in (1, 2)] for _ in range(ROUNDS)]
     one, two = (min(column) for column in zip(*times, strict=True))
     result = {"evaluations": evaluations, "seeds": SEEDS, "searches": rows, "two_at_a_time": one / two}

@@ -15,6 +15,7 @@ Search = Literal["differential_evolution", "nsga2", "cma", "random"]
 
 EVALUATIONS = 1000
 MAX_EVALUATIONS = 10_000_000
+MAX_POPULATION = 1000  # all pairs of twice as many are compared
 MAX_CELLS = 2_000_000  # beyond, one evaluation takes minutes
 LABEL = r"^[A-Za-z][\w -]{0,39}$"
 
@@ -203,7 +204,7 @@ class OptimizerSection(Section):
     )
     evaluations: int = Field(EVALUATIONS, ge=1, le=MAX_EVALUATIONS, description="candidates that are evaluated")
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of all that is random")
-    population: int | None = Field(None, ge=5, le=10_000, description="candidates of a generation")
+    population: int | None = Field(None, ge=5, le=MAX_POPULATION, description="candidates of a generation")
 
 
 class DesignFile(Section):

@@ -94,6 +94,15 @@ goal: {maximise: margin}
     assert design.measure(None)["margin"].value == pytest.approx(margins.min(), rel=1e-12)
 
 
+def test_obstacles_are_what_cables_must_keep_clear_of(tmp_path):
+    beside = "obstacles: [{sphere: 0.1, position: [-1, -0.75, 2.25]}, {box: [0.1, 0.1, 0.1], position: [9, 9, 9]}]"
+    free, blocked = (
+        design_of(tmp_path, text).measure(None)["clearance"].value for text in (BOX + ONE, BOX + ONE + beside)
+    )
+    assert free > 0.0
+    assert blocked < free
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -15,6 +15,7 @@ from cdpr.report.marks import CABLES, INK, SOFT
 WIDTH, HEIGHT = 6.4, 3.2  # in, of the sheet
 LEFT, RIGHT, LOWER, ABOVE = 0.95, 0.2, 0.6, 0.25  # in, margins
 AIR = 0.05  # around values, of their extent
+FEW = 40  # robots of a front whose marks do not hide its line
 LOWEST = 5.0  # per cent of values that may be cut off at the bad end, which random candidates reach far into
 
 DOT: dict[str, Any] = {"color": SOFT, "linestyle": "", "marker": "o", "markersize": 2.2, "zorder": 2}
@@ -50,8 +51,8 @@ def pareto(found: Designed, first: int, second: int) -> OnPage:
     front = front[np.argsort(front[:, first], kind="stable")]
     sheet, frame = _frame(_span(x, front[:, first]), _span(y, front[:, second]))
     frame.line(x, y, DOT)
-    looks = FRONT if front.shape[1] == 2 else {**FRONT, "linestyle": ""}
-    frame.line(front[:, first], front[:, second], looks)
+    looks = {**FRONT, "markersize": FRONT["markersize"] if len(front) <= FEW else DOT["markersize"]}
+    frame.line(front[:, first], front[:, second], looks if front.shape[1] == 2 else {**looks, "linestyle": ""})
     for row, look in ((found.before, BEFORE), (found.best, CHOSEN)):
         known = found.goals(row)
         if row.score.feasible:

@@ -33,6 +33,8 @@ def figures(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
         title = f"{name} ({unit})" if unit else name
         rows.append((title, *(number(found[which]["figures"][name]) for which in ("before", "best"))))
     for k, goal in enumerate(found["goals"]):
+        if goal.partition(" ")[2] in found["units"]:  # a figure, which stands above, and no sum
+            continue
         rows.append((goal, *(number(found[which]["goals"][k]) for which in ("before", "best"))))
     return rows
 
