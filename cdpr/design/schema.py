@@ -148,7 +148,7 @@ class Goal(Section):
     @property
     def label(self) -> str:
         """What it is, in words."""
-        return f"{self.way} {' + '.join(map(_of_term, self.terms))}"
+        return f"{self.way} {' + '.join(map(_of_term, self.terms))}".replace(" + -", " - ")
 
 
 def _of_term(term: Term) -> str:

@@ -24,6 +24,7 @@ def figures(volume=5.0, clearance=0.1, width=3.0, missing=0.0):
 
 def test_a_weighted_sum_and_what_violates(tmp_path):
     section = design_of(tmp_path, BOX + SUM).section
+    assert section.wanted[0].label == "maximise 2 volume / 10 - 1 clearance"
     assert score(section, figures()) == Score(0.0, (-(2 * 5.0 / 10 - 0.1),))
     assert score(section, figures(width=5.0)) == Score(0.25, (0.0,))
     assert score(section, figures(width=1.0)).violation == 0.5
