@@ -14,7 +14,7 @@ from typing import Any
 
 from cdpr.design.ask import FIRST, Row
 from cdpr.design.plan import Design, told
-from cdpr.design.rank import best, front, missed
+from cdpr.design.rank import best, dominance, front, missed
 from cdpr.errors import ExitCode
 from cdpr.log.files import make_folder, replace
 from cdpr.model import Robot
@@ -65,6 +65,12 @@ class Designed:
         return sum(row.score.feasible for row in self.rows[FIRST:])
 
     @property
+    def improved(self) -> bool:
+        """Whether a candidate is better than the robot as it is: of several goals in one, and as good in the others."""
+        scores = [self.before.score, *(row.score for row in self.front or [self.best])]
+        return bool(dominance(scores)[:, 0].any())
+
+    @property
     def refused(self) -> list[Row]:
         """Candidates of which there is no robot."""
         return [row for row in self.rows[FIRST:] if row.figures is None]
@@ -111,6 +117,7 @@ class Designed:
             "candidates": len(self.rows) - FIRST,
             "feasible": self.feasible,
             "refused": len(self.refused),
+            "improved": self.improved,
             "before": self._plain(self.before),
             "best": self._plain(self.best),
             "front": [self._plain(row) for row in self.front],

@@ -41,6 +41,12 @@ def found(tmp_path_factory):
     return run_design(design_of(folder), folder / "out")
 
 
+def better(a, b):
+    """Whether the goals of one are nowhere worse than those of another, and somewhere better."""
+    pairs = list(zip(a.score.goals, b.score.goals, strict=True))
+    return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
+
+
 def records(folder):
     with open(folder / "evaluations.csv", newline="") as file:
         return list(csv.DictReader(file))
@@ -61,6 +67,7 @@ def test_what_a_design_leaves(found):
     assert told["before"]["values"] is None
     assert told["variables"][1]["keys"].startswith("-cables[0].frame[0], -cables[1].frame[0], cables[2]")
     assert told["versions"]["scipy"]
+    assert found.improved
 
 
 def test_the_best_robot_is_what_is_said_of_it(found):
@@ -191,6 +198,17 @@ goal: {maximise: margin}
     assert run_design(found.design, tmp_path / "out", resume=True).plain() == found.plain()
 
 
+def test_none_is_better_than_the_robot_as_it_is(tmp_path):
+    text = BOX.replace("bounds: [5, 40]", "bounds: [70, 300]").replace("[-0.3, 0.3]", "[0.25, 0.3]")
+    path = write_design(tmp_path, text + "goal: {maximise: volume}", "evaluations: 8")
+    found = run_design(load_design(path), tmp_path / "out")
+    assert found.goals(found.best)[0] < found.goals(found.before)[0]
+    assert not found.improved
+    done = cdpr_here("design", path, "--out", tmp_path / "out", "--resume", "--evaluations", "8")
+    assert "8 of 8 candidates keep all constraints; none is better than the robot as it is." in done.stdout
+    assert 'class="banner warn"' in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_nothing_keeps_the_constraints(tmp_path):
     path = write_design(tmp_path, BOX + ONE.replace("at_most: 4.2", "at_most: 1"), "evaluations: 15")
     done = cdpr_here("design", path, "--out", tmp_path / "out", code=ExitCode.INFEASIBLE)
@@ -208,6 +226,8 @@ def test_the_front(tmp_path):
     assert numbers == [1 + i for i in front(scores)]
     assert sorted(path.stem for path in (tmp_path / "out" / "front").iterdir()) == sorted(map(str, numbers))
     assert found.best in found.front
+    dominated = [row for row in found.front if better(row, found.before)]
+    assert found.improved == bool(dominated)
     for row in found.front:
         robot = cdpr.load_robot(tmp_path / "out" / "front" / f"{row.number}.yaml")
         assert np.array_equal(robot.anchors, found.robot(row).anchors)

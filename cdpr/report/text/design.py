@@ -14,7 +14,7 @@ ROWS = 20  # of a front that are printed
 
 def chosen(found: Mapping[str, Any]) -> str:
     """Return what the best candidate is called: of several goals it is one of many."""
-    return COMPROMISE if len(found["goals"]) > 1 else BEST
+    return COMPROMISE if found["front"] else BEST
 
 
 def claim(found: Mapping[str, Any]) -> tuple[str, str]:
@@ -22,8 +22,12 @@ def claim(found: Mapping[str, Any]) -> tuple[str, str]:
     count = found["candidates"]
     if not found["feasible"]:
         return "bad", f"None of {count} candidates keeps all constraints; the one nearest to it is shown"
-    better = "" if not found["front"] else f", {len(found['front'])} of them on the Pareto front"
-    return "good", f"{found['feasible']} of {count} candidates keep all constraints{better}"
+    some = found["feasible"]
+    more = "" if not found["front"] else f", {len(found['front'])} of them on the Pareto front"
+    told = f"{some} of {count} candidates keep{'s' * (some == 1)} all constraints{more}"
+    if not found["improved"]:
+        return "warn", f"{told}; none is better than the robot as it is"
+    return "good", told
 
 
 def figures(found: Mapping[str, Any]) -> list[tuple[str, ...]]:
