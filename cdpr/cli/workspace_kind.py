@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 SIX = "FX,FY,FZ,MX,MY,MZ"
 
 
+# What is counted while a method works, and whose options are its own.
+UNITS = {"certify": "percent", "hull": "rounds", "rays": "rays"}
+OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays")}
+
 # Options that some kinds take, by the part of the question that they give.
 SOME = {
     "diameter": click.option(
@@ -70,6 +74,8 @@ def command_of(name: str, text: str) -> click.Command:
         upper: str | None,
         cells: str | None,
         method: str,
+        undecided: float | None,
+        rays: int | None,
         jobs: int | None,
         out: str | None,
         as_json: bool,
@@ -78,7 +84,7 @@ def command_of(name: str, text: str) -> click.Command:
         **asked: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
-        place = Place(orientation, lower, upper, cells, method)
+        place = Place(orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays})
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, out, as_json)
 
     unit = f" ({kind.unit})" if kind.unit else ""
@@ -108,10 +114,17 @@ _OPTIONS = (
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
         "--method",
-        type=click.Choice(["grid", "octree"]),
+        type=click.Choice(["grid", "octree", "hull", "rays", "certify"]),
         default="grid",
-        help="Look at all cells, or at those that decide, and tell the others from them. [grid]",
+        help="All cells; those that decide; the boundary from a point; free stretches of lines; boxes proved. [grid]",
     ),
+    click.option(
+        "--undecided",
+        type=Real(0.0, 1.0),
+        metavar="SHARE",
+        help="Of the box, up to which certify need not decide. [0.02]",
+    ),
+    click.option("--rays", type=Whole(4, 10**6), metavar="N", help="In how many directions hull looks. [2562]"),
     click.option(
         "--length",
         type=Real(0.0, min_open=True),
@@ -142,6 +155,7 @@ class Place(NamedTuple):
     upper: str | None
     cells: str | None
     method: Any
+    finer: dict[str, Any]  # options of one method alone
 
 
 def _run(
@@ -174,10 +188,13 @@ def _run(
     if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
         asked["obstacles"] = loaded.obstacles
     asked["required"] = asked["required"] or NOTHING
-    with Progress("cells") as progress:
-        found = workspace(
-            robot, kind, where, gravity=gravity, over=over, method=place.method, jobs=jobs, progress=progress, **asked
-        )
+    how: dict[str, Any] = {"over": over, "method": place.method, "jobs": jobs}
+    for name, value in place.finer.items():
+        if value is not None and OWNERS[name][0] != place.method:
+            raise click.UsageError(f"{OWNERS[name][1]} is for --method {OWNERS[name][0]}")
+    how |= {name: value for name, value in place.finer.items() if value is not None}
+    with Progress(UNITS.get(place.method, "cells")) as progress:
+        found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
     found.about["source"] = source_of(loaded, file, changes)
     finish(found, target, as_json)
 

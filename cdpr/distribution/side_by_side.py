@@ -16,7 +16,7 @@ from cdpr.mechanics import geometry
 from cdpr.model import kernels
 from cdpr.model.jit import kernel, threaded_kernel
 from cdpr.model.kinds import CUBE, NOTHING, ROW, TABLE, WHOLE, Function
-from cdpr.model.lanes import WIDTH, bits, side_by_side
+from cdpr.model.lanes import WIDTH, aligned, bits, side_by_side
 from cdpr.model.robot import Array
 from cdpr.tension.checks import holds, select
 from cdpr.tension.status import OK
@@ -35,13 +35,7 @@ def memory(n: int, m: int, work: tuple[int, int]) -> tuple[Array, Array]:
     Both have eight numbers at the end and begin where a register of eight is read at once.
     """
     numbers = STATE + WRENCH + 6 * m + n + n * m + 2 * m + m + m + REPORT
-    return _aligned((numbers, WIDTH)), _aligned((*work, WIDTH))
-
-
-def _aligned(shape: tuple[int, ...]) -> Array:
-    raw = np.empty(math.prod(shape) + WIDTH)
-    start = -(raw.ctypes.data // raw.itemsize) % WIDTH
-    return raw[start : start + math.prod(shape)].reshape(shape)
+    return aligned((numbers, WIDTH)), aligned((*work, WIDTH))
 
 
 @kernel

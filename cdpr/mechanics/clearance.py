@@ -15,19 +15,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr.cables.lines import lines
+from cdpr.cables.lines import ANCHORS, lines
 from cdpr.errors import CdprError
 from cdpr.mechanics import geometry, solids
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
-from cdpr.model.jit import kernel, threaded_kernel
-from cdpr.model.kernels import conjugate, quaternion, rotate, vector
+from cdpr.model.jit import DISABLED, kernel, threaded_kernel
+from cdpr.model.kernels import Quaternion, Vector, conjugate, quaternion, rotate, vector
 from cdpr.model.kinds import INDICES, NOTHING, ROW, TABLE, WHOLE, Block, Group
+from cdpr.model.lanes import choose, of_lanes
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.model.threads import in_threads
@@ -37,6 +39,8 @@ ON_SURFACE = 1e-5
 
 # What is asked of a pair of cables.
 APART, SHARED, SAME = range(3)
+
+MANY = 64  # poses: from here on eight at a time, which take a kernel more to load
 
 INT_TABLE = Block(WHOLE, 2)
 
@@ -62,17 +66,30 @@ class Nearest(NamedTuple):
 BODIES, NEAREST = Group((TABLE, ROW, INT_TABLE, TABLE, TABLE), Bodies), Group((TABLE, ROW, INDICES), Nearest)
 
 
+def _exit(ends: Array, lines: Array, i: int, P: Vector) -> Vector:
+    """Return where cable i leaves the frame on its way to P."""
+    return geometry.exit_point(lines, i, P)
+
+
+@of_lanes(_exit)
+def _point(ends: Array, lines: Array, i: int, P: Vector) -> Vector:
+    """Return where cable i leaves the frame: from a point, the same for all of eight."""
+    return (lines[i, 0], lines[i, 1], lines[i, 2])
+
+
 @kernel
-def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
-    """Return the least clearance at a pose (7,), m, and of what, -1 of nothing; `ends` (m, 6) is work space."""
+def among_cables(bodies: Bodies, p: Vector, q: Quaternion, ends: Array) -> tuple[float, float]:
+    """Write where cables begin and end, (m, 6), m; return their least clearance and whose it is; of lanes, too.
+
+    With lanes all cables leave from points.
+    """
     lines, radius, m = bodies.lines, bodies.radius, bodies.lines.shape[0]
-    p, q = vector(pose, 0), quaternion(pose, 3)
     for i in range(m):
         _, P = geometry.tip(lines, i, p, q)
-        E = geometry.exit_point(lines, i, P)
+        E = _exit(ends, lines, i, P)
         for j in range(3):
             ends[i, j], ends[i, 3 + j] = E[j], P[j]
-    least, which = math.inf, -1
+    least, which = math.inf, -1.0
     for i in range(m):
         E, P = vector(ends[i], 0), vector(ends[i], 3)
         for j in range(i):
@@ -87,8 +104,23 @@ def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
             else:
                 value = min(solids.from_point(P, F, Q), solids.from_point(Q, E, P))
             value -= radius[i] + radius[j]
-            if value < least:
-                least, which = value, j * m + i
+            nearer = value < least
+            least, which = choose(nearer, value, least), choose(nearer, 1.0 * (j * m + i), which)
+    return least, which
+
+
+@kernel
+def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
+    """Return the least clearance at a pose (7,), m, and of what, -1 of nothing; `ends` (m, 6) is work space."""
+    least, which = among_cables(bodies, vector(pose, 0), quaternion(pose, 3), ends)
+    return among_solids(bodies, pose, ends, least, int(which))
+
+
+@kernel
+def among_solids(bodies: Bodies, pose: Array, ends: Array, least: float, which: int) -> tuple[float, int]:
+    """Return what is less than this clearance: of cables, whose ends are known, from their platform and obstacles."""
+    lines, radius, m = bodies.lines, bodies.radius, bodies.lines.shape[0]
+    p, q = vector(pose, 0), quaternion(pose, 3)
     for k in range(bodies.platform.shape[0]):
         solid = bodies.platform[k]
         for i in range(m):
@@ -141,9 +173,16 @@ class Clearance:
         """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`."""
         given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
         found = Nearest(given, np.empty(len(given)), np.empty(len(given), dtype=np.int64))
+        eights = None
+        if len(given) >= MANY and self.bodies.lines.shape[1] == ANCHORS and not DISABLED:
+            eights = import_module("cdpr.mechanics.clearance_eights")
 
         def part(cut: slice) -> None:
-            look(self.bodies, Nearest(found.poses[cut], found.clearance[cut], found.which[cut]))
+            these = Nearest(found.poses[cut], found.clearance[cut], found.which[cut])
+            if eights is None:
+                look(self.bodies, these)
+            else:
+                eights.look_eights(self.bodies, these, *eights.memory(self.robot.m))
 
         in_threads(len(given), part, jobs)
         return found.clearance, found.which

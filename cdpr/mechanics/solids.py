@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import Vector, conjugate, dot, quaternion, rotate
+from cdpr.model.lanes import choose, every
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
 
@@ -144,38 +145,38 @@ def above(solid: Array, anchor: Vector, end: Vector, near: float) -> float:
 
 @kernel
 def from_point(x: Vector, start: Vector, end: Vector) -> float:
-    """Return the distance of a point from a segment, m."""
+    """Return the distance of a point from a segment, m; of lanes, too."""
+    return math.sqrt(_square(x, start, end))
+
+
+@kernel
+def _square(x: Vector, start: Vector, end: Vector) -> float:
+    """The square of that distance."""
     d = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     r = (x[0] - start[0], x[1] - start[1], x[2] - start[2])
     square, along = dot(d, d), dot(r, d)
-    s = 0.0 if along <= 0.0 else (1.0 if along >= square else along / square)
+    s = choose(along <= 0.0, 0.0, choose(along >= square, 1.0, along / square))
     away = (r[0] - s * d[0], r[1] - s * d[1], r[2] - s * d[2])
-    return math.sqrt(dot(away, away))
+    return dot(away, away)
 
 
 @kernel
 def between(start: Vector, end: Vector, first: Vector, last: Vector) -> float:
-    """Return the distance between two segments, m: of where their lines are nearest, or from an end."""
+    """Return the distance between two segments, m: of where their lines are nearest, or from an end; of lanes, too."""
     d = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     e = (last[0] - first[0], last[1] - first[1], last[2] - first[2])
     r = (start[0] - first[0], start[1] - first[1], start[2] - first[2])
     dd, ee, de, dr, er = dot(d, d), dot(e, e), dot(d, e), dot(d, r), dot(e, r)
-    square, inner = dd * ee - de * de, math.inf
-    if square > 0.0:
-        s, t = (de * er - ee * dr) / square, (dd * er - de * dr) / square
-        if 0.0 < s < 1.0 and 0.0 < t < 1.0:
-            away = (
-                r[0] + s * d[0] - t * e[0],
-                r[1] + s * d[1] - t * e[1],
-                r[2] + s * d[2] - t * e[2],
-            )
-            inner = math.sqrt(dot(away, away))
-            if square > PARALLEL * dd * ee:
-                return inner
-    return min(
-        inner,
-        min(
-            min(from_point(start, first, last), from_point(end, first, last)),
-            min(from_point(first, start, end), from_point(last, start, end)),
-        ),
-    )
+    square = dd * ee - de * de
+    s, t = (de * er - ee * dr) / square, (dd * er - de * dr) / square
+    away = (r[0] + s * d[0] - t * e[0], r[1] + s * d[1] - t * e[1], r[2] + s * d[2] - t * e[2])
+    within = (square > 0.0) & (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0)
+    sure = within & (square > PARALLEL * dd * ee)
+    found = choose(within, dot(away, away), math.inf)
+    if not every(sure):
+        ends = min(
+            min(_square(start, first, last), _square(end, first, last)),
+            min(_square(first, start, end), _square(last, start, end)),
+        )
+        found = choose(sure, found, min(found, ends))
+    return math.sqrt(found)

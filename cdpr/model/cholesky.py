@@ -32,6 +32,24 @@ def factorise(A: Array, damping: float) -> bool:
 
 
 @kernel
+def factorise_each(A: Array) -> bool:
+    """Do what `factorise` does without damping, of lanes, too: say which are not singular; others become rubbish."""
+    sound: bool = A[0, 0] == A[0, 0]
+    for k in range(A.shape[0]):
+        for j in range(k + 1):
+            s = A[k, j]
+            least = SINGULAR * s
+            for i in range(j):
+                s -= A[k, i] * A[j, i]
+            if j < k:
+                A[k, j] = s / A[j, j]
+            else:
+                sound = sound & (s > least)
+                A[k, k] = math.sqrt(s)
+    return sound
+
+
+@kernel
 def solve(L: Array, b: Array, x: Array) -> None:
     """Write x with L L^T x = b, each (n,)."""
     n = b.shape[0]

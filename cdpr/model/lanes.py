@@ -7,10 +7,14 @@ they stray: another answers them. With one number each word is what it says.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
+
 from cdpr.model.deferred import Deferred
+from cdpr.model.robot import Array
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -23,6 +27,13 @@ side_by_side: Callable[..., Any] = Deferred("lanes_word", "side_by_side")
 
 # What numba is to be told of, when it first compiles a kernel: what one calls, and what lanes call in place of it.
 instead: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
+
+
+def aligned(shape: tuple[int, ...]) -> Array:
+    """Return space for numbers, the last axis of which is that of eight; it begins where a register is read at once."""
+    raw = np.empty(math.prod(shape) + WIDTH)
+    start = -(raw.ctypes.data // raw.itemsize) % WIDTH
+    return raw[start : start + math.prod(shape)].reshape(shape)
 
 
 def of_lanes(single: Callable[P, R]) -> Callable[[Callable[P, R]], Callable[P, R]]:

@@ -1,9 +1,10 @@
-"""Workspaces as others read them: VTI for ParaView, PLY for viewers of meshes, CSV for tables."""
+"""Workspaces as others read them: VTI and VTU for ParaView, PLY for viewers of meshes, CSV for tables."""
 
 from __future__ import annotations
 
 import base64
 import os
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ from cdpr.errors import CdprError
 from cdpr.log.files import unwritable
 from cdpr.workspace.result import Workspace
 from cdpr.workspace.surface import surface
+
+BLOCK = 2**20  # bytes that are compressed at a time
+LEVEL = 6  # of zlib, the same in all its versions
 
 
 def vti(found: Workspace) -> bytes:
@@ -40,6 +44,73 @@ def vti(found: Workspace) -> bytes:
         lines.append(f'<DataArray type="{kind}" Name="{name}" format="binary">{packed}</DataArray>')
     lines += ["</CellData>", "</Piece>", "</ImageData>", "</VTKFile>", ""]
     return "\n".join(lines).encode()
+
+
+# VTK's numbers of cells of one, two and three dimensions whose corners are in the order of their coordinates.
+BOX_TYPES = {1: 3, 2: 8, 3: 11}
+MOST_BOXES = 4_000_000  # in one file: what makes it takes a gigabyte
+
+
+def vtu(found: Workspace) -> bytes:
+    """Return the boxes that are proved, or not, as an unstructured VTK grid: 1 inside, -1 outside, 0 undecided.
+
+    Raises CdprError where there are none, or too many.
+    """
+    if found.proofs is None:
+        raise CdprError("a .vtu file holds the boxes that --method certify proves; others are written as .vti")
+    if len(found.proofs.level) > MOST_BOXES:
+        raise CdprError(
+            f"{len(found.proofs.level)} boxes are more than {MOST_BOXES}, which a .vtu file may hold: "
+            "let more --undecided, or look at a smaller box"
+        )
+    low, high = found.proofs.corners()
+    moving, count = found.region.moving, len(low)
+    corners = np.repeat(low[:, None], 2 ** len(moving), axis=1)
+    for k, axis in enumerate(moving):
+        upper = (np.arange(corners.shape[1]) >> k) & 1 == 1
+        corners[:, upper, axis] = high[:, None, axis]
+    points = corners.reshape(-1, 3).astype("<f4")
+    ends = corners.shape[1] * np.arange(1, count + 1, dtype="<i8")
+    cells = {
+        "connectivity": ("Int64", np.arange(len(points), dtype="<i8")),
+        "offsets": ("Int64", ends),
+        "types": ("UInt8", np.full(count, BOX_TYPES[len(moving)], dtype=np.uint8)),
+    }
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+        'compressor="vtkZLibDataCompressor">',
+        "<UnstructuredGrid>",
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{count}">',
+        "<Points>",
+        f'<DataArray type="Float32" NumberOfComponents="3" format="binary">{_compressed(points)}</DataArray>',
+        "</Points>",
+        "<Cells>",
+        *(
+            f'<DataArray type="{kind}" Name="{name}" format="binary">{_compressed(array)}</DataArray>'
+            for name, (kind, array) in cells.items()
+        ),
+        "</Cells>",
+        '<CellData Scalars="proved">',
+        '<DataArray type="Int8" Name="proved" format="binary">'
+        f"{_compressed(found.proofs.proved.astype(np.int8))}</DataArray>",
+        "</CellData>",
+        "</Piece>",
+        "</UnstructuredGrid>",
+        "</VTKFile>",
+        "",
+    ]
+    return "\n".join(lines).encode()
+
+
+def _compressed(array: NDArray[Any]) -> str:
+    """Text of an array in VTK's blocks: their number, their size, that of the last, what each takes, and they."""
+    content = array.tobytes()
+    blocks = [content[first : first + BLOCK] for first in range(0, len(content), BLOCK)]
+    packed = [zlib.compress(block, LEVEL) for block in blocks]
+    last = len(blocks[-1]) % BLOCK if blocks else 0
+    head = np.array([len(blocks), BLOCK, last, *map(len, packed)], dtype="<u8").tobytes()
+    return base64.b64encode(head).decode() + base64.b64encode(b"".join(packed)).decode()
 
 
 def ply(found: Workspace) -> bytes:
@@ -70,7 +141,7 @@ def csv(found: Workspace) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-WRITERS: dict[str, Callable[[Workspace], bytes]] = {".vti": vti, ".ply": ply, ".csv": csv}
+WRITERS: dict[str, Callable[[Workspace], bytes]] = {".vti": vti, ".vtu": vtu, ".ply": ply, ".csv": csv}
 
 
 def export(found: Workspace, path: str | os.PathLike[str]) -> None:

@@ -21,6 +21,9 @@ from cdpr.model.robot import Array
 # what is spanned by them is no facet, or that of others.
 DEPENDENT = 1e-11
 
+# Forms of sets of required wrenches, as `cdpr.workspace.required.FORMS`.
+ZONOTOPE, ELLIPSOID, VERTICES = range(3)
+
 
 @kernel
 def next_subset(index: NDArray[np.int64], count: int, m: int) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from cdpr.errors import CdprError
+from cdpr.model import Robot
 from cdpr.nearest import did_you_mean
 from cdpr.workspace import answers
 from cdpr.workspace.measure import Measured
@@ -34,7 +35,9 @@ class WorkspaceKind:
         held: whether it asks for one wrench alone: where W lacks rank a tension solver says whether that is possible.
         programs: whether linear programs can answer it, too.
         bodies: whether what limits it are bodies, or else directions.
-        slope: by how much a value changes, at most, where the platform moves by a metre; None where nothing tells.
+        proved: whether `cdpr.workspace.certify` can prove something of it.
+        slope: by how much a value changes, at most, where the platform moves by a metre, with cables that leave from
+            points; None where nothing tells.
     """
 
     name: str
@@ -48,6 +51,7 @@ class WorkspaceKind:
     held: bool = False
     programs: bool = False
     bodies: bool = False
+    proved: bool = False
     slope: float | None = None
 
     def required(self, given: Required | None) -> Required:
@@ -62,6 +66,10 @@ class WorkspaceKind:
             )
         return given
 
+    def slope_of(self, robot: Robot) -> float | None:
+        """Return `slope` where it holds: on a pulley a cable turns faster than its platform moves."""
+        return None if any(cable.exit is not None and cable.exit.kernels for cable in robot.cables) else self.slope
+
     def unit_of(self, question: Question) -> str:
         """Return the unit of its values."""
         return "N m/rad" if question.direction is not None and question.direction.startswith("r") else self.unit
@@ -72,9 +80,13 @@ MARGIN, STIFFNESS = ("capacity margin", "N"), "least stiffness"
 KINDS = {
     kind.name: kind
     for kind in (
-        WorkspaceKind("static", answers.margin, "static equilibrium", *MARGIN, held=True, programs=True),
-        WorkspaceKind("wrench-feasible", answers.margin, "wrench-feasible", *MARGIN, "wrenches", programs=True),
-        WorkspaceKind("dynamic", answers.margin, "dynamic equilibrium", *MARGIN, "accelerations", programs=True),
+        WorkspaceKind("static", answers.margin, "static equilibrium", *MARGIN, held=True, programs=True, proved=True),
+        WorkspaceKind(
+            "wrench-feasible", answers.margin, "wrench-feasible", *MARGIN, "wrenches", programs=True, proved=True
+        ),
+        WorkspaceKind(
+            "dynamic", answers.margin, "dynamic equilibrium", *MARGIN, "accelerations", programs=True, proved=True
+        ),
         WorkspaceKind(
             "closure", answers.closure, "wrench closure", "least elementary vector", "", at_zero=False, programs=True
         ),
@@ -89,6 +101,7 @@ KINDS = {
             takes=("diameter", "obstacles"),
             at_zero=False,
             bodies=True,
+            proved=True,
             slope=1.0,
         ),
         WorkspaceKind(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,13 @@ from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
 from cdpr.workspace.required import FORMS, NOTHING, Required
 
+if TYPE_CHECKING:
+    from cdpr.workspace import assess
+
 Mode = Literal["margin", "closure", "payload"]
+
+
+MANY = 64  # poses: from here on eight at a time, which take a kernel more to load
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,38 +76,23 @@ def measure(
     Raises CdprError where an argument is of the wrong kind or shape, and where lower limits are infinite or above the
     upper ones.
     """
-    from cdpr.workspace import assess
+    from cdpr.workspace import assess, eights
 
-    check_robot(robot)
-    if mode not in get_args(Mode):
-        raise CdprError(f"mode: one of {', '.join(get_args(Mode))} is expected, got {mode!r}")
     given = checked(poses, (None, 7), "poses", finite=True)
     check_unit(given, "poses")
-    if length is not None and not 0.0 < length < math.inf:
-        raise CdprError(f"length: a length above 0 m is expected, got {length!r}")
-    limits = np.array([robot.tension_min, robot.tension_max])
-    if not np.isfinite(limits).all():
-        raise CdprError("robot: a workspace needs finite limits of all tensions")
-    n = robot.n
-    arm = robot.characteristic_length if length is None else float(length)
-    asked = assess.Asked(
-        mode=get_args(Mode).index(mode),
-        lines=lines(robot).copy(),
-        limits=limits,
-        rows=np.array(robot.rows),
-        weights=np.repeat([1.0, 1.0 / arm], 3)[robot.rows],
-        inertial=robot.inertial.copy(),
-        gravity=checked(gravity, (3,), "gravity", finite=True),
-        form=FORMS[required.form],
-        vectors=required.vectors.copy(),
-        accelerations=required.accelerations,
-    )
+    asked, n = asked_of(robot, mode, required, gravity, length), robot.n
     count = len(given)
     found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), np.empty(count, dtype=np.int64))
 
+    beside = count >= MANY and eights.eights_serve(asked)
+
     def part(cut: slice) -> None:
         values, scales, directions = found.value[cut], found.scale[cut], found.direction[cut]
-        assess.assess(asked, assess.Found(found.poses[cut], values, scales, directions, found.status[cut]))
+        these = assess.Found(found.poses[cut], values, scales, directions, found.status[cut])
+        if beside:
+            eights.assess_eights(asked, these, assess.space_for(asked), eights.eight_for(asked))
+        else:
+            assess.assess(asked, these, assess.space_for(asked))
 
     in_threads(count, part, jobs)
     if (found.status == assess.BAD).any():
@@ -113,3 +104,31 @@ def measure(
     against = found.direction[np.arange(count), widest] < 0.0
     limit = np.where(known, 2 * widest + against, -1)
     return Measured(found.value, found.scale, found.status == assess.SINGULAR, limit, found.direction)
+
+
+def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, length: float | None) -> assess.Asked:
+    """Return what `measure` asks as kernels have it. Raises CdprError, likewise."""
+    from cdpr.workspace import assess
+
+    check_robot(robot)
+    if mode not in get_args(Mode):
+        raise CdprError(f"mode: one of {', '.join(get_args(Mode))} is expected, got {mode!r}")
+    if length is not None and not 0.0 < length < math.inf:
+        raise CdprError(f"length: a length above 0 m is expected, got {length!r}")
+    limits = np.array([robot.tension_min, robot.tension_max])
+    if not np.isfinite(limits).all():
+        raise CdprError("robot: a workspace needs finite limits of all tensions")
+    arm = robot.characteristic_length if length is None else float(length)
+    return assess.Asked(
+        mode=get_args(Mode).index(mode),
+        lines=lines(robot).copy(),
+        limits=limits,
+        rows=np.array(robot.rows),
+        weights=np.repeat([1.0, 1.0 / arm], 3)[robot.rows],
+        inertial=robot.inertial.copy(),
+        gravity=checked(gravity, (3,), "gravity", finite=True),
+        form=FORMS[required.form],
+        vectors=required.vectors.copy(),
+        accelerations=required.accelerations,
+        nothing=np.zeros(3),
+    )

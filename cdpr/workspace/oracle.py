@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.errors import CdprError, PluginError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.workspace.certify import INSIDE
 from cdpr.workspace.kinds import KINDS
-from cdpr.workspace.required import Required
 from cdpr.workspace.result import BOUNDARY, Workspace, verdicts
 
 try:
@@ -27,7 +27,6 @@ except ImportError as error:
 OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 # Share of the largest limit: closer to zero, the program's own tolerance decides.
 UNDECIDED = 1e-7
-MOST_CORNERS = 64  # of a required set, each a program
 HALVINGS = 48  # of the way between two cells: to the last digits
 SOLVED, IMPOSSIBLE = 0, 2  # linprog's status
 
@@ -62,6 +61,8 @@ def compare(
 ) -> Agreement:
     """Ask a linear program about `count` poses of a workspace, half of them on its boundary where it has one.
 
+    Of one that is proved they are drawn from what is decided, and what is proved is what is compared.
+
     Raises CdprError for kinds that no linear program answers, for sets with more corners than can be asked one by one,
     and where more than 0 was wanted of the margin.
     """
@@ -70,26 +71,43 @@ def compare(
         raise CdprError(f"{found.kind.name}: is nothing that linear programs answer; they do {known}")
     if found.question.at_least is not None:
         raise CdprError("at_least: linear programs tell margins of 0 alone, not how large others are")
-    required, gravity = found.question.required, found.question.gravity
+    found.question.required.corners()  # one that has too many is refused at once
     rng = np.random.default_rng(seed)
+    if found.proofs is not None and len(found.region.orientations) == 1:
+        positions, proved = found.proofs.drawn(rng, count)
+        poses = _poses(found, rng, positions)
+        return _told(found, robot, poses, proved == INSIDE, progress)
     edges = _on_boundary(found, robot, rng, count // 2)
     cells = rng.integers(found.region.cells, size=count - len(edges))
-    middles = found.region.positions(cells)
-    turned = found.region.orientations[rng.integers(len(found.region.orientations), size=len(middles))]
-    poses = np.concatenate([edges, np.concatenate([middles, turned], axis=1)])
-    inside, value, scale = verdicts(found, robot, poses)
+    poses = np.concatenate([edges, _poses(found, rng, found.region.positions(cells))])
+    inside = verdicts(found, robot, poses)[0]
+    told = _told(found, robot, poses, inside, progress)
+    alone = ~found.evaluated.ravel()[cells] & (len(found.region.orientations) == 1)
+    wrong = alone & (inside[len(edges) :] != found.inside.ravel()[cells])
+    return replace(told, bisected=len(edges), told=int(alone.sum()), told_wrong=int(wrong.sum()))
+
+
+def _poses(found: Workspace, rng: np.random.Generator, positions: Array) -> Array:
+    """Poses (n, 7) at positions (n, 3), each in an attitude of the workspace."""
+    attitudes = found.region.orientations
+    return np.concatenate([positions, attitudes[rng.integers(len(attitudes), size=len(positions))]], axis=1)
+
+
+def _told(
+    found: Workspace, robot: Robot, poses: Array, inside: NDArray[np.bool_], progress: Callable[[int, int], None]
+) -> Agreement:
+    """What programs say of poses that are said to be inside or not, (n,)."""
+    _, value, scale = verdicts(found, robot, poses)
     undecided, different = 0, []
     for k, pose in enumerate(poses):
-        margin = _margin(found, robot, pose, required, gravity)
+        margin = _margin(found, robot, pose)
         close = abs(margin) <= UNDECIDED or (np.isfinite(value[k]) and abs(value[k]) <= BOUNDARY * scale[k])
         undecided += bool(close)
         if not close and (margin > 0.0) != bool(inside[k]):
             told = {"position": pose[:3].tolist(), "quaternion": pose[3:].tolist()}
             different.append(told | {"value": float(value[k]), "program": margin})
         progress(k + 1, len(poses))
-    alone = ~found.evaluated.ravel()[cells] & (len(found.region.orientations) == 1)
-    wrong = alone & (inside[len(edges) :] != found.inside.ravel()[cells])
-    return Agreement(len(poses), len(edges), undecided, different, int(alone.sum()), int(wrong.sum()))
+    return Agreement(len(poses), 0, undecided, different)
 
 
 def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count: int) -> Array:
@@ -116,8 +134,9 @@ def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count
     return np.concatenate([ends, turned], axis=1)
 
 
-def _margin(found: Workspace, robot: Robot, pose: Array, required: Required, gravity: Array) -> float:
+def _margin(found: Workspace, robot: Robot, pose: Array) -> float:
     """How far all tensions can be from their limits whatever is required, as a share of the largest limit."""
+    required, gravity = found.question.required, found.question.gravity
     state = make_state(pose[:3], pose[3:])
     weights = found.question.weights(robot)
     W = weights[:, None] * wrench_matrix(robot, state)[robot.rows]
@@ -128,26 +147,12 @@ def _margin(found: Workspace, robot: Robot, pose: Array, required: Required, gra
         return _roomiest(W, np.zeros(robot.n), np.zeros(robot.m), np.full(robot.m, np.inf), most=1.0) - 2 * UNDECIDED
     carried = required_wrench(robot, state, gravity)
     margins = []
-    for corner in _corners(required):
+    for corner in required.corners():
         wrench = carried + corner
         if required.accelerations:
             wrench = required_wrench(robot, state, gravity, corner[:3], corner[3:])
         margins.append(_roomiest(W, weights * wrench[robot.rows] / largest, low, high))
     return min(margins)
-
-
-def _corners(required: Required) -> Array:
-    """Corners (k, 6) of a required set, at least the origin."""
-    vectors = required.vectors
-    if required.form == "vertices":
-        return vectors
-    if required.form == "ellipsoid" and len(vectors):
-        raise CdprError("an ellipsoid has no corners that could be asked one by one: compare with a box")
-    if 2 ** len(vectors) > MOST_CORNERS:
-        raise CdprError(
-            f"the required set has {2 ** len(vectors)} corners, at most {MOST_CORNERS} are asked one by one"
-        )
-    return np.array([np.array(signs) @ vectors for signs in itertools.product((-1.0, 1.0), repeat=len(vectors))])
 
 
 def _roomiest(W: Array, wrench: Array, low: Array, high: Array, most: float = np.inf) -> float:

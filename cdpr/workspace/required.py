@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +15,8 @@ from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 
 Form = Literal["zonotope", "ellipsoid", "vertices"]
+
+MOST_CORNERS = 64  # that are asked one by one
 
 # As kernels have them.
 FORMS: dict[str, int] = {"zonotope": 0, "ellipsoid": 1, "vertices": 2}
@@ -40,6 +43,18 @@ class Required:
     def plain(self) -> dict[str, Any]:
         """Return it as plain data."""
         return {"form": self.form, "vectors": self.vectors.tolist(), "accelerations": self.accelerations}
+
+    def corners(self) -> Array:
+        """Return the corners (k, 6) of the set, at least the origin. Raises CdprError for one of too many, or none."""
+        if self.form == "vertices":
+            return self.vectors
+        if self.form == "ellipsoid" and len(self.vectors):
+            raise CdprError("an ellipsoid has no corners that could be asked one by one: take a box around it")
+        if 2 ** len(self.vectors) > MOST_CORNERS:
+            raise CdprError(
+                f"the required set has {2 ** len(self.vectors)} corners, at most {MOST_CORNERS} are asked one by one"
+            )
+        return np.array([np.array(signs) @ self.vectors for signs in product((-1.0, 1.0), repeat=len(self.vectors))])
 
     @classmethod
     def from_plain(cls, data: dict[str, Any]) -> Required:

@@ -17,21 +17,28 @@ from numpy.typing import NDArray
 from cdpr.distribution import distribute
 from cdpr.errors import CdprError, LogError
 from cdpr.log.files import unwritable
+from cdpr.mechanics.clearance import Clearance, clearance
+from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.workspace import answers
+from cdpr.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
+from cdpr.workspace.hull import RAYS, Hull, hull
 from cdpr.workspace.kinds import KINDS, WorkspaceKind, combined, kind_of
 from cdpr.workspace.measure import Measured
 from cdpr.workspace.octree import Asked, octree
 from cdpr.workspace.question import Question
+from cdpr.workspace.rays import Rays, rays
 from cdpr.workspace.regions import PIECE, Region
 from cdpr.workspace.required import NOTHING
 
 FORMAT = "cdpr workspace 3"
 Over = Literal["all", "any"]
-Method = Literal["grid", "octree"]
+Method = Literal["grid", "octree", "hull", "rays", "certify"]
 METHODS: tuple[Method, ...] = get_args(Method)
+Detail = Proofs | Hull | Rays
+DETAILS: dict[str, type[Proofs] | type[Hull] | type[Rays]] = {"certify": Proofs, "hull": Hull, "rays": Rays}
 
 # Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
 BOUNDARY = 1e-9
@@ -48,10 +55,12 @@ class Workspace:
         value: (nx, ny, nz), >= 0 inside, `kind.unit`; over several attitudes the least, or the greatest where one is
             enough. NaN where there is none: W lacks rank.
         inside: (nx, ny, nz).
-        boundary: (nx, ny, nz), whether round-off decides.
+        boundary: (nx, ny, nz), whether round-off decides; or nothing is proved, where that was asked for.
         limit: (nx, ny, nz), what limits the value, a key of `about["limited_by"]`; -1 of nothing.
         evaluated: (nx, ny, nz), whether the cell was looked at; what is told of the others is interpolated.
         about: all that it depends on, as plain data: robot file, required set, gravity, versions, ...
+        detail: what a method found that is finer than cells: boxes that are proved, of which `inside` are then the
+            cells whose middle is in one inside; the boundary as seen from a point; or free stretches of rays.
     """
 
     kind: WorkspaceKind
@@ -63,6 +72,7 @@ class Workspace:
     limit: NDArray[np.int64]
     evaluated: NDArray[np.bool_]
     about: dict[str, Any]
+    detail: Detail | None = None
 
     def __repr__(self) -> str:
         return f"<Workspace {self.kind.name} of {self.robot}: {self.volume:.4g} {self.region.unit}>"
@@ -73,8 +83,15 @@ class Workspace:
         return Question.from_plain(self.about["question"])
 
     @property
+    def proofs(self) -> Proofs | None:
+        """The boxes that are proved, where that was asked for."""
+        return self.detail if isinstance(self.detail, Proofs) else None
+
+    @property
     def volume(self) -> float:
         """Size of what is inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        if self.detail is not None:
+            return self.detail.volume
         return float(self.inside.sum()) * self.region.cell
 
     def summary(self) -> dict[str, Any]:
@@ -96,7 +113,7 @@ class Workspace:
             "robot": self.robot,
             "volume": self.volume,
             "unit": region.unit,
-            "share": float(self.inside.mean()),
+            "share": float(self.inside.mean()) if self.detail is None else self.volume / (region.cell * region.cells),
             "bounds": bounds,
             "value": {"name": self.kind.value, "unit": self.kind.unit_of(self.question), **_spread(known)},
             "at_least": self.question.at_least,
@@ -110,6 +127,7 @@ class Workspace:
             "on_boundary": int(self.boundary.sum()),
             "without_value": int(np.isnan(self.value).sum()),
             "box": [region.lower.tolist(), region.upper.tolist()],
+            "found": None if self.detail is None else self.detail.told(),
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -117,6 +135,7 @@ class Workspace:
         region, target = self.region, Path(path)
         part = target.with_name(f".{target.name}.part")
         about = {"format": FORMAT, "kind": self.kind.name, "robot": self.robot, **self.about}
+        finer: dict[str, Any] = {} if self.detail is None else self.detail.plain()
         try:
             with part.open("wb") as file:
                 np.savez_compressed(
@@ -133,6 +152,7 @@ class Workspace:
                     y=region.axes[1],
                     z=region.axes[2],
                     about=np.array(json.dumps(about, sort_keys=True)),
+                    **finer,
                 )
             part.replace(target)
         except OSError as error:
@@ -150,15 +170,21 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
             value, *tables = (found[name] for name in ("value", "inside", "boundary", "limit", "evaluated"))
             inside, boundary, limit, evaluated = tables
             region = Region(found["lower"], found["upper"], value.shape, found["orientations"])
+            kind_of_detail = DETAILS.get(about["method"])
+            detail = None if kind_of_detail is None else kind_of_detail.from_plain(region, {**found})
         if value.ndim != 3 or any(each.shape != value.shape for each in tables):
             raise ValueError("arrays of different shapes")
         name, robot = about.pop("kind"), about.pop("robot")
         kind = combined(name) if "of" in about else kind_of(name)
-        read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about)
+        read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about, detail)
         read.summary()  # all that it needs is there
         return read
     except (OSError, ValueError, KeyError, TypeError, CdprError, zipfile.BadZipFile, EOFError) as error:
         raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
+
+
+def _silent(done: int, total: int) -> None:
+    """Tell nobody."""
 
 
 def workspace(
@@ -169,8 +195,10 @@ def workspace(
     *,
     over: Over = "all",
     method: Method = "grid",
+    undecided: float = UNDECIDED,
+    n_rays: int = RAYS,
     jobs: int | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = _silent,
     **asked: Any,
 ) -> Workspace:
     """Find which cells of a region are inside a workspace.
@@ -182,7 +210,11 @@ def workspace(
         question: what the kind asks for beside; its parts may be given by their names instead, such as
             `required=box([50, 50, 50, 5, 5, 5])`: see `Question`.
         over: whether "all" attitudes of the region must be inside, or "any" of them.
-        method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`).
+        method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`), "hull" from a point
+            within for the boundary (`.hull`), "rays" for where cables are free along lines (`.rays`), and "certify"
+            proves boxes of any size to be inside or outside (`.certify`). The last three look at the cells besides.
+        undecided: the share of the box of which "certify" may leave undecided what it is.
+        n_rays: in how many directions, at least, "hull" looks.
         jobs: threads; the result is the same.
         progress: called with the number of cells that are done, and their total.
         asked: parts of the question.
@@ -196,19 +228,35 @@ def workspace(
     if method not in METHODS:
         raise CdprError(f"method: one of {', '.join(METHODS)} is expected, got {method!r}")
 
-    def ask(cells: NDArray[np.int64]) -> Asked:
-        return _ask(robot, chosen, whole, region, over, cells, jobs)
+    def at(positions: Array) -> Asked:
+        return _ask(robot, chosen, whole, region, over, positions, jobs)
 
+    def ask(cells: NDArray[np.int64]) -> Asked:
+        return at(region.positions(cells))
+
+    detail: Detail | None = None
+    edge, told = whole.at_least or 0.0, progress if method in ("grid", "octree") else _silent
+    if method == "certify":
+        detail = certify(robot, chosen, region, whole, over=over, undecided=undecided, jobs=jobs, progress=progress)
+    elif method == "rays":
+        detail = rays(_bodies(robot, chosen, whole), region, edge, over, jobs, progress)
+    evaluated = np.ones(region.cells, dtype=bool)
     if method == "octree":
-        edge = whole.at_least or 0.0
-        (value, limit, inside, boundary), evaluated = octree(ask, region, edge, chosen.slope, progress)
+        (value, limit, inside, boundary), evaluated = octree(ask, region, edge, chosen.slope_of(robot), told)
     else:
         pieces = []
         for cells in region.pieces():
             pieces.append(ask(cells))
-            progress(int(cells[-1]) + 1, region.cells)
+            told(int(cells[-1]) + 1, region.cells)
         value, limit, inside, boundary = (np.concatenate(each) for each in zip(*pieces, strict=True))
-        evaluated = np.ones(region.cells, dtype=bool)
+    if method == "hull":
+        cells_ = Asked(value, limit, inside, boundary)
+        detail = hull(at, region, edge, home_pose(robot)[0][:3], cells_, n_rays, progress)
+    if isinstance(detail, Proofs):
+        proved = np.concatenate([detail.at(region.positions(cells)) for cells in region.pieces()])
+        inside, boundary = proved == INSIDE, proved == NEITHER
+    elif isinstance(detail, Rays):
+        inside = detail.at_cells()
     table, numbers = region.shape, np.unique(limit)
     about = {
         "question": whole.plain(robot),
@@ -216,7 +264,7 @@ def workspace(
         "method": method,
         "limited_by": answers.limits(robot, whole, numbers.tolist(), bodies=chosen.bodies),
         "notes": answers.notes(robot, whole, bodies=chosen.bodies),
-    }
+    } | ({"undecided": undecided} if method == "certify" else {"rays": n_rays} if method == "hull" else {})
     return Workspace(
         chosen,
         robot.name,
@@ -227,6 +275,7 @@ def workspace(
         limit.reshape(table),
         evaluated.reshape(table),
         about,
+        detail,
     )
 
 
@@ -236,16 +285,16 @@ def _ask(
     question: Question,
     region: Region,
     over: Over,
-    cells: NDArray[np.int64],
+    positions: Array,
     jobs: int | None,
 ) -> Asked:
-    """Answer cells by their numbers, (n,), in all attitudes of a region."""
-    value, limit = np.full(len(cells), np.nan), np.full(len(cells), -1, dtype=np.int64)
-    boundary, inside = np.zeros(len(cells), dtype=bool), np.full(len(cells), over == "all")
-    for first in range(0, len(cells), PIECE):
+    """Answer positions (n, 3) in all attitudes of a region."""
+    value, limit = np.full(len(positions), np.nan), np.full(len(positions), -1, dtype=np.int64)
+    boundary, inside = np.zeros(len(positions), dtype=bool), np.full(len(positions), over == "all")
+    for first in range(0, len(positions), PIECE):
         cut = slice(first, first + PIECE)
-        poses = np.empty((len(cells[cut]), 7))
-        poses[:, :3] = region.positions(cells[cut])
+        poses = np.empty((len(positions[cut]), 7))
+        poses[:, :3] = positions[cut]
         for q in region.orientations:
             poses[:, 3:] = q
             found = kind.answer(robot, poses, question, jobs)
@@ -258,6 +307,15 @@ def _ask(
             inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
             boundary[cut] |= np.abs(found.value - (question.at_least or 0.0)) <= BOUNDARY * found.scale
     return Asked(value, limit, inside, boundary)
+
+
+def _bodies(robot: Robot, kind: WorkspaceKind, question: Question) -> Clearance:
+    """Who may touch whom, where along rays."""
+    if not kind.bodies:
+        raise CdprError(f"method: rays are for ifcow, not for {kind.name}; take grid, octree or hull")
+    if kind.slope_of(robot) is None:
+        raise CdprError("method: rays are for cables that leave from points; take grid or octree")
+    return clearance(robot, question.obstacles, question.diameter)
 
 
 def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.bool_], Array, Array]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cdpr.errors import CdprError
 from cdpr.model.robot import Array
+from cdpr.workspace.hull import Hull
 from cdpr.workspace.result import Workspace
 
 # Corners of a cube, and the six tetrahedra along its diagonal into which it is cut; those of neighbours fit.
@@ -36,6 +37,8 @@ def surface(found: Workspace) -> tuple[Array, NDArray[np.int64]]:
         raise CdprError(
             f"{found.robot}: a surface needs a workspace with three directions, this one has {len(region.moving)}"
         )
+    if isinstance(found.detail, Hull):
+        return found.detail.corners, found.detail.triangles.astype(np.int64)
     inside = np.pad(found.inside, 1)
     above = np.pad(found.value - (found.question.at_least or 0.0), 1, constant_values=np.nan)
     axes = [

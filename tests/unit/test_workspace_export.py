@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import csv
 import itertools
+import zlib
 from collections import Counter
 from xml.etree import ElementTree
 
@@ -131,6 +132,54 @@ def test_vti(tmp_path, cogiro):
     assert np.array_equal(read["inside"], cogiro.inside)
 
 
+def unpacked(text):
+    """An array's bytes from its text, in compressed blocks."""
+    head = base64.b64decode(text)[:24]
+    blocks, size, last = np.frombuffer(head, "<u8").tolist()
+    cut = 4 * ((8 * (3 + blocks) + 2) // 3)
+    sizes = np.frombuffer(base64.b64decode(text[:cut]), "<u8")[3:].tolist()
+    body, content = base64.b64decode(text[cut:]), []
+    for each in sizes:
+        content.append(zlib.decompress(body[:each]))
+        body = body[each:]
+    assert not body
+    assert {len(each) for each in content[:-1]} <= {size}
+    assert len(content[-1]) % size == last
+    return b"".join(content)
+
+
+@pytest.mark.parametrize(("name", "kind", "corners"), [("cogiro", 11, 8), ("planar", 8, 4)])
+def test_vtu(tmp_path, name, kind, corners):
+    robot = robot_of(name)
+    found = workspace(robot, "static", region(robot, cells=5), method="certify", undecided=0.1)
+    export(found, tmp_path / "w.vtu")
+    root = ElementTree.parse(tmp_path / "w.vtu").getroot()
+    kinds = {"Float32": "<f4", "Int64": "<i8", "UInt8": "u1", "Int8": "i1"}
+    read = {
+        each.get("Name", "points"): np.frombuffer(unpacked(each.text), kinds[each.get("type")])
+        for each in root.iter("DataArray")
+    }
+    count = len(found.proofs.level)
+    assert [int(root.find(".//Piece").get(key)) for key in ("NumberOfPoints", "NumberOfCells")] == [
+        corners * count,
+        count,
+    ]
+    assert np.array_equal(read["proved"], found.proofs.proved)
+    assert np.array_equal(read["offsets"], corners * np.arange(1, count + 1))
+    assert set(read["types"].tolist()) == {kind}
+    places = read["points"].reshape(-1, 3)[read["connectivity"]].reshape(count, corners, 3)
+    low, high = found.proofs.corners()
+    assert places[:, 0] == pytest.approx(low, abs=1e-5)
+    assert places[:, -1] == pytest.approx(high, abs=1e-5)
+    moving = found.region.moving
+    assert np.ptp(places[:, :2], axis=1)[:, moving[0]] == pytest.approx((high - low)[:, moving[0]], abs=1e-5)
+
+
+def test_only_proofs_have_boxes(tmp_path, cogiro):
+    with pytest.raises(CdprError, match="boxes that --method certify proves"):
+        export(cogiro, tmp_path / "w.vtu")
+
+
 def test_ply(tmp_path, cogiro):
     export(cogiro, tmp_path / "w.ply")
     head, _, body = (tmp_path / "w.ply").read_bytes().partition(b"end_header\n")
@@ -189,6 +238,6 @@ def test_the_command_and_its_errors(tmp_path, cogiro):
     assert (done.returncode, done.stdout) == (0, f"{tmp_path / 'new' / 'w.vti'}\n")
     done = cli("workspace", "export", tmp_path / "w.npz", "--out", tmp_path / "w.stl")
     assert done.returncode == 2
-    assert done.stderr.strip() == f"{tmp_path / 'w.stl'}: a name that ends in .vti, .ply, .csv is expected"
+    assert done.stderr.strip() == f"{tmp_path / 'w.stl'}: a name that ends in .vti, .vtu, .ply, .csv is expected"
     with pytest.raises(OutputError):
         export(cogiro, tmp_path / "no such folder" / "w.csv")

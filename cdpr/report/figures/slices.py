@@ -18,6 +18,7 @@ WIDTH, LARGEST = 5.2, 4.2  # in, of the sheet, and of the picture's longer side
 LEFT, LOWER, ABOVE = 0.62, 0.55, 0.25  # in, margins
 BAR, BESIDE = 0.16, 0.85  # in, width of the scale of colours, and how far it is from the picture
 SHADES = 9  # colours
+UNDECIDED: dict[str, Any] = {"facecolor": PALE, "edgecolor": PALE, "linewidth": 0.3, "zorder": 1.5}
 FRAME: dict[str, Any] = {"color": PALE, "linewidth": 1.2, "zorder": 3}
 ANCHORS: dict[str, Any] = {"color": INK, "linestyle": "", "marker": "s", "markersize": 4, "zorder": 4}
 
@@ -48,6 +49,8 @@ def draw(found: Workspace, robot: Robot, axis: int, place: float) -> OnPage:
         rings = _rings(inside & (shade == k), *edges)
         if rings:
             frame.area(rings, {"facecolor": tone, "edgecolor": tone, "linewidth": 0.3, "zorder": 1.5})
+    if found.proofs is not None:
+        frame.area(_rings(np.take(found.boundary, index, axis), *edges), UNDECIDED)
     for line in drawn:
         frame.line(line[[across, 3 + across]], line[[up, 3 + up]], FRAME)
     frame.line(robot.anchors[:, across], robot.anchors[:, up], ANCHORS)

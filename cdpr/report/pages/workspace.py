@@ -47,6 +47,8 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
         heading = f"At {name} = {at:.4g} m"
         svg = slices.draw(found, robot, axis, place).markup(f"{title}, {heading}")
         caption = f"Cells that are inside, by their {escape(found.kind.value)}; the frame and the anchors on it."
+        if found.proofs is not None:
+            caption = caption.replace("are inside,", "are proved to be inside,") + " Grey: undecided."
         gallery.append(figure(f"slice-{k}", heading, svg, caption))
     parts.append(hall(gallery, "gallery"))
     parts.append(section("figures", f"<h2>Figures</h2>\n<pre>{escape(chr(10).join(lines(found.summary())))}</pre>"))

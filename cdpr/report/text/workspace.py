@@ -18,6 +18,9 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         f"{figures['robot']}: {figures['kind']} workspace",
         _line("volume", f"{figures['volume']:.4g} {unit}, {100 * figures['share']:.3g} % of the box"),
     ]
+    if figures["found"] is not None:
+        told[-1] += f"; at most {figures['found']['at_most']:.4g} {unit}" if "at_most" in figures["found"] else ""
+        told.append(FOUND[figures["method"]](figures["found"]))
     if figures["at_least"] is not None:
         told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
@@ -36,13 +39,33 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         share = f"{100 * asked / of:.3g} %"
         told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
     told += [f"  {note}" for note in figures["notes"]]
-    if figures["on_boundary"]:
+    if figures["on_boundary"] and figures["method"] != "certify":
         told.append(_line("on the boundary", f"{figures['on_boundary']} cells, to within round-off"))
     if figures["without_value"]:
         told.append(_line("without a value", f"{figures['without_value']} cells"))
     if "file" in figures:
         told.append(figures["file"])
     return told
+
+
+def _proved(found: Mapping[str, Any]) -> str:
+    percent = ", ".join(
+        f"{100 * share:.4g} % {name.removeprefix('proved_')}" for name, share in found["shares"].items()
+    )
+    return _line("proved", f"{percent}; {found['boxes']} boxes")
+
+
+def _hull(found: Mapping[str, Any]) -> str:
+    centre = ", ".join(f"{value:.4g}" for value in found["centre"])
+    seen = f"{100 * found['star_shaped']:.4g} % of what is inside is seen"
+    return _line("boundary", f"{found['rays']} rays from {centre} m, from where {seen}; {found['asked']} poses")
+
+
+def _rays(found: Mapping[str, Any]) -> str:
+    return _line("rays", f"{found['rays']} along {found['along']}, {found['stretches']} free stretches")
+
+
+FOUND = {"certify": _proved, "hull": _hull, "rays": _rays}
 
 
 def _line(name: str, text: str) -> str:

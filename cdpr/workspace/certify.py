@@ -1,0 +1,273 @@
+"""Boxes of a region that are proved to be inside a workspace, or outside; the rest is cut into eight, and so on.
+
+What is proved holds at each position of a box, not at its middle alone. Where forces decide, `proofs` proves it; where
+a value changes by no more than a slope along a metre, it is that in the middle, less what half a diagonal makes of it.
+What is known of the robot and the wrenches is taken as known to within some roundings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.errors import CdprError
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import make_state
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.model.threads import in_threads
+from cdpr.workspace.kinds import KINDS, WorkspaceKind
+from cdpr.workspace.measure import asked_of
+from cdpr.workspace.question import Question
+from cdpr.workspace.regions import Region
+
+START = 8  # boxes along the longest side, to begin with
+PIECE = 65536  # boxes that are looked at before it is asked whether enough is decided
+UNDECIDED = 0.02  # share of the region that may stay undecided, unless said
+MOST = 20_000_000  # boxes that are looked at: some minutes, and a gigabyte
+DEEPEST = 17  # times that a box is cut: boxes can be numbered, and their sides are above round-off
+# What is given, or made of that in a few operations, may be off by this share of the largest number of its kind.
+ROUNDED = 2.0**-46
+# Halves of sides are taken as larger by this share, so that boxes that meet do so after rounding, too.
+OVERLAP = 2.0**-40
+# What a clearance may be off by round-off, m: a hundred times what distances of segments within 100 m are.
+SLACK = 1e-9
+
+OUTSIDE, NEITHER, INSIDE = -1, 0, 1
+NAMES = {INSIDE: "proved_inside", OUTSIDE: "proved_outside", NEITHER: "undecided"}
+
+Whole = NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Proofs:
+    """Boxes that together fill a region.
+
+    Attributes:
+        region: that is filled.
+        roots: (3,), boxes along each axis before any was cut.
+        level: (k,), how often each has been halved.
+        place: (k, 3), its number along each axis among those of its level.
+        proved: (k,), INSIDE, OUTSIDE, or NEITHER where it is undecided.
+        asked: how many boxes were looked at.
+    """
+
+    region: Region
+    roots: Whole
+    level: Whole
+    place: Whole
+    proved: Whole
+    asked: int
+
+    @property
+    def volume(self) -> float:
+        """What is proved to be inside, m^3, or m^2 or m where the platform moves in a plane or along a line."""
+        return self.shares()[NAMES[INSIDE]] * self.region.cell * self.region.cells
+
+    def told(self) -> dict[str, Any]:
+        """Return its figures."""
+        shares = self.shares()
+        open_ = shares[NAMES[NEITHER]] * self.region.cell * self.region.cells
+        return {"shares": shares, "boxes": self.asked, "at_most": self.volume + open_}
+
+    def corners(self) -> tuple[Array, Array]:
+        """Return the lowest and the highest corners of all boxes, each (k, 3), m."""
+        sides = _sides(self.region, self.roots, self.level[:, None])
+        low = self.region.lower + self.place * sides
+        return low, low + sides
+
+    def shares(self) -> dict[str, float]:
+        """Return which shares of the region are "proved_inside", "proved_outside" and "undecided"."""
+        size = self._sizes()
+        return {name: float(size[self.proved == verdict].sum()) for verdict, name in NAMES.items()}
+
+    def at(self, positions: Array) -> Whole:
+        """Return what is proved at positions (n, 3) of the region, (n,)."""
+        region, found = self.region, np.full(len(positions), NEITHER)
+        extent = np.where(region.upper > region.lower, region.upper - region.lower, 1.0)
+        share = (positions - region.lower) / extent
+        for level in np.unique(self.level).tolist():
+            here = self.level == level
+            counts = _counts(region, self.roots, level)
+            keys = np.ravel_multi_index(tuple(self.place[here].T), counts)
+            order = np.argsort(keys)
+            places = np.clip((share * counts).astype(np.int64), 0, np.array(counts) - 1)
+            wanted = np.ravel_multi_index(tuple(places.T), counts)
+            at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+            hit = keys[order][at] == wanted
+            found[hit] = self.proved[here][order][at][hit]
+        return found
+
+    def drawn(self, rng: np.random.Generator, count: int) -> tuple[Array, Whole]:
+        """Return positions (n, 3) in what is decided, uniformly, and what is proved there; none where nothing is."""
+        size = self._sizes() * (self.proved != NEITHER)
+        if not size.any():
+            return np.empty((0, 3)), np.empty(0, dtype=np.int64)
+        chosen = rng.choice(len(size), size=count, p=size / size.sum())
+        low, high = self.corners()
+        return low[chosen] + rng.random((count, 3)) * (high - low)[chosen], self.proved[chosen]
+
+    def _sizes(self) -> Array:
+        """Shares of the region that boxes are, (k,)."""
+        return np.asarray(0.5 ** (self.level * len(self.region.moving)) / float(np.prod(self.roots)))
+
+    def plain(self) -> dict[str, NDArray[Any]]:
+        """Return it as arrays, which a file holds."""
+        asked = np.array(self.asked)
+        named = {"level": self.level, "place": self.place, "proved": self.proved, "roots": self.roots, "asked": asked}
+        return {f"box_{name}": array for name, array in named.items()}
+
+    @classmethod
+    def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Proofs:
+        """Undo `plain`. Raises ValueError where the boxes do not fill the region."""
+        level, place, proved, roots = (arrays[f"box_{name}"] for name in ("level", "place", "proved", "roots"))
+        if any(each.dtype.kind != "i" for each in (level, place, proved, roots)):
+            raise ValueError("boxes that are not of whole numbers")
+        read = cls(region, roots, level, place, proved, int(arrays["box_asked"]))
+        if place.shape != (len(level), 3) or proved.shape != level.shape or read.roots.shape != (3,):
+            raise ValueError("boxes of different numbers")
+        if not np.isin(proved, list(NAMES)).all() or abs(sum(read.shares().values()) - 1.0) > SLACK:
+            raise ValueError("boxes that do not fill the region")
+        return read
+
+
+def certify(
+    robot: Robot,
+    kind: WorkspaceKind,
+    region: Region,
+    question: Question,
+    *,
+    over: str = "all",
+    undecided: float = UNDECIDED,
+    jobs: int | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Proofs:
+    """Prove boxes of a region to be inside a workspace or outside.
+
+    Args:
+        robot: whose cables leave from points.
+        kind: one that can be `proved`.
+        region: that is cut into boxes; its cells do not matter.
+        question: what is asked.
+        over: whether "all" attitudes must be inside, or "any" of them.
+        undecided: the share of the region that may stay undecided. More does where `MOST` boxes were looked at.
+        jobs: threads; the result is the same.
+        progress: called with what is decided, in percent, and 100.
+
+    Raises CdprError where nothing can be proved of such a robot or question.
+    """
+    _check(robot, kind, question, undecided)
+    provers = [_prover(robot, kind, question, region, q, jobs) for q in region.orientations]
+    roots = np.array([max(1, round(START * side / (region.upper - region.lower).max())) for side in _extent(region)])
+    children = np.array(
+        [each for each in product((0, 1), repeat=3) if not any(np.array(each)[_extent(region) == 0.0])]
+    ).astype(np.int32)
+    twice = np.where(_extent(region) > 0.0, 2, 1).astype(np.int32)
+    place = np.stack(np.meshgrid(*map(np.arange, roots), indexing="ij"), axis=-1).reshape(-1, 3).astype(np.int32)
+    kept: list[tuple[Whole, Whole, Whole]] = []
+    open_, asked, level = 1.0, 0, 0
+    while len(place):
+        share = 0.5 ** (level * len(region.moving)) / float(np.prod(roots))
+        sides = _sides(region, roots, level)
+        proved = np.full(len(place), NEITHER, dtype=np.int8)
+        looked = 0
+        while looked < len(place) and open_ > undecided and asked < MOST:
+            cut = slice(looked, min(looked + PIECE, len(place)))
+            middles = region.lower + (place[cut] + 0.5) * sides
+            found = np.array([prove(middles, 0.5 * sides * (1.0 + OVERLAP)) for prove in provers])
+            proved[cut] = found.min(axis=0) if over == "all" else found.max(axis=0)
+            looked, asked = cut.stop, asked + cut.stop - cut.start
+            open_ -= share * float(np.count_nonzero(proved[cut]))
+            progress(min(int(100 * (1.0 - open_)), 99), 100)
+        enough = looked < len(place) or open_ <= undecided or level == DEEPEST
+        done = (proved != NEITHER) | enough
+        kept.append((np.full(int(done.sum()), level, dtype=np.int8), place[done], proved[done]))
+        rest = place[~done]
+        place = (rest[:, None] * twice + children[None]).reshape(-1, 3)
+        level += 1
+    progress(100, 100)
+    levels, places, verdicts = (np.concatenate(each) for each in zip(*kept, strict=True))
+    return Proofs(region, roots, levels, places, verdicts, asked)
+
+
+def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: float) -> None:
+    """Raise CdprError where nothing can be proved."""
+    if not kind.proved:
+        known = ", ".join(each.name for each in KINDS.values() if each.proved)
+        raise CdprError(f"method: nothing is proved of {kind.name}, but of {known}; take grid or octree")
+    if not 0.0 <= undecided < 1.0:
+        raise CdprError(f"undecided: a share from 0 to below 1 is expected, got {undecided!r}")
+    for cable in robot.cables:
+        if cable.exit is not None and cable.exit.kernels:
+            raise CdprError(
+                f"method: certify proves nothing of cables that leave from something else than a point, as "
+                f"'{cable.name}' does; take grid or octree"
+            )
+    if kind.slope is None and question.at_least is not None:
+        raise CdprError(f"at_least: certify proves where {kind.name} margins are above 0, not how large they are")
+
+
+def _prover(
+    robot: Robot, kind: WorkspaceKind, question: Question, region: Region, q: Array, jobs: int | None
+) -> Callable[[Array, Array], Whole]:
+    """What proves boxes of middles (n, 3) and half sides (3,) in one attitude."""
+    if kind.slope is not None:
+        slope, edge = kind.slope, question.at_least or 0.0
+
+        def by_slope(middles: Array, half: Array) -> Whole:
+            value = kind.answer(robot, _poses(middles, q), question, jobs).value - edge
+            reach = slope * float(np.linalg.norm(half)) + SLACK
+            return np.where(value > reach, INSIDE, np.where(value < -reach, OUTSIDE, NEITHER))
+
+        return by_slope
+    from cdpr.workspace import assess, proofs
+
+    asked = asked_of(robot, "margin", question.required, question.gravity, question.length)
+    wrenches = np.ascontiguousarray(asked.weights * _wrenches(robot, question, q)[:, robot.rows])
+    lengths = np.abs(robot.anchors).max() + np.abs([region.lower, region.upper]).max()
+    errors = ROUNDED * np.array([lengths, np.abs(wrenches).max()])
+
+    def by_forces(middles: Array, half: Array) -> Whole:
+        proved, poses = np.empty(len(middles), dtype=np.int64), _poses(middles, q)
+        halves = np.repeat(half[None], len(middles), axis=0)
+
+        def part(cut: slice) -> None:
+            boxes = proofs.Boxes(poses[cut], halves[cut], wrenches, errors, proved[cut])
+            proofs.prove(asked, boxes, assess.space_for(asked), proofs.room_for(robot.n, robot.m))
+
+        in_threads(len(middles), part, jobs)
+        return proved
+
+    return by_forces
+
+
+def _wrenches(robot: Robot, question: Question, q: Array) -> Array:
+    """All that must be exerted in one attitude, (k, 6): corners of the required set, with what carries the weight."""
+    state = make_state((0.0, 0.0, 0.0), q)
+    corners, required = question.required.corners(), question.required
+    if required.accelerations:
+        return np.array([required_wrench(robot, state, question.gravity, c[:3], c[3:]) for c in corners])
+    return np.asarray(required_wrench(robot, state, question.gravity) + corners)
+
+
+def _poses(positions: Array, q: Array) -> Array:
+    return np.concatenate([positions, np.repeat(q[None], len(positions), axis=0)], axis=1)
+
+
+def _extent(region: Region) -> Array:
+    return np.asarray(region.upper - region.lower)
+
+
+def _sides(region: Region, roots: Whole, level: Any) -> Array:
+    """Sides of boxes that have been halved so often, m."""
+    return np.asarray(_extent(region) / roots * 0.5**level)
+
+
+def _counts(region: Region, roots: Whole, level: int) -> tuple[int, ...]:
+    """Boxes of a level along each axis."""
+    return tuple(int(n) << level if side else 1 for n, side in zip(roots, _extent(region), strict=True))

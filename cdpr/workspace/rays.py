@@ -1,0 +1,120 @@
+"""Where along parallel rays a platform is free: intervals to the last digits, and none that counts missed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.errors import CdprError
+from cdpr.mechanics.clearance import Clearance
+from cdpr.model.robot import Array
+from cdpr.model.threads import in_threads
+from cdpr.workspace.regions import Region
+from cdpr.workspace.tracing import MOST, Search, search
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """Free stretches of rays along an axis, through the middles of the cells across it.
+
+    Attributes:
+        axis: along which.
+        number: (k,), of the ray, counted over the cells across, the last axis fastest.
+        free: (k, 2), m, where a free stretch begins and ends.
+        region: whose cells they are.
+    """
+
+    axis: int
+    number: NDArray[np.int64]
+    free: Array
+    region: Region
+
+    @property
+    def volume(self) -> float:
+        """What is free, m^3, m^2 or m: lengths times the cells across."""
+        across = [i for i in self.region.moving if i != self.axis]
+        return float((self.free[:, 1] - self.free[:, 0]).sum() * np.prod(self.region.spacing[across]))
+
+    def told(self) -> dict[str, Any]:
+        """Return its figures."""
+        count = self.region.cells // self.region.shape[self.axis]
+        return {"rays": count, "along": "xyz"[self.axis], "stretches": len(self.free)}
+
+    def plain(self) -> dict[str, NDArray[Any]]:
+        """Return it as arrays, which a file holds."""
+        return {"ray_axis": np.array(self.axis), "ray_number": self.number, "ray_free": self.free}
+
+    @classmethod
+    def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Rays:
+        """Undo `plain`. Raises ValueError where the arrays do not fit each other."""
+        axis, number, free = int(arrays["ray_axis"]), arrays["ray_number"], arrays["ray_free"]
+        if axis not in range(3) or free.shape != (len(number), 2):
+            raise ValueError("rays of other shapes")
+        return cls(axis, number, free, region)
+
+    def at_cells(self) -> NDArray[np.bool_]:
+        """Return which middles of cells are in a free stretch, (cells,)."""
+        shape = self.region.shape
+        middles = self.region.axes[self.axis]
+        found = np.zeros((self.region.cells // shape[self.axis], shape[self.axis]), dtype=bool)
+        for number, (low, high) in zip(self.number.tolist(), self.free.tolist(), strict=True):
+            found[number] |= (middles >= low) & (middles <= high)
+        across = [shape[i] for i in range(3) if i != self.axis]
+        return np.moveaxis(found.reshape(*across, shape[self.axis]), 2, self.axis).reshape(-1)
+
+
+def rays(
+    bodies: Clearance,
+    region: Region,
+    edge: float,
+    over: str,
+    jobs: int | None,
+    progress: Callable[[int, int], None],
+) -> Rays:
+    """Return the free stretches of rays along the last axis of a region, through the middles of its cells.
+
+    Args:
+        bodies: who may touch whom.
+        region: where.
+        edge: the least clearance of what is free, m.
+        over: whether "all" attitudes must be free, or "any" of them.
+        jobs: threads; the result is the same.
+        progress: called with the number of rays that are done, and of all.
+
+    Raises CdprError for cables that leave over pulleys: where these turn clearances change faster; and where a ray has
+    more stretches than can be kept.
+    """
+    axis = region.moving[-1]
+    across = [region.axes[i] if i != axis else region.lower[i : i + 1] for i in range(3)]
+    starts = np.stack(np.meshgrid(*across, indexing="ij"), axis=-1).reshape(-1, 3)
+    found = Search(
+        axis,
+        over == "all",
+        float(region.lower[axis]),
+        float(region.upper[axis]),
+        edge,
+        starts,
+        region.orientations.copy(),
+        np.empty((len(starts), MOST)),
+        np.empty(len(starts), dtype=np.int64),
+    )
+    done = 0
+
+    def part(cut: slice) -> None:
+        nonlocal done
+        some = found._replace(positions=found.positions[cut], ends=found.ends[cut], counts=found.counts[cut])
+        search(bodies.bodies, some, np.empty((bodies.robot.m, 6)), np.empty(7))
+        done += cut.stop - cut.start
+        progress(min(done, len(starts)), len(starts))
+
+    in_threads(len(starts), part, jobs, chunk=256)
+    if (found.counts < 0).any():
+        x, y, z = starts[int(np.argmax(found.counts < 0))].tolist()
+        raise CdprError(f"rays: the one from {x:g}, {y:g}, {z:g} has more than {MOST // 2} free stretches")
+    number = np.repeat(np.arange(len(starts)), found.counts // 2)
+    kept = np.arange(MOST)[None] < found.counts[:, None]
+    return Rays(axis, number, found.ends[kept].reshape(-1, 2), region)

@@ -1,0 +1,61 @@
+"""Numbers enclosed over a box: against rational arithmetic at positions within it."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import exact
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdpr.workspace import enclosure
+
+SIZES = st.floats(-1e6, 1e6, allow_subnormal=False)
+SMALL = st.floats(0.0, 10.0, allow_subnormal=False)
+MODELS = st.tuples(SIZES, SIZES, SIZES, SIZES, SMALL)
+PLACES = st.tuples(*[st.sampled_from([-1.0, -0.5, 0.0, 0.3, 1.0])] * 4)
+
+
+def value(model, place):
+    """What a model says at a place of the box, with its rest taken up by the last of these numbers."""
+    c, x, y, z, r = map(Fraction, model)
+    a, b, d, e = map(Fraction, place)
+    return c + x * a + y * b + z * d + r * e
+
+
+def encloses(model, place, number):
+    return abs(number - value(model, (*place[:3], 0.0))) <= Fraction(model[4])
+
+
+@given(MODELS, MODELS, PLACES, st.floats(-1.0, 1.0))
+def test_sums_products_and_multiples(a, b, place, other):
+    first, second = value(a, place), value(b, (*place[:3], other))
+    assert encloses(enclosure.plus(a, b), place, first + second)
+    assert encloses(enclosure.times(a, b), place, first * second)
+    assert encloses(enclosure.scaled(a, other), place, first * Fraction(other))
+    assert abs(first) <= Fraction(enclosure.largest(a))
+
+
+@given(
+    st.tuples(*[st.floats(-20.0, 20.0)] * 3),
+    st.tuples(*[st.floats(0.0, 3.0)] * 3),
+    PLACES,
+    st.sampled_from([0.0, 1e-13, 1e-3]),
+)
+def test_inverse_distances(v, h, place, error):
+    model = enclosure.inverse_distance(v, h, error)
+    off = [Fraction(error) * sign for sign in (1, -1, 1)]
+    w = [Fraction(a) + e - Fraction(b) * Fraction(s) for a, b, s, e in zip(v, h, place[:3], off, strict=True)]
+    if np.isinf(model[4]):
+        assert np.linalg.norm(v) <= np.linalg.norm(h) + 4.0 * error + 1e-9
+        return
+    near, far = exact.root(exact.dot(w, w))
+    middle = value(model, (*place[:3], 0.0))
+    assert middle - Fraction(model[4]) <= 1 / near
+    assert middle + Fraction(model[4]) >= 1 / far
+
+
+def test_the_rest_of_a_small_box_is_of_second_order():
+    rests = [enclosure.inverse_distance((3.0, 1.0, 2.0), (h, h, h), 0.0)[4] for h in (1e-2, 1e-3)]
+    assert 80.0 < rests[0] / rests[1] < 120.0
