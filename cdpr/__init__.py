@@ -39,11 +39,13 @@ _HOME = {
     "admissible": "cdpr.distribution",
     "compare_scenario": "cdpr.compare.job",
     "distribute": "cdpr.distribution",
+    "load_design": "cdpr.design",
     "load_robot": "cdpr.scenario",
     "load_run": "cdpr.log.reader",
     "load_scenario": "cdpr.scenario",
     "load_study": "cdpr.study",
     "rollout": "cdpr.rollouts.rollout",
+    "run_design": "cdpr.design",
     "run_study": "cdpr.study",
     "simulate": "cdpr.simulation",
 }
@@ -72,8 +74,10 @@ __all__ = [
     "bench",
     "compare",
     "compare_scenario",
+    "design",
     "distribute",
     "errors",
+    "load_design",
     "load_robot",
     "load_run",
     "load_scenario",
@@ -82,6 +86,7 @@ __all__ = [
     "model",
     "plugins",
     "rollout",
+    "run_design",
     "run_study",
     "simulate",
     "study",
@@ -91,8 +96,9 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from cdpr import bench, compare, errors, mechanics, model, plugins, study, tension, testing, trajectory
+    from cdpr import bench, compare, design, errors, mechanics, model, plugins, study, tension, testing, trajectory
     from cdpr.compare.job import compare_scenario
+    from cdpr.design import load_design, run_design
     from cdpr.distribution import admissible, distribute
     from cdpr.errors import (
         BackendDied,

@@ -23,6 +23,7 @@ SHORTER = {
     "gui": ["--no-open", "--port", "0"],
     "run": [*SHORT, "--no-report"],
     "study": ["--dry-run"],  # which asks no scheduler
+    "design": ["--evaluations", "5"],
     "compare scenarios/": SHORT,
     "bench solvers": ["--poses", "2", "--adversaries", "1", "--solvers", "qp,osqp"],
 }

@@ -35,6 +35,7 @@ COMMANDS = {
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
     "solvers": "List the tension solvers: what they minimise, promise and take.",
     "workspace": "Find where a robot can hold, exert wrenches, accelerate; how large that is.",
+    "design": "Vary keys of a robot within bounds until it is as good as it gets, under constraints.",
     "size": "Tell what cables, drums and motors must bear over scenarios and runs.",
     "validate": "Check scenario and robot files.",
     "schema": "Print the JSON Schema of scenarios or robots, for editors.",

@@ -6,7 +6,12 @@ import json
 
 import click
 
-ROLES = {"scenario": "scenarios: cdpr run NAME", "robot": "robots: cdpr info NAME", "study": "studies: cdpr study NAME"}
+ROLES = {
+    "scenario": "scenarios: cdpr run NAME",
+    "robot": "robots: cdpr info NAME",
+    "study": "studies: cdpr study NAME",
+    "design": "designs: cdpr design NAME",
+}
 
 
 @click.group("examples", invoke_without_command=True)

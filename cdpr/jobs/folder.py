@@ -93,7 +93,7 @@ class JobFolder:
         if digest != content["digest"]:
             raise OutputError(
                 f"{self.path}: holds another {self._kind}, '{known.get('name')}' of {known.get('cases')} cases; this "
-                f"is '{content['name']}' of {content['cases']}, or its scenario has changed since; choose another --out"
+                f"is '{content['name']}' of {content['cases']}, or its files have changed since; choose another --out"
             )
 
     def _read(self) -> dict[str, Outcome]:

@@ -1,4 +1,4 @@
-"""The examples that come with cdpr: scenarios, robots and studies that a bare name finds wherever cdpr is installed."""
+"""The examples that come with cdpr: scenarios, robots, studies and designs that a bare name finds, installed or not."""
 
 from __future__ import annotations
 
@@ -15,13 +15,19 @@ import yaml
 from cdpr.errors import CdprError, OutputError
 from cdpr.nearest import did_you_mean
 
-Kind = Literal["scenario", "robot", "study"]
+Kind = Literal["scenario", "robot", "study", "design"]
 
-PLACES: dict[Kind, str] = {"scenario": "", "robot": "robots", "study": "studies"}
+PLACES: dict[Kind, str] = {
+    "scenario": "*.yaml",
+    "robot": "robots/*.yaml",
+    "study": "studies/[!d]*.yaml",  # those of designs begin with the word
+    "design": "studies/design_*.yaml",
+}
 USES: dict[Kind, str] = {  # what a command says that was given a name of another kind
     "scenario": "'cdpr run {name}' runs it",
     "robot": "'cdpr info {name}' describes it",
     "study": "'cdpr study {name}' runs it",
+    "design": "'cdpr design {name}' runs it",
 }
 
 
@@ -57,7 +63,7 @@ def folder() -> Path:
 
 def examples() -> list[Example]:
     """Return all examples, scenarios first, each kind by name."""
-    return [Example(kind, path) for kind, place in PLACES.items() for path in sorted((folder() / place).glob("*.yaml"))]
+    return [Example(kind, path) for kind, files in PLACES.items() for path in sorted(folder().glob(files))]
 
 
 def find(name: str, kind: Kind | None) -> Example | None:

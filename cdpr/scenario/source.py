@@ -19,14 +19,20 @@ from cdpr.scenario.replaced import Replacement
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.yaml_nodes import parse
 
-Kind = Literal["robot", "scenario", "study"]
+Kind = Literal["robot", "scenario", "study", "design"]
 
 ROBOT_KEYS = {"cables", "platform"}
 SCENARIO_KEYS = {"robot", "simulation", "initial", "trajectory"}
 STUDY_KEYS = {"axes", "blocks"}
+DESIGN_KEYS = {"vary", "goal", "goals"}
 HINTS = {
     "robot": "a scenario names it with 'robot: FILE': 'cdpr new scenario --robot FILE' writes one",
     "study": "cdpr study runs it",
+    "design": "cdpr design runs it",
+}
+NAMED = {
+    ("study", "scenario"): "a study names it with 'scenario: FILE'",
+    ("design", "robot"): "a design names it with 'robot: FILE'",
 }
 
 
@@ -47,9 +53,9 @@ def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str
         problems.raise_any()
         raise AssertionError("a file without document has a problem")
     found = kind_of(document)
-    if found and found != kind and (kind or found == "study"):
-        expected = "a study names it with 'scenario: FILE'" if kind == "study" else "a robot file is expected"
-        problems.add(Mark(path), (), f"this is a {found} file; {HINTS.get(found, expected)}")
+    if found and found != kind and (kind or found in ("study", "design")):
+        told = NAMED.get((kind or "", found)) or HINTS.get(found, f"a {kind} file is expected")
+        problems.add(Mark(path), (), f"this is a {found} file; {told}")
         problems.raise_any()
     return document
 
@@ -57,6 +63,8 @@ def open_document(path: str, kind: Kind | None, problems: Problems, *, text: str
 def kind_of(document: Document) -> Kind | None:
     """Tell what a file is by its top-level keys; None where they do not tell."""
     keys = set(document.data)
+    if keys & DESIGN_KEYS:
+        return "design"
     if keys & STUDY_KEYS:
         return "study"
     if keys & SCENARIO_KEYS:

@@ -10,6 +10,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.cli import cli
+from cdpr.design import load_design
 from cdpr.errors import CdprError, OutputError, ScenarioError
 from cdpr.scenario import examples
 from cdpr.study import load_study
@@ -75,6 +76,20 @@ def test_a_study_by_the_name_of_a_scenario(tmp_path, monkeypatch):
         load_study("caroca")
 
 
+def test_a_design_is_told_from_a_study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_design("design_box").source == str(SCENARIOS / "studies" / "design_box.yaml")
+    assert [one.name for one in ALL if one.kind == "design"] == ["design_box", "design_harvest"]
+    with pytest.raises(
+        ScenarioError, match="an example design, but a study is expected: 'cdpr design design_box' runs"
+    ):
+        load_study("design_box")
+    with pytest.raises(ScenarioError, match="this is a design file; cdpr design runs it"):
+        load_study(SCENARIOS / "studies" / "design_box.yaml")
+    with pytest.raises(ScenarioError, match="this is a robot file; a design names it with 'robot: FILE'"):
+        load_design(SCENARIOS / "robots" / "poor_box.yaml")
+
+
 def test_commands_take_names(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "helix: ok" in said("validate", "helix")
@@ -95,6 +110,9 @@ def test_a_copy_is_whole(name, tmp_path):
     copies = examples.copy(name, tmp_path / "mine")
     (first, *_) = copies
     assert first.stem == name
+    if first.name.startswith("design_"):
+        assert load_design(first).name == name
+        return
     done = said("study", first, "--dry-run") if first.parent.name == "studies" else said("validate", first)
     assert "ok" in done or "all valid" in done
 

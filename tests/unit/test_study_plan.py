@@ -251,7 +251,9 @@ def test_other_kinds_of_files(tmp_path):
 
 # Those of the thesis, of 640 cases, are loaded by the tests of its page.
 SHIPPED = [
-    path for path in sorted((ROOT / "scenarios" / "studies").glob("*.yaml")) if not path.stem.startswith("thesis")
+    path
+    for path in sorted((ROOT / "scenarios" / "studies").glob("*.yaml"))
+    if not path.stem.startswith(("thesis", "design_"))
 ]
 
 

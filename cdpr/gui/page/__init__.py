@@ -59,7 +59,7 @@ def hello() -> dict[str, Any]:
     """Return what a window is told first: what stands for what, and what can be opened."""
     data = page_data(None, [], {}, Arrays())
     dashes = [[] if isinstance(dash, str) else list(dash[1]) for dash in DASHES]
-    shown = [each for each in examples.examples() if each.kind != "study"]
+    shown = [each for each in examples.examples() if each.kind in ("scenario", "robot")]
     names = {each.name: each for each in reversed(shown)}  # a name finds the first
     listed = [
         {

@@ -1,0 +1,86 @@
+"""Runs a design: what its folder holds is replayed, the rest evaluated."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Callable, Mapping
+from importlib.metadata import version
+
+from cdpr import __version__
+from cdpr.design.ask import Evaluations
+from cdpr.design.plan import Design
+from cdpr.design.result import KIND, NAME, Designed
+from cdpr.design.search import look, require, size
+from cdpr.errors import CdprError, LogError, OutputError
+from cdpr.jobs.folder import JobFolder
+from cdpr.log.run_folder import folder_name
+from cdpr.model import kernel_cache
+
+
+def run_design(
+    design: Design,
+    out: str | os.PathLike[str],
+    *,
+    jobs: int = 1,
+    resume: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Designed:
+    """Evaluate candidates until there are as many as the design says, and write what came of it.
+
+    Args:
+        design: what to do.
+        out: folder; new, empty, or with a part of this design where `resume` is set.
+        jobs: candidates at a time, in threads; the result does not depend on it.
+        resume: replay what `out` holds, and go on; the result is that of a design that was not interrupted.
+        progress: called with the number of candidates that are evaluated, and their total.
+
+    Raises OutputError where `out` holds something else or cannot be written, PluginError where a package is missing,
+    CdprError where the robot as it is cannot be asked.
+    """
+    if jobs < 1:
+        raise CdprError(f"jobs: a whole number from 1 on is expected, got {jobs!r}")
+    versions = versions_of(design)
+    given, n = design.section.optimizer, len(design.targets)
+    path = folder_name(out)
+    content = {"name": design.name, "cases": given.evaluations, "digest": design.digest, "versions": versions}
+    folder = JobFolder(path, KIND, content)
+    try:
+        if folder.rows:
+            if not resume:
+                count = len(folder.rows)
+                raise OutputError(f"{path}: holds {count} evaluations of this design: --resume goes on with them")
+            _expect(folder, versions)
+        ask = Evaluations(design, folder, jobs, progress)
+        try:
+            low, high = design.bounds
+            population = size(given.population, n, given.evaluations)
+            look(design.search, ask, (design.start - low) / (high - low), given.seed, population)
+        finally:
+            ask.close()
+        found = Designed(design, path, tuple(ask.rows), versions)
+        found.write()
+        return found
+    finally:
+        folder.close()
+
+
+def versions_of(design: Design) -> dict[str, str]:
+    """Return the versions of all that computes it. Raises PluginError where something is missing."""
+    names = ["numpy", *require(design.search)]
+    known = {"cdpr": __version__, "kernels": kernel_cache.digest(), "python": platform.python_version()}
+    return known | {name: version(name) for name in names}
+
+
+def _expect(folder: JobFolder, versions: Mapping[str, str]) -> None:
+    """Refuse to go on with other versions: they would ask for other candidates, or find other figures."""
+    path = folder.path / NAME
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))["versions"]
+        differ = [f"{name} {before.get(name, 'none')}, here {here}" for name, here in versions.items()]
+        differ = [text for text, name in zip(differ, versions, strict=True) if before.get(name) != versions[name]]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LogError(f"{path}: cannot be read ({error}); choose another --out") from error
+    if differ:
+        raise OutputError(f"{folder.path}: was computed by other versions: {'; '.join(differ)}; choose another --out")

@@ -1,0 +1,143 @@
+"""What asks for candidates: each a seeded search in the unit cube, which ends when no more may be evaluated.
+
+What a search asks for depends on its seed and on the scores that it was given, and on nothing else: not on time, nor on
+how many candidates are evaluated at once, so that it can be replayed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from cdpr.design.ask import SpentError
+from cdpr.design.rank import Score, select
+from cdpr.errors import PluginError
+from cdpr.model.robot import Array
+
+Ask = Callable[[Array], list[Score]]
+
+FEWEST, EACH = 12, 4  # candidates of a generation, and how many for each variable ...
+GENERATIONS = 20  # ... unless that leaves fewer generations than these
+
+WEIGHT, CROSSOVER = (0.4, 0.9), 0.9  # of differential evolution where there are several goals: Storn and Price 1997
+STEP = 0.3  # of cma, first standard deviation: bounds are at 0 and 1
+MOST = 10**9  # generations: the evaluations end before
+
+
+def size(given: int | None, variables: int, evaluations: int) -> int:
+    """Return the number of candidates of a generation."""
+    return given or max(FEWEST, min(EACH * variables, evaluations // GENERATIONS))
+
+
+def look(kind: str, ask: Ask, start: Array, seed: int, population: int) -> None:
+    """Ask for candidates until none may be asked for, the first at `start` (n,), a share of the bounds each."""
+    try:
+        SEARCHES[kind](ask, start, seed, population)
+    except SpentError:
+        return
+
+
+def require(kind: str) -> list[str]:
+    """Return the packages that a search needs beside numpy. Raises PluginError where one is not installed."""
+    needed = {"differential_evolution": "scipy", "cma": "cma"}.get(kind)
+    if needed is None:
+        return []
+    try:
+        __import__(needed)
+    except ImportError as error:
+        raise PluginError(
+            f"the optimizer {kind} needs {needed}, which is not installed: pip install 'cdpr[design]'"
+        ) from error
+    return [needed]
+
+
+def spread(rng: np.random.Generator, count: int, start: Array) -> Array:
+    """Return `count` points (count, n), a Latin hypercube, the first of them replaced by `start`."""
+    n = len(start)
+    cells = np.stack([rng.permutation(count) for _ in range(n)], axis=1)
+    points = (cells + rng.random((count, n))) / count
+    points[0] = start
+    return np.asarray(points)
+
+
+def _random(ask: Ask, start: Array, seed: int, population: int) -> None:
+    """Uniformly random candidates: what a search must beat."""
+    rng = np.random.default_rng(seed)
+    ask(start[None])
+    while True:
+        ask(rng.random((population, len(start))))
+
+
+def _differential_evolution(ask: Ask, start: Array, seed: int, population: int) -> None:
+    """scipy's, generation by generation (Storn and Price 1997, best/1/bin)."""
+    from scipy.optimize import differential_evolution
+
+    def generation(function: Any, points: Iterable[Array]) -> list[float]:
+        return [each.scalar for each in ask(np.array(list(points)))]
+
+    rng = np.random.default_rng(seed)
+    differential_evolution(
+        lambda point: 0.0,  # `generation` is asked instead
+        [(0.0, 1.0)] * len(start),
+        init=spread(rng, population, start),
+        maxiter=MOST,
+        tol=0.0,
+        atol=-1.0,  # never done by itself: where all of a generation are equal, as on a plateau, it goes on
+        polish=False,
+        updating="deferred",
+        workers=generation,
+        seed=rng,  # its name until scipy 1.15, and one that it takes since
+    )
+
+
+def _cma(ask: Ask, start: Array, seed: int, population: int) -> None:
+    """CMA-ES by the package cma (Hansen); begun again at random where it has converged."""
+    import cma
+
+    rng = np.random.default_rng(seed)
+    begin = np.clip(start, 0.05, 0.95)  # at a bound half of what it draws would be thrown back
+    ask(start[None])
+    while True:
+        options = {
+            "bounds": [0.0, 1.0],
+            "popsize": population,
+            "randn": lambda *shape: rng.standard_normal(shape),
+            "seed": np.nan,  # its own would be that of all numpy
+            "verbose": -9,
+            "verb_log": 0,
+            "tolfunhist": 0.0,
+        }
+        search = cma.CMAEvolutionStrategy(begin, STEP, options)
+        while not search.stop():
+            points = search.ask()
+            search.tell(points, [each.scalar for each in ask(np.array(points))])
+        begin = rng.random(len(start))
+
+
+def _nsga2(ask: Ask, start: Array, seed: int, population: int) -> None:
+    """Differential evolution with NSGA-II's selection (Kukkonen and Lampinen, GDE3, CEC 2005), for several goals."""
+    rng = np.random.default_rng(seed)
+    points = spread(rng, population, start)
+    scores = ask(points)
+    while True:
+        others = np.argsort(rng.random((population, population)), axis=1)
+        others = np.array([row[row != i][:3] for i, row in enumerate(others)])
+        a, b, c = (points[others[:, k]] for k in range(3))
+        moved = a + rng.uniform(*WEIGHT, (population, 1)) * (b - c)
+        taken = rng.random(points.shape) < CROSSOVER
+        taken[np.arange(population), rng.integers(len(start), size=population)] = True
+        trials = np.where(taken, moved, points)
+        trials = np.where(trials < 0.0, 0.5 * points, np.where(trials > 1.0, 0.5 * (points + 1.0), trials))  # half way
+        together = [*scores, *ask(trials)]
+        kept = select(together, population)
+        points, scores = np.concatenate([points, trials])[kept], [together[i] for i in kept]
+
+
+SEARCHES: dict[str, Callable[[Ask, Array, int, int], None]] = {
+    "differential_evolution": _differential_evolution,
+    "nsga2": _nsga2,
+    "cma": _cma,
+    "random": _random,
+}
