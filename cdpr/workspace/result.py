@@ -21,12 +21,15 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.workspace import answers
+from cdpr.workspace.chunk_files import read_folder
+from cdpr.workspace.connected import Connected
 from cdpr.workspace.kinds import KINDS, WorkspaceKind, combined, kind_of
 from cdpr.workspace.measure import Measured
 from cdpr.workspace.octree import Asked, octree
 from cdpr.workspace.question import Question
-from cdpr.workspace.regions import PIECE, Region
+from cdpr.workspace.regions import MOST_CELLS, PIECE, Region
 from cdpr.workspace.required import NOTHING
+from cdpr.workspace.tally import figures, tally, total
 
 FORMAT = "cdpr workspace 3"
 Over = Literal["all", "any"]
@@ -79,38 +82,23 @@ class Workspace:
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of it as plain numbers."""
-        here, values = np.argwhere(self.inside), self.value[self.inside]
-        region = self.region
-        bounds = None
-        if len(here):
-            size = region.spacing
-            bounds = [
-                (region.lower + here.min(axis=0) * size).tolist(),
-                (region.lower + (here.max(axis=0) + 1) * size).tolist(),
-            ]
-        known = values[np.isfinite(values)]
-        outside, names = self.limit[~self.inside], self.about["limited_by"]
-        counts = {names[str(n)]: int((outside == n).sum()) for n in np.unique(outside).tolist() if str(n) in names}
-        return {
-            "kind": self.kind.name,
-            "robot": self.robot,
-            "volume": self.volume,
-            "unit": region.unit,
-            "share": float(self.inside.mean()),
-            "bounds": bounds,
-            "value": {"name": self.kind.value, "unit": self.kind.unit_of(self.question), **_spread(known)},
-            "at_least": self.question.at_least,
-            "outside_by": dict(sorted(counts.items(), key=lambda each: (-each[1], each[0]))),
-            "cells": list(region.shape),
-            "method": self.about["method"],
-            "evaluated": int(self.evaluated.sum()) * len(region.orientations),
-            "orientations": len(region.orientations),
-            "unlimited": int(np.isposinf(values).sum()),
-            "notes": self.about.get("notes", []),
-            "on_boundary": int(self.boundary.sum()),
-            "without_value": int(np.isnan(self.value).sum()),
-            "box": [region.lower.tolist(), region.upper.tolist()],
-        }
+        region, pieces, connected = self.region, [], Connected(self.region.shape)
+        value, limit = self.value.ravel(), self.limit.ravel()
+        inside, boundary = self.inside.ravel(), self.boundary.ravel()
+        for cells in region.pieces():
+            cut = slice(cells[0], cells[-1] + 1)
+            pieces.append(tally(cells, region.shape, Asked(value[cut], limit[cut], inside[cut], boundary[cut])))
+            connected.add(inside[cut])
+        return figures(
+            self.kind,
+            self.robot,
+            region,
+            self.question,
+            self.about,
+            total(pieces),
+            evaluated=int(self.evaluated.sum()),
+            components=connected.pieces,
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as NPZ. Raises OutputError."""
@@ -141,7 +129,9 @@ class Workspace:
 
 
 def load_workspace(path: str | os.PathLike[str]) -> Workspace:
-    """Read what `Workspace.save` wrote. Raises LogError where it cannot be read."""
+    """Read a file of `Workspace.save` or a folder of `workspace_in_chunks`. Raises LogError where it cannot be read."""
+    if os.path.isdir(path):
+        return _of_folder(Path(path))
     try:
         with open(path, "rb") as file, np.load(file, allow_pickle=False) as found:
             about = json.loads(str(found["about"]))
@@ -159,6 +149,14 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
         return read
     except (OSError, ValueError, KeyError, TypeError, CdprError, zipfile.BadZipFile, EOFError) as error:
         raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
+
+
+def _of_folder(path: Path) -> Workspace:
+    about, place, found = read_folder(path)
+    kind, robot, table = kind_of(about.pop("kind")), about.pop("robot"), place.shape
+    value, limit = found.value.reshape(table), found.limit.reshape(table)
+    inside, boundary = found.inside.reshape(table), found.boundary.reshape(table)
+    return Workspace(kind, robot, place, value, inside, boundary, limit, np.ones(table, dtype=bool), about)
 
 
 def workspace(
@@ -190,14 +188,15 @@ def workspace(
     Raises CdprError where an argument makes no sense.
     """
     chosen = kind_of(kind)
-    whole = _question(chosen, robot, question, asked)
-    if over not in ("all", "any"):
-        raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
+    whole = checked_question(chosen, robot, question, over, asked)
     if method not in METHODS:
         raise CdprError(f"method: one of {', '.join(METHODS)} is expected, got {method!r}")
+    if region.cells > MOST_CELLS:
+        text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
+        raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")
 
     def ask(cells: NDArray[np.int64]) -> Asked:
-        return _ask(robot, chosen, whole, region, over, cells, jobs)
+        return ask_cells(robot, chosen, whole, region, over, cells, jobs)
 
     if method == "octree":
         edge = whole.at_least or 0.0
@@ -230,7 +229,7 @@ def workspace(
     )
 
 
-def _ask(
+def ask_cells(
     robot: Robot,
     kind: WorkspaceKind,
     question: Question,
@@ -267,8 +266,12 @@ def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.b
     return _inside(robot, found.kind, question, measured, poses), measured.value, measured.scale
 
 
-def _question(kind: WorkspaceKind, robot: Robot, question: Question | None, asked: dict[str, Any]) -> Question:
-    """What is asked, checked."""
+def checked_question(
+    kind: WorkspaceKind, robot: Robot, question: Question | None, over: Over, asked: dict[str, Any]
+) -> Question:
+    """Return what is asked, with the parts that are given by their names. Raises CdprError."""
+    if over not in ("all", "any"):
+        raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
     known = [each.name for each in fields(Question)]
     for name in asked:
         if name not in known:
@@ -300,10 +303,3 @@ def _inside(robot: Robot, kind: WorkspaceKind, question: Question, found: Measur
     if lost.any() and kind.held and (question.at_least or 0.0) <= 0.0:
         inside[lost] = distribute(robot, poses[lost], gravity=question.gravity).feasible
     return np.asarray(inside)
-
-
-def _spread(values: Array) -> dict[str, float | None]:
-    """Smallest, mean and largest."""
-    if not len(values):
-        return {"min": None, "mean": None, "max": None}
-    return {"min": float(values.min()), "mean": float(values.mean()), "max": float(values.max())}
