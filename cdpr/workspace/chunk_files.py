@@ -37,6 +37,7 @@ CHUNKS, SUMMARY, MANIFEST = "chunks", "summary.json", f"{KIND}.json"
 
 MEMORY = 0.5  # of the machine's that tables may take
 CELL = 19  # bytes of a cell in memory: value and limit, inside, boundary and evaluated
+CELL_WRITTEN = 10  # bytes of a cell on a disk, and a little to spare
 
 # What of workspace.json says that it is another one, and how a message calls it.
 ASKED = {

@@ -11,10 +11,12 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -117,9 +119,10 @@ def workspace_in_chunks(
     chunk_files.refuse_another(place, content)
     opened = JobFolder(place, chunk_files.KIND, content, "--chunks")
     try:
-        ended = _whole(opened, resume)
+        ended = _whole(opened, content["cases"], resume)
+        done = sum(len(_cells(region, content["chunk"], number)) for number in ended)
+        _check_disk(place, region.cells - done)
         waiting = [number for number in range(content["cases"]) if number not in ended]
-        done = region.cells - sum(len(_cells(region, content["chunk"], number)) for number in waiting)
         progress(done, region.cells)
 
         def keep(found: Found) -> None:
@@ -148,7 +151,7 @@ def workspace_in_chunks(
 
 def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> Found:
     """Compute a chunk, piece by piece. Raises Interrupted once `stopped`."""
-    task, numbers = chunk.task, np.asarray(chunk.cells)
+    task, numbers = chunk.task, np.arange(chunk.cells.start, chunk.cells.stop)
     kind, region, parts, counted = kind_of(task.kind), task.region, [], []
     for first in range(0, len(numbers), PIECE):
         if stopped():
@@ -191,14 +194,20 @@ def _cells(region: Region, chunk: int, number: int) -> range:
     return range(number * chunk, min((number + 1) * chunk, region.cells))
 
 
-def _whole(folder: JobFolder, resume: bool) -> set[int]:
+def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
     """Return the numbers of the chunks that are there as they were written."""
     if folder.rows and not resume:
         raise OutputError(
-            f"{folder.path}: holds {len(folder.rows)} chunks of this workspace: --resume goes on with them, or choose "
-            "another --chunks"
+            f"{folder.path}: holds {len(folder.rows)} of {count} chunks of this workspace: go on with them, --resume, "
+            "or choose another --chunks"
         )
     return {int(key) for key, row in folder.rows.items() if read_chunk(folder.path, int(key), row) is not None}
+
+
+def _check_disk(folder: Path, cells: int) -> None:
+    need = chunk_files.CELL_WRITTEN * cells
+    if need > shutil.disk_usage(folder).free:
+        raise OutputError(f"{folder}: {cells} cells need {need / 2**30:.3g} GiB, more than its disk has: fewer --cells")
 
 
 def _on_cluster(chunks: Iterator[Chunk], address: str, keep: Callable[[Found], None]) -> None:
