@@ -60,8 +60,8 @@ def command(
                     progress=progress,
                 )
             except KeyboardInterrupt:
-                more = "" if resume else " --resume"
-                progress.say(f"interrupted; this goes on: {again(context, folder)}{more}")
+                more = () if resume else ("--resume",)
+                progress.say(f"interrupted; this goes on: {again(context, '--out', str(folder), *more)}")
                 raise
         if report:
             from cdpr.report.pages.design import write_design

@@ -31,10 +31,9 @@ class OutPath(click.Path):
         return super().convert(value, param, ctx)
 
 
-def again(context: click.Context, out: object) -> str:
-    """Return what to type for the same command once more, its results in the folder `out`."""
-    words = [*context.command_path.split(), *_words(context)]
-    return shlex.join([*words, "--out", str(out)])
+def again(context: click.Context, *more: str) -> str:
+    """Return what to type for the same command once more, with `more`, such as --out FOLDER, in place of its --out."""
+    return shlex.join([*context.command_path.split(), *_words(context), *more])
 
 
 def _words(context: click.Context) -> Iterator[str]:

@@ -94,7 +94,7 @@ def command(
             except (KeyboardInterrupt, CdprError) as stop:
                 if isinstance(stop, KeyboardInterrupt) or stop.exit_code == ExitCode.BACKEND_DIED:
                     told = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-                    progress.say(f"{told}; this goes on: {again(context, folder)}")
+                    progress.say(f"{told}; this goes on: {again(context, '--out', str(folder))}")
                 raise
         if report:
             from cdpr.report.pages.study import write_study

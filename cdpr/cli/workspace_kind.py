@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from cdpr.cli import chunked
 from cdpr.cli.names import OutPath, change_keys
 from cdpr.cli.numbers import Real, Whole, number
 from cdpr.errors import OutputError
@@ -77,6 +78,9 @@ def command_of(name: str, text: str) -> click.Command:
         undecided: float | None,
         rays: int | None,
         jobs: int | None,
+        chunks: str | None,
+        resume: bool,
+        scheduler: str | None,
         out: str | None,
         as_json: bool,
         box: str | None = None,
@@ -85,12 +89,13 @@ def command_of(name: str, text: str) -> click.Command:
     ) -> None:
         required = _required(kind, box, ellipsoid)
         place = Place(orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays})
-        _run(name, file, changes, place, over, asked | {"required": required}, jobs, out, as_json)
+        to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
+        _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json)
 
     unit = f" ({kind.unit})" if kind.unit else ""
     run.__doc__ = f"{text}\n\n    Told is the {kind.value}{unit}. {_more(kind.needs)}"
     made: Any = run
-    for option in reversed([*_OPTIONS[:-2], *options, *_OPTIONS[-2:]]):
+    for option in reversed([*_OPTIONS[:-2], *options, *chunked.OPTIONS, *_OPTIONS[-2:]]):
         made = option(made)
     return click.command(name)(made)
 
@@ -166,6 +171,7 @@ def _run(
     over: Any,
     asked: dict[str, Any],
     jobs: int | None,
+    to: chunked.Chunked | None,
     out: str | None,
     as_json: bool,
 ) -> None:
@@ -193,6 +199,11 @@ def _run(
         if value is not None and OWNERS[name][0] != place.method:
             raise click.UsageError(f"{OWNERS[name][1]} is for --method {OWNERS[name][0]}")
     how |= {name: value for name, value in place.finer.items() if value is not None}
+    if to is not None:
+        source = source_of(loaded, file, changes)
+        figures = chunked.compute(to, robot, kind, where, jobs, source, asked | {"gravity": gravity, "over": over})
+        tell(figures | {"file": str(to.folder)}, as_json)
+        return
     with Progress(UNITS.get(place.method, "cells")) as progress:
         found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
     found.about["source"] = source_of(loaded, file, changes)
@@ -212,7 +223,11 @@ def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
     if target is not None:
         target.parent.mkdir(parents=True, exist_ok=True)
         found.save(target)
-    figures = found.summary() | ({} if target is None else {"file": str(target)})
+    tell(found.summary() | ({} if target is None else {"file": str(target)}), as_json)
+
+
+def tell(figures: dict[str, Any], as_json: bool) -> None:
+    """Print the figures of a workspace."""
     if as_json:
         click.echo(json.dumps(figures, indent=1, allow_nan=False))
         return

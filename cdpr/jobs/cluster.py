@@ -6,8 +6,9 @@ import logging
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import islice
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from cdpr.errors import CdprError, ExitCode, PluginError, one_line
 from cdpr.jobs.folder import clear
@@ -48,9 +49,15 @@ def check_installed() -> None:
 
 
 def spread(
-    address: str, run: Callable[[J], R | None], jobs: Mapping[str, J], done: Callable[[str, R | None, str], None]
+    address: str,
+    run: Callable[[J], R | None],
+    jobs: Mapping[str, J],
+    done: Callable[[str, R | None, str], None],
+    ahead: int | None = None,
 ) -> None:
     """Run jobs, by key, on a cluster, and tell of each as it ends: its key, and what `run` returned or how it was lost.
+
+    The cluster has all of them at once, or `ahead` for each of its threads: what they return waits in its memory.
 
     Raises as `executor`, and CdprError where the scheduler goes away.
     """
@@ -67,18 +74,28 @@ def spread(
         raise CdprError(f"--scheduler {address}: no Dask scheduler answers there: {one_line(error)}") from error
     with client:  # once it is closed, however this ends, nobody waits for the jobs any more: see `run_here`
         try:
-            futures = {client.submit(run, job, pure=False): key for key, job in jobs.items()}
-            for future in distributed.as_completed(futures):
+            waiting = iter(jobs.items())
+            futures = {client.submit(run, job, pure=False): key for key, job in islice(waiting, _room(client, ahead))}
+            completed = distributed.as_completed(futures)
+            for future in completed:
                 fault = future.exception()
                 lost = "" if fault is None else f"lost by the cluster: {one_line(fault)}"
-                done(futures[future], None if lost else future.result(), lost)
+                done(futures.pop(future), None if lost else future.result(), lost)
                 future.release()  # what it holds may be large
+                for key, job in islice(waiting, _room(client, ahead, len(futures))):
+                    futures[added := client.submit(run, job, pure=False)] = key
+                    completed.add(added)
         except CdprError:
             raise
         except Exception as error:
             if client.status == "running":
                 raise
             raise _Lost(f"the scheduler at {address} is gone; the cases that had ended are kept") from error
+
+
+def _room(client: Any, ahead: int | None, has: int = 0) -> int | None:
+    """How many jobs the cluster may be given beside those that it has; its workers come and go."""
+    return None if ahead is None else max(0, ahead * max(1, sum(client.nthreads().values())) - has)
 
 
 class _Lost(CdprError):  # noqa: N818 - as SimulationStopped

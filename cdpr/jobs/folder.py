@@ -34,19 +34,21 @@ class JobFolder:
         rows: how the cases ended that did, by id.
     """
 
-    def __init__(self, path: Path, kind: str, content: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path, kind: str, content: Mapping[str, Any], option: str = "--out") -> None:
         """Open the folder of this `kind`, such as "study", described by `content` with name, cases and digest.
+
+        `option` is what its user gave the folder with.
 
         Raises OutputError where it is taken, in use or cannot be written, LogError where it is spoilt.
         """
-        self.path, self._kind = path, kind
+        self.path, self._kind, self._option = path, kind, option
         self._description = description = path / f"{kind}.json"
         try:
             path.mkdir(parents=True, exist_ok=True)
             self._refuse_others()
             self._ledger = open_to_lock(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         except FileExistsError as error:
-            raise OutputError(f"{path}: is a file, not a folder; choose another --out") from error
+            raise OutputError(f"{path}: is a file, not a folder; choose another {option}") from error
         except OSError as error:
             raise unwritable(Path(error.filename or path), error) from error
         try:
@@ -81,7 +83,8 @@ class JobFolder:
         ours = {self._description.name, f"{self._description.name}.tmp", LEDGER_NAME}  # may be there before the first
         strange = {entry.name for entry in self.path.iterdir()} - ours
         if strange and not self._description.is_file():
-            raise OutputError(f"{self.path}: exists, is not empty and holds no {self._kind}; choose another --out")
+            text = f"exists, is not empty and holds no {self._kind}; choose another {self._option}"
+            raise OutputError(f"{self.path}: {text}")
 
     def _expect(self, content: Mapping[str, Any]) -> None:
         """Refuse a folder that holds another one."""
@@ -89,11 +92,12 @@ class JobFolder:
             known: Mapping[str, Any] = json.loads(self._description.read_text(encoding="utf-8"))
             digest = known["digest"]
         except (ValueError, KeyError, TypeError, RecursionError) as error:
-            raise LogError(f"{self._description}: cannot be read ({error}); choose another --out") from error
+            raise LogError(f"{self._description}: cannot be read ({error}); choose another {self._option}") from error
         if digest != content["digest"]:
             raise OutputError(
                 f"{self.path}: holds another {self._kind}, '{known.get('name')}' of {known.get('cases')} cases; this "
-                f"is '{content['name']}' of {content['cases']}, or its files have changed since; choose another --out"
+                f"is '{content['name']}' of {content['cases']}, or its files have changed since; choose another "
+                f"{self._option}"
             )
 
     def _read(self) -> dict[str, Outcome]:

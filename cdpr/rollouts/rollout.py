@@ -6,12 +6,9 @@ import hashlib
 import json
 import os
 import shutil
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack
 from functools import partial
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -21,6 +18,7 @@ from cdpr.errors import CdprError, LogError, OutputError
 from cdpr.jobs.cases import Outcome
 from cdpr.jobs.cluster import spread
 from cdpr.jobs.folder import RESULTS, JobFolder
+from cdpr.jobs.threads import beside
 from cdpr.log.files import unwritable
 from cdpr.log.run_folder import folder_name
 from cdpr.model.robot import Array, read_only
@@ -95,10 +93,10 @@ def rollout(
     values = values_of(vary, n, seed, overrides or {})
     base = _loaded(scenario, overrides, backend, solver, controller)
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
-    beside = _compiled(plan, [given[0] for given in values.values()])
+    compiled = _compiled(plan, [given[0] for given in values.values()])
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise CdprError(f"rollout: threads: a whole number from 1 on is expected, got {shown(threads)}")
-    if threads is not None and threads > 1 and not beside:
+    if threads is not None and threads > 1 and not compiled:
         raise CdprError(
             f"rollout: threads: {threads} are of no use: backend, controller or solver of this scenario needs Python "
             "in each step, or the backend does not say that its instances may step beside one another; leave it out"
@@ -126,7 +124,8 @@ def rollout(
 
         chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended])
         if scheduler is None:
-            _in_threads(chunks, threads or (len(os.sched_getaffinity(0)) if beside else 1), done)
+            several = threads or (len(os.sched_getaffinity(0)) if compiled else 1)
+            beside(chunks, run_chunk, several, lambda found: done(*found), KIND)
         else:
             _on_cluster(chunks, scheduler, done)
     layout = plan.layout
@@ -239,26 +238,6 @@ def _chunks(plan: Plan, values: Mapping[str, Sequence[Any]], waiting: Sequence[i
     for first in range(0, len(waiting), size):
         numbers = tuple(waiting[first : first + size])
         yield Chunk(plan, numbers, tuple(tuple(given[i] for given in values.values()) for i in numbers))
-
-
-def _in_threads(chunks: Iterator[Chunk], threads: int, done: Callable[[list[Outcome], Array], None]) -> None:
-    stop = threading.Event()
-    with ThreadPoolExecutor(threads, thread_name_prefix=KIND) as pool:
-        try:
-            running: set[Future[tuple[list[Outcome], Array]]] = set()
-            while True:
-                # One more than there are threads: none waits for this one, and no more rows than these are in memory.
-                running |= {
-                    pool.submit(run_chunk, each, stop.is_set) for each in islice(chunks, threads + 1 - len(running))
-                }
-                if not running:
-                    return
-                ended, running = wait(running, return_when=FIRST_COMPLETED)
-                for each in ended:
-                    done(*each.result())
-        finally:
-            stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _on_cluster(chunks: Iterator[Chunk], address: str, done: Callable[[list[Outcome], Array], None]) -> None:

@@ -14,9 +14,10 @@ from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.workspace.ask import BOUNDARY
 from cdpr.workspace.certify import INSIDE
 from cdpr.workspace.kinds import KINDS
-from cdpr.workspace.result import BOUNDARY, Workspace, verdicts
+from cdpr.workspace.result import Workspace, verdicts
 
 try:
     from scipy.optimize import linprog

@@ -20,6 +20,7 @@ from cdpr.model.rotations import held_upright
 
 CELLS = 40  # along the longest side, unless said
 MOST_CELLS = 10**9  # of a table in memory
+MOST_NUMBERED = 10**15  # that can be, in chunks
 PIECE = 65536  # poses that are made at a time
 
 
@@ -145,6 +146,6 @@ def _shape(cells: int | Sequence[int] | None, extent: Array) -> tuple[int, int, 
     if len(counts) == 1:
         counts = [max(1, round(counts[0] * side / extent.max())) for side in extent.tolist()]
     counts = [n if side else 1 for n, side in zip(counts, extent.tolist(), strict=True)]
-    if math.prod(counts) > MOST_CELLS:
-        raise CdprError(f"cells: {math.prod(counts)} cells are more than {MOST_CELLS}, which a table in memory holds")
+    if math.prod(counts) > MOST_NUMBERED:
+        raise CdprError(f"cells: {math.prod(counts)} cells are more than {MOST_NUMBERED}, which nobody can wait for")
     return counts[0], counts[1], counts[2]

@@ -6,7 +6,7 @@ import json
 import os
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -14,34 +14,30 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.distribution import distribute
 from cdpr.errors import CdprError, LogError
 from cdpr.log.files import unwritable
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
-from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.workspace import answers
+from cdpr.workspace.ask import Over, ask_positions, checked_question, inside_of
 from cdpr.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
+from cdpr.workspace.chunk_files import read_folder
+from cdpr.workspace.connected import Connected
 from cdpr.workspace.hull import RAYS, Hull, hull
-from cdpr.workspace.kinds import KINDS, WorkspaceKind, combined, kind_of
-from cdpr.workspace.measure import Measured
+from cdpr.workspace.kinds import WorkspaceKind, combined, kind_of
 from cdpr.workspace.octree import Asked, octree
 from cdpr.workspace.question import Question
 from cdpr.workspace.rays import Rays, rays
-from cdpr.workspace.regions import PIECE, Region
-from cdpr.workspace.required import NOTHING
+from cdpr.workspace.regions import MOST_CELLS, Region
+from cdpr.workspace.tally import figures, tally, total
 
 FORMAT = "cdpr workspace 3"
-Over = Literal["all", "any"]
 Method = Literal["grid", "octree", "hull", "rays", "certify"]
 METHODS: tuple[Method, ...] = get_args(Method)
 Detail = Proofs | Hull | Rays
 DETAILS: dict[str, type[Proofs] | type[Hull] | type[Rays]] = {"certify": Proofs, "hull": Hull, "rays": Rays}
-
-# Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
-BOUNDARY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,39 +92,24 @@ class Workspace:
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of it as plain numbers."""
-        here, values = np.argwhere(self.inside), self.value[self.inside]
-        region = self.region
-        bounds = None
-        if len(here):
-            size = region.spacing
-            bounds = [
-                (region.lower + here.min(axis=0) * size).tolist(),
-                (region.lower + (here.max(axis=0) + 1) * size).tolist(),
-            ]
-        known = values[np.isfinite(values)]
-        outside, names = self.limit[~self.inside], self.about["limited_by"]
-        counts = {names[str(n)]: int((outside == n).sum()) for n in np.unique(outside).tolist() if str(n) in names}
-        return {
-            "kind": self.kind.name,
-            "robot": self.robot,
-            "volume": self.volume,
-            "unit": region.unit,
-            "share": float(self.inside.mean()) if self.detail is None else self.volume / (region.cell * region.cells),
-            "bounds": bounds,
-            "value": {"name": self.kind.value, "unit": self.kind.unit_of(self.question), **_spread(known)},
-            "at_least": self.question.at_least,
-            "outside_by": dict(sorted(counts.items(), key=lambda each: (-each[1], each[0]))),
-            "cells": list(region.shape),
-            "method": self.about["method"],
-            "evaluated": int(self.evaluated.sum()) * len(region.orientations),
-            "orientations": len(region.orientations),
-            "unlimited": int(np.isposinf(values).sum()),
-            "notes": self.about.get("notes", []),
-            "on_boundary": int(self.boundary.sum()),
-            "without_value": int(np.isnan(self.value).sum()),
-            "box": [region.lower.tolist(), region.upper.tolist()],
-            "found": None if self.detail is None else self.detail.told(),
-        }
+        region, pieces, connected = self.region, [], Connected(self.region.shape)
+        value, limit = self.value.ravel(), self.limit.ravel()
+        inside, boundary = self.inside.ravel(), self.boundary.ravel()
+        for cells in region.pieces():
+            cut = slice(cells[0], cells[-1] + 1)
+            pieces.append(tally(cells, region.shape, Asked(value[cut], limit[cut], inside[cut], boundary[cut])))
+            connected.add(inside[cut])
+        return figures(
+            self.kind,
+            self.robot,
+            region,
+            self.question,
+            self.about,
+            total(pieces),
+            evaluated=int(self.evaluated.sum()),
+            components=connected.pieces,
+            detail=self.detail,
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as NPZ. Raises OutputError."""
@@ -161,7 +142,9 @@ class Workspace:
 
 
 def load_workspace(path: str | os.PathLike[str]) -> Workspace:
-    """Read what `Workspace.save` wrote. Raises LogError where it cannot be read."""
+    """Read a file of `Workspace.save` or a folder of `workspace_in_chunks`. Raises LogError where it cannot be read."""
+    if os.path.isdir(path):
+        return _of_folder(Path(path))
     try:
         with open(path, "rb") as file, np.load(file, allow_pickle=False) as found:
             about = json.loads(str(found["about"]))
@@ -185,6 +168,14 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
 
 def _silent(done: int, total: int) -> None:
     """Tell nobody."""
+
+
+def _of_folder(path: Path) -> Workspace:
+    about, place, found = read_folder(path)
+    kind, robot, table = kind_of(about.pop("kind")), about.pop("robot"), place.shape
+    value, limit = found.value.reshape(table), found.limit.reshape(table)
+    inside, boundary = found.inside.reshape(table), found.boundary.reshape(table)
+    return Workspace(kind, robot, place, value, inside, boundary, limit, np.ones(table, dtype=bool), about)
 
 
 def workspace(
@@ -222,14 +213,15 @@ def workspace(
     Raises CdprError where an argument makes no sense.
     """
     chosen = kind_of(kind)
-    whole = _question(chosen, robot, question, asked)
-    if over not in ("all", "any"):
-        raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
+    whole = checked_question(chosen, robot, question, over, asked)
     if method not in METHODS:
         raise CdprError(f"method: one of {', '.join(METHODS)} is expected, got {method!r}")
+    if region.cells > MOST_CELLS:
+        text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
+        raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")
 
     def at(positions: Array) -> Asked:
-        return _ask(robot, chosen, whole, region, over, positions, jobs)
+        return ask_positions(robot, chosen, whole, region, over, positions, jobs)
 
     def ask(cells: NDArray[np.int64]) -> Asked:
         return at(region.positions(cells))
@@ -279,36 +271,6 @@ def workspace(
     )
 
 
-def _ask(
-    robot: Robot,
-    kind: WorkspaceKind,
-    question: Question,
-    region: Region,
-    over: Over,
-    positions: Array,
-    jobs: int | None,
-) -> Asked:
-    """Answer positions (n, 3) in all attitudes of a region."""
-    value, limit = np.full(len(positions), np.nan), np.full(len(positions), -1, dtype=np.int64)
-    boundary, inside = np.zeros(len(positions), dtype=bool), np.full(len(positions), over == "all")
-    for first in range(0, len(positions), PIECE):
-        cut = slice(first, first + PIECE)
-        poses = np.empty((len(positions[cut]), 7))
-        poses[:, :3] = positions[cut]
-        for q in region.orientations:
-            poses[:, 3:] = q
-            found = kind.answer(robot, poses, question, jobs)
-            here = _inside(robot, kind, question, found, poses)
-            before = value[cut]
-            with np.errstate(invalid="ignore"):
-                better = found.value < before if over == "all" else found.value > before
-            better |= np.isnan(before) & ~np.isnan(found.value)
-            value[cut], limit[cut] = np.where(better, found.value, before), np.where(better, found.limit, limit[cut])
-            inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
-            boundary[cut] |= np.abs(found.value - (question.at_least or 0.0)) <= BOUNDARY * found.scale
-    return Asked(value, limit, inside, boundary)
-
-
 def _bodies(robot: Robot, kind: WorkspaceKind, question: Question) -> Clearance:
     """Who may touch whom, where along rays."""
     if not kind.bodies:
@@ -322,46 +284,4 @@ def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.b
     """Ask again as a workspace was, of other poses (K, 7): whether inside, value and scale, each (K,)."""
     question = found.question
     measured = found.kind.answer(robot, poses, question, 1)
-    return _inside(robot, found.kind, question, measured, poses), measured.value, measured.scale
-
-
-def _question(kind: WorkspaceKind, robot: Robot, question: Question | None, asked: dict[str, Any]) -> Question:
-    """What is asked, checked."""
-    known = [each.name for each in fields(Question)]
-    for name in asked:
-        if name not in known:
-            raise CdprError(f"{name}: is no part of a question; there are {', '.join(known)}")
-    if "gravity" in asked:
-        asked["gravity"] = checked(asked["gravity"], (3,), "gravity", finite=True)
-    given = replace(question or Question(), **asked)
-    given.check(robot)
-    for name in ("obstacles", "diameter", "axial_stiffness", "direction"):
-        if getattr(given, name) not in (None, ()) and name not in kind.takes:
-            raise CdprError(f"{kind.name}: takes no {name}; that is for {_takers(name)}")
-    required = None if given.required is NOTHING else given.required
-    return replace(given, required=kind.required(required))
-
-
-def _takers(name: str) -> str:
-    return " and ".join(kind.name for kind in KINDS.values() if name in kind.takes)
-
-
-def _inside(robot: Robot, kind: WorkspaceKind, question: Question, found: Measured, poses: Array) -> NDArray[np.bool_]:
-    """Whether poses are inside, (K,); where W lacks rank, and one wrench is asked for, a solver says so."""
-    rounding = BOUNDARY * found.scale
-    with np.errstate(invalid="ignore"):
-        if question.at_least is not None:
-            inside = found.value >= question.at_least - rounding
-        else:
-            inside = found.value >= -rounding if kind.at_zero else found.value > rounding
-    lost = found.singular
-    if lost.any() and kind.held and (question.at_least or 0.0) <= 0.0:
-        inside[lost] = distribute(robot, poses[lost], gravity=question.gravity).feasible
-    return np.asarray(inside)
-
-
-def _spread(values: Array) -> dict[str, float | None]:
-    """Smallest, mean and largest."""
-    if not len(values):
-        return {"min": None, "mean": None, "max": None}
-    return {"min": float(values.min()), "mean": float(values.mean()), "max": float(values.max())}
+    return inside_of(robot, found.kind, question, measured, poses), measured.value, measured.scale

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from clusters import start_cluster
 from command_line import cdpr_here
 from conftest import ROOT
 from study_cases import command, environment, faulty_study, tables, wait_until, write_study
@@ -36,30 +36,6 @@ FAULTS = """
 axes:
   - {key: controller.fault, values: [none, kill, raise, hang]}
 """
-
-# Two worker processes of one thread each, as `dask worker` starts them, until its standard input ends.
-CLUSTER = """
-import sys
-from distributed import LocalCluster
-if __name__ == "__main__":
-    cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
-    with cluster:
-        print(cluster.scheduler_address, flush=True)
-        sys.stdin.read()
-"""
-
-
-def start_cluster(folder):
-    (folder / "cluster.py").write_text(CLUSTER)
-    return subprocess.Popen(
-        [sys.executable, folder / "cluster.py"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        cwd=folder,
-        env=environment(),
-    )
 
 
 @pytest.fixture(scope="module")

@@ -25,6 +25,8 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         told.append(_line("inside from", f"{figures['at_least']:.4g} {value['unit']}".rstrip()))
     if figures["bounds"] is not None:
         told.append(_line("within", _corners(*figures["bounds"])))
+        if figures["components"] > 1:
+            told.append(_line("in pieces", f"{figures['components']}, no cell of which shares a face with another's"))
         words = ", ".join(f"{name} {value[name]:.4g}" for name in ("min", "mean", "max") if value[name] is not None)
         if words:
             told.append(_line(value["name"], f"{words} {value['unit']}".rstrip()))

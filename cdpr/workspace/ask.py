@@ -1,0 +1,97 @@
+"""Positions that are asked whether they are inside a workspace, in all attitudes of a region."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.distribution import distribute
+from cdpr.errors import CdprError
+from cdpr.model import Robot
+from cdpr.model.arrays import checked
+from cdpr.model.robot import Array
+from cdpr.workspace.kinds import KINDS, WorkspaceKind
+from cdpr.workspace.measure import Measured
+from cdpr.workspace.octree import Asked
+from cdpr.workspace.question import Question
+from cdpr.workspace.regions import PIECE, Region
+from cdpr.workspace.required import NOTHING
+
+Over = Literal["all", "any"]
+
+# Share of a value's scale below which its sign is round-off, as `cdpr.workspace.assess` has it.
+BOUNDARY = 1e-9
+
+
+def ask_positions(
+    robot: Robot,
+    kind: WorkspaceKind,
+    question: Question,
+    region: Region,
+    over: Over,
+    positions: Array,
+    jobs: int | None,
+) -> Asked:
+    """Answer positions (n, 3) in all attitudes of a region."""
+    value, limit = np.full(len(positions), np.nan), np.full(len(positions), -1, dtype=np.int64)
+    boundary, inside = np.zeros(len(positions), dtype=bool), np.full(len(positions), over == "all")
+    for first in range(0, len(positions), PIECE):
+        cut = slice(first, first + PIECE)
+        poses = np.empty((len(positions[cut]), 7))
+        poses[:, :3] = positions[cut]
+        for q in region.orientations:
+            poses[:, 3:] = q
+            found = kind.answer(robot, poses, question, jobs)
+            here = inside_of(robot, kind, question, found, poses)
+            before = value[cut]
+            with np.errstate(invalid="ignore"):
+                better = found.value < before if over == "all" else found.value > before
+            better |= np.isnan(before) & ~np.isnan(found.value)
+            value[cut], limit[cut] = np.where(better, found.value, before), np.where(better, found.limit, limit[cut])
+            inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
+            boundary[cut] |= np.abs(found.value - (question.at_least or 0.0)) <= BOUNDARY * found.scale
+    return Asked(value, limit, inside, boundary)
+
+
+def inside_of(
+    robot: Robot, kind: WorkspaceKind, question: Question, found: Measured, poses: Array
+) -> NDArray[np.bool_]:
+    """Return whether poses are inside, (K,); where W lacks rank, and one wrench is asked for, a solver says so."""
+    rounding = BOUNDARY * found.scale
+    with np.errstate(invalid="ignore"):
+        if question.at_least is not None:
+            inside = found.value >= question.at_least - rounding
+        else:
+            inside = found.value >= -rounding if kind.at_zero else found.value > rounding
+    lost = found.singular
+    if lost.any() and kind.held and (question.at_least or 0.0) <= 0.0:
+        inside[lost] = distribute(robot, poses[lost], gravity=question.gravity).feasible
+    return np.asarray(inside)
+
+
+def checked_question(
+    kind: WorkspaceKind, robot: Robot, question: Question | None, over: Over, asked: dict[str, Any]
+) -> Question:
+    """Return what is asked, with the parts that are given by their names. Raises CdprError."""
+    if over not in ("all", "any"):
+        raise CdprError(f"over: all or any of the orientations is expected, got {over!r}")
+    known = [each.name for each in fields(Question)]
+    for name in asked:
+        if name not in known:
+            raise CdprError(f"{name}: is no part of a question; there are {', '.join(known)}")
+    if "gravity" in asked:
+        asked["gravity"] = checked(asked["gravity"], (3,), "gravity", finite=True)
+    given = replace(question or Question(), **asked)
+    given.check(robot)
+    for name in ("obstacles", "diameter", "axial_stiffness", "direction"):
+        if getattr(given, name) not in (None, ()) and name not in kind.takes:
+            raise CdprError(f"{kind.name}: takes no {name}; that is for {_takers(name)}")
+    required = None if given.required is NOTHING else given.required
+    return replace(given, required=kind.required(required))
+
+
+def _takers(name: str) -> str:
+    return " and ".join(kind.name for kind in KINDS.values() if name in kind.takes)

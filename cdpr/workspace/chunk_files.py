@@ -1,0 +1,212 @@
+"""The folder of a workspace in chunks: what was asked, a ledger, the tables of some cells each, and a summary.
+
+    workspace.json    what was asked, of which robot and by which versions; all that the result depends on
+    cases.jsonl       a line for each chunk that is written, with its checksum and its tally (`cdpr.jobs.folder`)
+    chunks/000000.npz value, float64; inside and boundary, packed bits; limit, whole numbers as small as they go
+    summary.json      once all are there
+
+Values have all their digits: so what is loaded is the workspace that memory would have held, to the bit. A cell takes
+9.25 bytes; margins hardly compress.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from cdpr.errors import LogError, OutputError
+from cdpr.jobs.cases import Outcome
+from cdpr.jobs.folder import LEDGER_NAME, read_rows
+from cdpr.workspace.octree import Asked
+from cdpr.workspace.regions import MOST_CELLS, Region
+from cdpr.workspace.tally import Tally
+
+KIND = "workspace"
+FORMAT = "cdpr workspace chunks 1"
+CHUNKS, SUMMARY, MANIFEST = "chunks", "summary.json", f"{KIND}.json"
+
+MEMORY = 0.5  # of the machine's that tables may take
+CELL = 19  # bytes of a cell in memory: value and limit, inside, boundary and evaluated
+CELL_WRITTEN = 10  # bytes of a cell on a disk, and a little to spare
+
+# What of workspace.json says that it is another one, and how a message calls it.
+ASKED = {
+    "format": "format",
+    "kind": "kind",
+    "robot": "robot",
+    "question": "question",
+    "over": "over",
+    "region": "region",
+    "chunk": "cells of a chunk",
+    "versions": "versions",
+}
+
+TALLY = TypeAdapter(Tally)
+
+
+def packed(found: Asked) -> bytes:
+    """Return the content of a chunk's file."""
+    limit, file = found.limit, io.BytesIO()
+    small = next(kind for kind in (np.int8, np.int16, np.int32, np.int64) if limit.max() <= np.iinfo(kind).max)
+    np.savez(
+        file,
+        value=found.value,
+        inside=np.packbits(found.inside),
+        boundary=np.packbits(found.boundary),
+        limit=limit.astype(small),
+    )
+    return file.getvalue()
+
+
+def unpacked(content: bytes, count: int) -> Asked:
+    """Undo `packed` of so many cells. Raises ValueError, KeyError or BadZipFile."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as found:
+        inside, boundary = (np.unpackbits(found[name], count=count).astype(bool) for name in ("inside", "boundary"))
+        read = Asked(found["value"], found["limit"].astype(np.int64), inside, boundary)
+    if any(each.shape != (count,) for each in read):
+        raise ValueError("tables of another length")
+    return read
+
+
+def chunk_path(folder: Path, number: int) -> Path:
+    """Return where a chunk is."""
+    return folder / CHUNKS / f"{number:06d}.npz"
+
+
+def checksum(content: bytes) -> str:
+    """Return by what a damaged file is found."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def read_chunk(folder: Path, number: int, row: Outcome) -> bytes | None:
+    """Return the content of a chunk's file; None where it is not there or not what was written."""
+    try:
+        content = chunk_path(folder, number).read_bytes()
+    except OSError:
+        return None
+    return content if checksum(content) == row.summary.get("sha256") else None
+
+
+def plain(value: Any) -> Any:
+    """Return frozen data, such as a robot, as what JSON holds; what is not finite as text."""
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(name): plain(each) for name, each in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
+    return str(value) if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def digest(content: Mapping[str, Any]) -> str:
+    """Return what tells workspaces apart."""
+    asked = {name: content[name] for name in ASKED}
+    return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+
+
+def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:
+    """Raise OutputError, which says what differs, where a folder is of another workspace, LogError if spoilt."""
+    if not (folder / MANIFEST).is_file():
+        return
+    known = _manifest(folder)
+    for name, called in ASKED.items():
+        there, here = known.get(name), content[name]
+        if there == here:
+            continue
+        where, there, here = next(_differences(called, there, here))
+        raise OutputError(
+            f"{folder}: holds another workspace: {where} is {_short(there)} there, {_short(here)} here; "
+            "choose another --chunks"
+        )
+
+
+class Folder(NamedTuple):
+    """What a folder of a workspace holds: names as in a file, the cells, and their tables."""
+
+    about: dict[str, Any]
+    region: Region
+    tables: Asked
+
+
+def read_folder(folder: Path) -> Folder:
+    """Read a folder in which all chunks are. Raises LogError where it cannot be read, or is too large."""
+    known = _manifest(folder)
+    try:
+        there = known["region"]
+        lower, upper, attitudes = (np.array(there[name]) for name in ("lower", "upper", "orientations"))
+        place = Region(lower, upper, tuple(there["cells"]), attitudes)
+        chunk, count = int(known["chunk"]), int(known["cases"])
+        lines = (folder / LEDGER_NAME).read_bytes()
+        about = {name: known[name] for name in ("kind", "question", "over", "method", "notes", "source")}
+        about["robot"] = known["robot"]["name"]
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise LogError(f"{folder}: is no workspace that can be read ({error})") from error
+    rows = read_rows(lines[: lines.rfind(b"\n") + 1], folder / LEDGER_NAME)
+    try:
+        about["limited_by"] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["limited_by"]
+    except (OSError, KeyError, TypeError, ValueError):
+        text = f"{len(rows)} of {count} chunks are there; the command that began it goes on with --resume"
+        raise LogError(f"{folder}: is not finished: {text}") from None
+    _check_room(folder, place)
+    value, limit = np.empty(place.cells), np.empty(place.cells, dtype=np.int64)
+    tables = Asked(value, limit, np.empty(place.cells, dtype=bool), np.empty(place.cells, dtype=bool))
+    for number in range(count):
+        cut = slice(number * chunk, min((number + 1) * chunk, place.cells))
+        content = read_chunk(folder, number, rows[str(number)]) if str(number) in rows else None
+        try:
+            if content is None:
+                raise ValueError
+            for table, part in zip(tables, unpacked(content, cut.stop - cut.start), strict=True):
+                table[cut] = part
+        except (ValueError, KeyError, zipfile.BadZipFile):
+            text = "is damaged; the command that wrote it computes it again with --resume"
+            raise LogError(f"{chunk_path(folder, number)}: {text}") from None
+    return Folder(about, place, tables)
+
+
+def _check_room(folder: Path, region: Region) -> None:
+    need, have = CELL * region.cells, MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if need > have or region.cells > MOST_CELLS:
+        raise LogError(
+            f"{folder}: its {region.cells} cells need {need / 2**30:.3g} GiB of memory, more than this may take here; "
+            f"{SUMMARY} has its figures, and fewer --cells make one that can be drawn"
+        )
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    try:
+        known = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        if known["format"] != FORMAT:
+            raise ValueError("another format")
+        return dict(known)
+    except (OSError, KeyError, TypeError, ValueError, RecursionError) as error:
+        raise LogError(f"{folder / MANIFEST}: is no workspace in chunks that can be read ({error})") from error
+
+
+def _differences(name: str, there: Any, here: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield names, such as robot.cables.3.tension_max, of what is not the same, with both."""
+    if isinstance(there, dict) and isinstance(here, dict) and there.keys() == here.keys():
+        for key in here:
+            yield from _differences(f"{name}.{key}", there[key], here[key])
+    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
+        for k, (one, other) in enumerate(zip(there, here, strict=True)):
+            yield from _differences(f"{name}.{k}", one, other)
+    elif there != here:
+        yield name, there, here
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
