@@ -191,6 +191,7 @@ def _print(run: Run) -> None:
 
 
 def _lines(run: Run) -> Iterator[str]:
+    from cdpr.log.run import CLEARANCE
     from cdpr.report.text.aligned import unit_for
     from cdpr.report.text.reservations import fallback, lost, reservations
 
@@ -228,6 +229,9 @@ def _lines(run: Run) -> Iterator[str]:
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "
             f"of {energy['turned_over']:.4g} J turned over{but}"
         )
+    if "clearance_min_m" in figures:
+        gap, at, by = (figures[key] for key in CLEARANCE)
+        yield f"{'least clearance':<20}{gap:.4g} m at {at:.6g} s, {by}"
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
         if figures[key] or key == "infeasible_steps":
             yield f"{name:<20}{figures[key]} of {figures['samples']}"

@@ -13,8 +13,8 @@ distance of axes less both radii, or of an axis from a solid less its radius: ne
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +38,9 @@ ON_SURFACE = 1e-5
 # What is asked of a pair of cables.
 APART, SHARED, SAME = range(3)
 
+# Half the diameter of a cable that is broken: whatever it is near to is infinitely far from it.
+GONE = -math.inf
+
 INT_TABLE = Block(WHOLE, 2)
 
 
@@ -45,7 +48,7 @@ class Bodies(NamedTuple):
     """What may touch."""
 
     lines: Array  # (m, 6 or more), as `cdpr.cables.lines` says
-    radius: Array  # (m,), m
+    radius: Array  # (m,), m; GONE of a cable that is no more
     pairs: NDArray[np.int64]  # (m, m), what is asked
     platform: Array  # (0 or 1, 11), as `cdpr.mechanics.solids` has it, platform axes
     obstacles: Array  # (k, 11), world
@@ -92,6 +95,8 @@ def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
     for k in range(bodies.platform.shape[0]):
         solid = bodies.platform[k]
         for i in range(m):
+            if radius[i] == GONE:
+                continue
             anchor = solids.into(solid, vector(lines[i], 3))
             value, _ = solids.signed_distance(solid, anchor)
             if value < -ON_SURFACE:
@@ -117,6 +122,27 @@ def look(bodies: Bodies, found: Nearest) -> None:
     ends = np.empty((bodies.lines.shape[0], 6))
     for k in range(found.poses.shape[0]):
         found.clearance[k], found.which[k] = nearest(bodies, found.poses[k], ends)
+
+
+class Watch(NamedTuple):
+    """When cables are too near."""
+
+    radius: Array  # (m,), m, of all cables
+    gone: Array  # (m,), s, when they break; infinite of those that do not
+    level: Array  # (2,): at this clearance, m, or below, and from this time on, s
+    ends: Array  # (m, 6), work space
+
+
+@kernel
+def too_near(bodies: Bodies, watch: Watch, pose: Array, time: float) -> bool:
+    """Whether cables are too near at a pose (7,); `bodies` belong to who asks: here cables break in them."""
+    if time < watch.level[1]:
+        return False
+    for i in range(watch.radius.shape[0]):
+        bodies.radius[i] = watch.radius[i] if time < watch.gone[i] else GONE
+    least, _ = nearest(bodies, pose, watch.ends)
+    near: bool = least <= watch.level[0]
+    return near
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +173,12 @@ class Clearance:
 
         in_threads(len(given), part, jobs)
         return found.clearance, found.which
+
+    def without(self, cables: Iterable[int]) -> Clearance:
+        """Return the same where these cables, counted from 0, are no more."""
+        radius = self.bodies.radius.copy()
+        radius[list(cables)] = GONE
+        return replace(self, bodies=self.bodies._replace(radius=radius))
 
     def name(self, which: int) -> str:
         """Return what is nearest to what."""
