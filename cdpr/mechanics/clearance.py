@@ -116,12 +116,17 @@ def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
     return least, which
 
 
-@threaded_kernel(NOTHING(BODIES, NEAREST))
-def look(bodies: Bodies, found: Nearest) -> None:
-    """Write what is found of all poses."""
-    ends = np.empty((bodies.lines.shape[0], 6))
+@kernel
+def look(bodies: Bodies, found: Nearest, ends: Array) -> None:
+    """Write what is found of all poses; `ends` (m, 6) is work space."""
     for k in range(found.poses.shape[0]):
         found.clearance[k], found.which[k] = nearest(bodies, found.poses[k], ends)
+
+
+@threaded_kernel(NOTHING(BODIES, NEAREST))
+def look_beside(bodies: Bodies, found: Nearest) -> None:
+    """Do so, and let other threads run meanwhile."""
+    look(bodies, found, np.empty((bodies.lines.shape[0], 6)))
 
 
 class Watch(NamedTuple):
@@ -164,12 +169,18 @@ class Clearance:
     unjudged: tuple[str, ...]
 
     def at(self, poses: ArrayLike, jobs: int | None = None) -> tuple[Array, NDArray[np.int64]]:
-        """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`."""
+        """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`.
+
+        One job needs no threads, and nothing of what starts slowly for them.
+        """
         given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
         found = Nearest(given, np.empty(len(given)), np.empty(len(given), dtype=np.int64))
+        if jobs == 1:
+            look(self.bodies, found, np.empty((self.robot.m, 6)))
+            return found.clearance, found.which
 
         def part(cut: slice) -> None:
-            look(self.bodies, Nearest(found.poses[cut], found.clearance[cut], found.which[cut]))
+            look_beside(self.bodies, Nearest(found.poses[cut], found.clearance[cut], found.which[cut]))
 
         in_threads(len(given), part, jobs)
         return found.clearance, found.which

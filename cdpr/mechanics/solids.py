@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.model.jit import kernel
+from cdpr.model.jit import kernel, small
 from cdpr.model.kernels import Vector, conjugate, dot, quaternion, rotate
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
@@ -47,12 +47,14 @@ def row(shape: Shape, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Sequence[
     return np.concatenate([[kind], np.asarray(position) + turned, attitude, size])
 
 
+@small
 @kernel
 def into(solid: Array, x: Vector) -> Vector:
     """Return a point, m, in the axes of a solid, from its middle."""
     return rotate(conjugate(quaternion(solid, 4)), (x[0] - solid[1], x[1] - solid[2], x[2] - solid[3]))
 
 
+@small
 @kernel
 def signed_distance(solid: Array, x: Vector) -> tuple[float, Vector]:
     """Return how far a point in its axes is outside of a solid, m, negative inside, and where that grows, of length 1.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -14,6 +15,7 @@ from cdpr.report.marks import events as in_order
 from cdpr.report.pages.page import banner, table
 from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
+from cdpr.report.text.least import least_of
 from cdpr.report.text.reservations import fallback, lost, reservations
 from cdpr.view import colours
 
@@ -44,8 +46,8 @@ def ending(run: Run, happened: str = "") -> str:
     return banner(mood, text, message)
 
 
-def summary(run: Run) -> str:
-    """The figures of `Run.summary` in the units people read, and wall-clock times in the last row."""
+def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
+    """The figures of `Run.summary`, and `least` ones, in the units people read, and wall-clock times in the last row."""
     figures = run.summary()
     out = "<h2>Summary</h2>\n"
     if not figures["samples"]:
@@ -66,6 +68,7 @@ def summary(run: Run) -> str:
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
         *([("Least clearance (m)", _clearance(figures))] if "clearance_min_m" in figures else []),
+        *((escape(title.capitalize()), escape(text)) for title, text in least_of(least)),
         ("Steps without valid tensions", _bad_steps(run)),
         (
             "Work of cables; of external wrenches (J)",
