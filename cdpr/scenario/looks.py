@@ -72,7 +72,7 @@ class ShapeSection(Section):
 
 
 class ObstacleSection(Section):
-    """Something that cables should not touch: `cdpr workspace ifcow` looks at it; it does not act on the platform."""
+    """Something that cables should not touch: workspaces and runs look at it; it does not act on the platform."""
 
     name: str | None = Field(None, min_length=1, description="name; obstacle 1, obstacle 2, ... unless said")
     box: tuple[Positive, Positive, Positive] | None = Field(

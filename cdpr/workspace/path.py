@@ -64,9 +64,8 @@ def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
         gone = {cable for cable, at in head.broken if at <= since}
         left = tuple(replace(each, diameter=None) for i, each in enumerate(robot.cables) if i not in gone)
         if left and now.any():
-            for name, least in along(
-                replace(robot, cables=left), time[now], poses[now], np.array(head.gravity)
-            ).items():
+            these = along(replace(robot, cables=left), time[now], poses[now], np.array(head.gravity))
+            for name, least in these.items():
                 if name not in found or least["value"] < found[name]["value"]:
                     found[name] = least
     return found

@@ -47,7 +47,7 @@ def ending(run: Run, happened: str = "") -> str:
 
 
 def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
-    """The figures of `Run.summary`, and `least` ones, in the units people read, and wall-clock times in the last row."""
+    """The figures of `Run.summary` and the `least` ones, in the units people read; wall-clock times in the last row."""
     figures = run.summary()
     out = "<h2>Summary</h2>\n"
     if not figures["samples"]:
