@@ -52,7 +52,7 @@ def test_the_summary_says_the_least_when_and_of_what(run):
     k = int(np.argmin(values))
     told = run.summary()
     assert [told[key] for key in CLEARANCE] == [values[k], run.time[k], names[k]]
-    assert 0 < k  # it is not the first one
+    assert k > 0  # it is not the first one
     assert values[0] > LEVEL > values[k]
 
 
@@ -94,6 +94,12 @@ def test_an_event_tells_of_each_span(run):
     assert cdpr.simulate(CAROCA, overrides=PASSING | contact(clearance=1e-4)).events == ()
 
 
+def step_by_step(path, **options):
+    with cdpr.Simulation(path, **options) as simulation:
+        while not simulation.done:
+            simulation.step()
+
+
 @pytest.mark.parametrize("way", ["blocks", "python", "steps"])
 def test_it_may_stop_the_run(run, monkeypatch, way):
     values, names = looked_at(run)
@@ -101,11 +107,7 @@ def test_it_may_stop_the_run(run, monkeypatch, way):
     if way == "python":
         monkeypatch.setattr(program, "bound", lambda *given: None)
     with pytest.raises(cdpr.Touched, match=f"of {names[first]}; the scenario says to stop at 0.05 m") as stop:
-        if way == "steps":
-            with cdpr.Simulation(CAROCA, overrides=PASSING | contact(then="stop")) as simulation:
-                while True:
-                    simulation.step()
-        cdpr.simulate(CAROCA, overrides=PASSING | contact(then="stop"))
+        (step_by_step if way == "steps" else cdpr.simulate)(CAROCA, overrides=PASSING | contact(then="stop"))
     ended = stop.value.run
     assert (ended.status, stop.value.exit_code) == ("touched", ExitCode.INFEASIBLE)
     np.testing.assert_array_equal(ended.rows, run.rows[: first + 1])
@@ -179,7 +181,7 @@ def test_obstacles_are_among_what_is_touched():
 
 @pytest.mark.parametrize("given", [{}, {"robot.cables[2].diameter": 0.01}])
 def test_it_needs_to_know_how_thick_cables_are(given):
-    with pytest.raises(ScenarioError, match=r"events\[0\]: needs the diameters of all cables, and has none of 'cable_1'"):
+    with pytest.raises(ScenarioError, match=r"events\[0\]: needs the diameters of all cables, .* none of 'cable_1'"):
         cdpr.load_scenario(CAROCA, overrides=given | contact())
     each = {f"robot.cables[{i}].diameter": 0.01 for i in range(8)}
     assert cdpr.load_scenario(CAROCA, overrides=each | contact()).events[0].type == "contact"
