@@ -51,7 +51,7 @@ class Bodies(NamedTuple):
     radius: Array  # (m,), m; GONE of a cable that is no more
     pairs: NDArray[np.int64]  # (m, m), what is asked
     platform: Array  # (0 or 1, 11), as `cdpr.mechanics.solids` has it, platform axes
-    obstacles: Array  # (k, 11), world
+    obstacles: Array  # (k, 11 or more), world
 
 
 class Nearest(NamedTuple):
@@ -110,7 +110,10 @@ def nearest(bodies: Bodies, pose: Array, ends: Array) -> tuple[float, int]:
                 least, which = value, m * m + i
     for k in range(bodies.obstacles.shape[0]):
         for i in range(m):
-            value = solids.from_solid(bodies.obstacles[k], vector(ends[i], 0), vector(ends[i], 3)) - radius[i]
+            E, P = vector(ends[i], 0), vector(ends[i], 3)
+            if solids.beyond(bodies.obstacles[k], E, P) - radius[i] >= least:
+                continue
+            value = solids.from_solid(bodies.obstacles[k], E, P) - radius[i]
             if value < least:
                 least, which = value, m * m + m + k * m + i
     return least, which
@@ -235,7 +238,7 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     shape = robot.platform.shape
     own = np.zeros((0, solids.WIDTH)) if shape is None else solids.row(shape)[None]
     places = [solids.row(each.shape, each.position, tuple(each.attitude.tolist())) for each in obstacles]
-    others = np.array(places).reshape(len(places), solids.WIDTH)
+    others = solids.rows(places)
     inside = [cable.name for cable in robot.cables if shape is None or _depth(own[0], cable.platform) > ON_SURFACE]
     return Clearance(
         robot, tuple(obstacles), Bodies(lines(robot).copy(), radius, pairs, own, others), tuple(sharing), tuple(inside)
