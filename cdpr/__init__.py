@@ -35,6 +35,7 @@ _HOME = {
     "ScenarioError": "cdpr.errors",
     "Simulation": "cdpr.simulation",
     "SimulationStopped": "cdpr.errors",
+    "Touched": "cdpr.errors",
     "Unanswered": "cdpr.errors",
     "admissible": "cdpr.distribution",
     "compare_scenario": "cdpr.compare.job",
@@ -68,6 +69,7 @@ __all__ = [
     "ScenarioError",
     "Simulation",
     "SimulationStopped",
+    "Touched",
     "Unanswered",
     "__version__",
     "admissible",
@@ -114,6 +116,7 @@ if TYPE_CHECKING:
         PluginError,
         ScenarioError,
         SimulationStopped,
+        Touched,
         Unanswered,
     )
     from cdpr.log.reader import load_run

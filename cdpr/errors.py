@@ -94,6 +94,10 @@ class BeyondLimits(Infeasible):
     """A cable left its length or winding speed, or a command its tensions, and the scenario says to stop then."""
 
 
+class Touched(Infeasible):
+    """Cables came too near to each other, their platform or an obstacle, and the scenario says to stop then."""
+
+
 class Unanswered(Infeasible):
     """The solver gave no valid answer and the scenario says to stop then: whether there is one is not known."""
 

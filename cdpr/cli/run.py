@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -36,6 +36,7 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option("--out", type=OutPath(), help="Folder for the results (default: a new one in runs/).")
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
+@click.option("--statics", is_flag=True, help="Tell the least capacity margin and stiffness along the motion, too.")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
@@ -48,6 +49,7 @@ def command(
     out: str | None,
     real_time: bool,
     report: bool,
+    statics: bool,
     strict: bool,
     as_json: bool,
 ) -> None:
@@ -85,8 +87,9 @@ def command(
         if signals.pending and stop is None:  # after the last look: the run is whole, what follows is left out
             stop, report = Interrupted("interrupted after the last sample"), False
         signals.wait = False
+        least = _least(loaded, run) if statics else {}
         if report:
-            failure = _write_report(run)
+            failure = _write_report(run, least)
             stop = stop or failure
         from cdpr.report.text.reservations import fallback, lost, reservations
 
@@ -99,10 +102,10 @@ def command(
                 "message": run.message,
                 "folder": run.folder,
             }
-            figures = {**run.summary(), **told}
+            figures = {**run.summary(), **told, **({"least": least} if statics else {})}
             click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
         else:
-            _print(run)
+            _print(run, least)
     if stop is not None:
         if os.environ.get(DEBUG):
             raise stop
@@ -159,7 +162,14 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
         raise stopped from None
 
 
-def _write_report(run: Run) -> OutputError | None:
+def _least(scenario: Scenario, run: Run) -> dict[str, dict[str, Any]]:
+    """Return what of the motion flown takes kernels that a run does not need."""
+    from cdpr.workspace.path import flown
+
+    return flown(scenario.controlled, run)
+
+
+def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]]) -> OutputError | None:
     """Write report.html; a full disk is told as an error."""
     from pathlib import Path
 
@@ -167,20 +177,20 @@ def _write_report(run: Run) -> OutputError | None:
 
     assert run.folder is not None
     try:
-        write_report(run, Path(run.folder) / "report.html")
+        write_report(run, Path(run.folder) / "report.html", least)
     except OutputError as error:
         return error
     return None
 
 
-def _print(run: Run) -> None:
+def _print(run: Run, least: Mapping[str, Mapping[str, Any]]) -> None:
     """Print the summary for people, the folder last."""
     header = run.header
     click.echo(
         f"{header.scenario}: {len(header.cables)} cables, {header.backend}, {header.controller}, {header.solver}; "
         f"control {_ms(header.control_step)}, physics {_ms(header.physics_step)}"
     )
-    for line in _lines(run):
+    for line in _lines(run, least):
         click.echo(f"  {line}")
     for event in run.events:
         until = f" to {event.until:.6g}" if event.until is not None else ""
@@ -190,8 +200,10 @@ def _print(run: Run) -> None:
     click.echo(run.folder)
 
 
-def _lines(run: Run) -> Iterator[str]:
+def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    from cdpr.log.run import CLEARANCE
     from cdpr.report.text.aligned import unit_for
+    from cdpr.report.text.least import least_of
     from cdpr.report.text.reservations import fallback, lost, reservations
 
     figures = run.summary()
@@ -228,6 +240,11 @@ def _lines(run: Run) -> Iterator[str]:
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "
             f"of {energy['turned_over']:.4g} J turned over{but}"
         )
+    if "clearance_min_m" in figures:
+        gap, at, by = (figures[key] for key in CLEARANCE)
+        yield f"{'least clearance':<20}{gap:.4g} m at {at:.6g} s, {by}"
+    for title, text in least_of(least):
+        yield f"{title:<20}{text}"
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
         if figures[key] or key == "infeasible_steps":
             yield f"{name:<20}{figures[key]} of {figures['samples']}"

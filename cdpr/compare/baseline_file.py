@@ -30,7 +30,7 @@ class Content(Section):
     changes: list[str]
     versions: dict[str, str]
     machine: dict[str, str]
-    status: Literal["finished", "infeasible", "unanswered", "beyond_limits"]
+    status: Literal["finished", "infeasible", "unanswered", "beyond_limits", "touched"]
     count: int = Field(ge=1)
     bounds: dict[str, NonNegative]
     digest: str = Field(pattern="^[0-9a-f]{64}$")

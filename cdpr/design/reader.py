@@ -16,6 +16,7 @@ from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.model.rotations import held_upright
+from cdpr.model.shapes import Obstacle
 from cdpr.nearest import did_you_mean
 from cdpr.problems import Path, shown
 from cdpr.scenario.document import Document
@@ -67,8 +68,8 @@ class _Reader:
         self._optimizer()
         problems.raise_any()
         robot = load_robot(file, text=text)
-        place = self._place(robot)
-        figures = {name: self._figure(name, each, robot) for name, each in section.figures.items()}
+        place, obstacles = self._place(robot), self._obstacles()
+        figures = {name: self._figure(name, each, obstacles) for name, each in section.figures.items()}
         problems.raise_any()
         known = {name: each for name, each in figures.items() if each is not None}
         assert place is not None
@@ -173,7 +174,17 @@ class _Reader:
             rows.append([*pose.position, *q])
         return Place(None, read_only(np.array(rows)))
 
-    def _figure(self, name: str, section: FigureSection, robot: Robot) -> Figure | None:
+    def _obstacles(self) -> tuple[Obstacle, ...]:
+        """Obstacles, but for those whose file cannot be read."""
+        found = []
+        for i, each in enumerate(self.section.obstacles):
+            try:
+                found.append(each.build(i + 1, self.document.folder))
+            except UnreadableError as error:
+                self._add(("obstacles", i, "mesh"), str(error))
+        return tuple(found)
+
+    def _figure(self, name: str, section: FigureSection, obstacles: tuple[Obstacle, ...]) -> Figure | None:
         path: Path = ("figures", name)
         if section.key is not None:
             changes = marked_changes([(section.key, 0.0, self.document.mark((*path, "key")))], self.problems)
@@ -183,7 +194,6 @@ class _Reader:
         if section.volume and self.section.region is None:
             self._add((*path, "volume"), "a volume is of a region, and poses are given: least and mean take them")
             return None
-        obstacles = tuple(each.build(i) for i, each in enumerate(self.section.obstacles, start=1))
         try:
             return Figure(section, question_of(section, np.array(self.section.gravity), obstacles))
         except CdprError as error:

@@ -29,9 +29,9 @@ class Case:
 class Outcome:
     """How a case ended.
 
-    "finished", "infeasible", "unanswered", "beyond_limits" and "diverged" are results. "failed" is an error, which the
-    message tells; "died" means that the process ended under it and "hung" that it took too long, both with what the
-    process printed last.
+    "finished", "infeasible", "unanswered", "beyond_limits", "touched" and "diverged" are results. "failed" is an error,
+    which the message tells; "died" means that the process ended under it and "hung" that it took too long, both with
+    what the process printed last.
     """
 
     key: str

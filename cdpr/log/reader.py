@@ -30,7 +30,7 @@ from cdpr.log.event import Event
 from cdpr.log.mcap_file import FORMATS, MAGIC, METADATA, OPENING, LogFormat, Written
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.rows import IN_MEMORY, LogRows
-from cdpr.log.run import Header, Run
+from cdpr.log.run import CLEARANCE, Header, Run
 from cdpr.model.robot import Array
 
 TEXTS = ("scenario", "robot", "backend", "controller", "solver", "scenario_yaml", "cable_model", "believed")
@@ -72,6 +72,7 @@ def load_run(path: str | Path) -> Run:
             plugins=dict(known.get("plugins", {})),
             folder=None if folder is None else str(folder),
             counted=_counted(found.header, known),
+            clearance=_clearance(known),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise LogError(
@@ -94,6 +95,12 @@ def _counted(header: Header, known: dict[str, Any]) -> dict[str, Any] | None:
     if not all(key in figures for key in ("samples", "simulated_s", "infeasible_steps")):
         return None
     return {key: _number(value) for key, value in figures.items() if key not in ("status", "real_time_factor")}
+
+
+def _clearance(known: dict[str, Any]) -> dict[str, Any]:
+    """The least clearance, where run.json has it: how thick cables are is not in the log."""
+    figures = known.get("summary")
+    return {key: figures[key] for key in CLEARANCE if key in figures} if isinstance(figures, dict) else {}
 
 
 def _number(value: Any) -> Any:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from time import monotonic
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from cdpr.log.run import Header
 from cdpr.log.summary import Tally
 from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
+
+if TYPE_CHECKING:
+    from cdpr.mechanics.closest import Closest
 
 __all__ = ["BLOCK", "BLOCK_SECONDS", "LOG_NAME", "Recorder"]
 
@@ -38,9 +42,17 @@ class Recorder:
 
     Args:
         marks: samples of which the row is kept in `marked` besides.
+        closest: makes what looks at clearances, None where they are not known; asked where there is a tally.
     """
 
-    def __init__(self, header: Header, steps: int, folder: Path | None = None, marks: Iterable[int] = ()) -> None:
+    def __init__(
+        self,
+        header: Header,
+        steps: int,
+        folder: Path | None = None,
+        marks: Iterable[int] = (),
+        closest: Callable[[], Closest | None] = lambda: None,
+    ) -> None:
         width, self._every = header.layout.width, header.log_every
         self._status = header.layout.columns["status"].start
         kept = steps // self._every + (2 if steps % self._every else 1)
@@ -49,7 +61,7 @@ class Recorder:
         thinned = table(min(steps + 1, PICTURE_ROWS), width) if self._every > 1 else None
         self.rows: Array = self._kept if thinned is None else thinned
         self._writer = None if folder is None else LogWriter(folder / LOG_NAME, header, readable=on_disk)
-        self.tally = Tally(header, steps + 1) if on_disk or thinned is not None else None
+        self.tally = Tally(header, steps + 1, closest()) if on_disk or thinned is not None else None
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))
         self._count = 0  # rows that are kept: row i is sample i * every, but for the last

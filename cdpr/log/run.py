@@ -131,7 +131,10 @@ NEWER: dict[str, object] = {
 
 
 # Ends that the scenario foresees: what such a run holds is a whole result.
-FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits")
+FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits", "touched")
+
+# Of the least clearance in the summary: how much it is, when, and of what.
+CLEARANCE = ("clearance_min_m", "clearance_min_at_s", "clearance_min_by")
 
 
 _OWN = {column.name: column for column in (*FIRST, *BELIEVED)}
@@ -170,7 +173,8 @@ class Run(Frozen):
     "finished", "ended" (as the plant asked), "diverged", "infeasible" (no admissible tensions, and the scenario says to
     stop then), "unanswered" (likewise where the solver gave no valid answer), "beyond_limits" (likewise for a cable's
     length or speed or the tension that is commanded; these two are "infeasible" in logs of earlier versions),
-    "interrupted", "failed" or "running" (killed while it ran). Arrays are read-only: copy what is to be changed.
+    "touched" (likewise where cables come too near to something), "interrupted", "failed" or
+    "running" (killed while it ran). Arrays are read-only: copy what is to be changed.
     """
 
     header: Header
@@ -184,6 +188,7 @@ class Run(Frozen):
     plugins: dict[str, Any] = field(default_factory=dict)  # by role, what a plugin says of itself in this run
     folder: str | None = None
     counted: dict[str, Any] | None = field(default=None, repr=False)  # figures of all samples, where rows are not all
+    clearance: dict[str, Any] = field(default_factory=dict)  # the least, when and of what, as in the summary; if known
     start: Array | None = field(default=None, repr=False)  # first row of the run that this is a part of
 
     time = Quantity("time")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -14,6 +14,9 @@ from cdpr.log.run import Header, Run
 from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
+
+if TYPE_CHECKING:
+    from cdpr.mechanics.closest import Closest
 
 # Energy counts as balanced where what no work explains is below this share of what was turned over: engines of first
 # order reach a thousandth at their usual steps, and damping or a wrong mass that matters is above it.
@@ -38,7 +41,8 @@ def summarise(run: Run) -> dict[str, Any]:
     sample to the next; a cable that is broken does not count any more. `infeasible_steps` are samples whose wrench no
     tensions within the limits balance, as the solver says; `unanswered_steps` those at which it had no valid answer.
     `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
-    wound faster, and where the controller believes the robot to be another, told to pull less or more. All samples are
+    wound faster, and where the controller believes the robot to be another, told to pull less or more.
+    `clearance_min_m`, where all cables have diameters, is the least clearance, with its time and pair. All samples are
     counted. Of a thinned log that stands alone only the rows in it can be: then `samples` is `logged_samples`.
     """
     counted = run.counted
@@ -46,7 +50,7 @@ def summarise(run: Run) -> dict[str, Any]:
         if run not in _COUNTED:
             _COUNTED[run] = _count(run)
         counted = _COUNTED[run]
-    figures: dict[str, Any] = {"status": run.status, **deepcopy(counted)}
+    figures: dict[str, Any] = {"status": run.status, **deepcopy(counted), **run.clearance}
     if run.header.believed:
         figures["believed"] = run.header.believed
     if run.header.log_every > 1:
@@ -79,14 +83,16 @@ class Tally:
     Attributes:
         count: how many samples were counted.
         beyond: where cables left their limits.
+        closest: how near they came to what they may touch, where somebody looks.
     """
 
-    def __init__(self, header: Header, samples: int) -> None:
+    def __init__(self, header: Header, samples: int, closest: Closest | None = None) -> None:
         self._header = header
         self._status = np.empty(samples, np.int8)
         self._squares = np.empty((2, 0))  # of the norms of position and orientation error, in the present block
         self._sums: list[Array] = []  # of the blocks before, (2,) each
         self.beyond = beyond_of(header)
+        self.closest = closest
         self.count = 0
         self._start: Array | None = None  # the first row
         self._before: Array | None = None  # the tensions of the last sample
@@ -103,6 +109,8 @@ class Tally:
         """Go by a header in which other cables break, after the samples that were counted."""
         self._header = header
         self.beyond.lose(header.broken)
+        if self.closest is not None:
+            self.closest.lose(header.broken)
 
     def add(self, rows: Array) -> None:
         """Count the samples that follow, (n, width); those that an interrupt cut short are given once more."""
@@ -127,6 +135,9 @@ class Tally:
             self._look("cable tension", part.cable_tension[sound])
             beyond = self.beyond.copy()
             beyond.add(rows)
+            closest = None if self.closest is None else self.closest.copy()
+            if closest is not None:
+                closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
             for name in ("residual", "margin", "kinetic", "cable_work", "external_work"):
                 self._look(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, part.cable_work, part.external_work])
@@ -135,7 +146,8 @@ class Tally:
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
         # What would be counted twice, last and at one go: between plain assignments there is no interrupt.
-        self._sums, self._squares, self.beyond, self._before, self.count = sums, squares, beyond, before, now.stop
+        told = sums, squares, beyond, closest, before, now.stop
+        self._sums, self._squares, self.beyond, self.closest, self._before, self.count = told
 
     def _added(self, squares: Array) -> tuple[list[Array], Array]:
         """Return the sums of whole blocks, and the squares of the last one, with those (2, n) that follow."""

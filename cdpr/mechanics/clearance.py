@@ -13,8 +13,8 @@ distance of axes less both radii, or of an axis from a solid less its radius: ne
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import NamedTuple
 
@@ -42,6 +42,9 @@ APART, SHARED, SAME = range(3)
 
 MANY = 64  # poses: from here on eight at a time, which take a kernel more to load
 
+# Half the diameter of a cable that is broken: whatever it is near to is infinitely far from it.
+GONE = -math.inf
+
 INT_TABLE = Block(WHOLE, 2)
 
 
@@ -49,10 +52,10 @@ class Bodies(NamedTuple):
     """What may touch."""
 
     lines: Array  # (m, 6 or more), as `cdpr.cables.lines` says
-    radius: Array  # (m,), m
+    radius: Array  # (m,), m; GONE of a cable that is no more
     pairs: NDArray[np.int64]  # (m, m), what is asked
     platform: Array  # (0 or 1, 11), as `cdpr.mechanics.solids` has it, platform axes
-    obstacles: Array  # (k, 11), world
+    obstacles: Array  # (k, 11 or more), world
 
 
 class Nearest(NamedTuple):
@@ -124,6 +127,8 @@ def among_solids(bodies: Bodies, pose: Array, ends: Array, least: float, which: 
     for k in range(bodies.platform.shape[0]):
         solid = bodies.platform[k]
         for i in range(m):
+            if radius[i] == GONE:
+                continue
             anchor = solids.into(solid, vector(lines[i], 3))
             value, _ = solids.signed_distance(solid, anchor)
             if value < -ON_SURFACE:
@@ -137,18 +142,47 @@ def among_solids(bodies: Bodies, pose: Array, ends: Array, least: float, which: 
                 least, which = value, m * m + i
     for k in range(bodies.obstacles.shape[0]):
         for i in range(m):
-            value = solids.from_solid(bodies.obstacles[k], vector(ends[i], 0), vector(ends[i], 3)) - radius[i]
+            E, P = vector(ends[i], 0), vector(ends[i], 3)
+            if solids.beyond(bodies.obstacles[k], E, P) - radius[i] >= least:
+                continue
+            value = solids.from_solid(bodies.obstacles[k], E, P) - radius[i]
             if value < least:
                 least, which = value, m * m + m + k * m + i
     return least, which
 
 
-@threaded_kernel(NOTHING(BODIES, NEAREST))
-def look(bodies: Bodies, found: Nearest) -> None:
-    """Write what is found of all poses."""
-    ends = np.empty((bodies.lines.shape[0], 6))
+@kernel
+def look(bodies: Bodies, found: Nearest, ends: Array) -> None:
+    """Write what is found of all poses; `ends` (m, 6) is work space."""
     for k in range(found.poses.shape[0]):
         found.clearance[k], found.which[k] = nearest(bodies, found.poses[k], ends)
+
+
+@threaded_kernel(NOTHING(BODIES, NEAREST))
+def look_beside(bodies: Bodies, found: Nearest) -> None:
+    """Do so, and let other threads run meanwhile."""
+    look(bodies, found, np.empty((bodies.lines.shape[0], 6)))
+
+
+class Watch(NamedTuple):
+    """When cables are too near."""
+
+    radius: Array  # (m,), m, of all cables
+    gone: Array  # (m,), s, when they break; infinite of those that do not
+    level: Array  # (2,): at this clearance, m, or below, and from this time on, s
+    ends: Array  # (m, 6), work space
+
+
+@kernel
+def too_near(bodies: Bodies, watch: Watch, pose: Array, time: float) -> bool:
+    """Whether cables are too near at a pose (7,); `bodies` belong to who asks: here cables break in them."""
+    if time < watch.level[1]:
+        return False
+    for i in range(watch.radius.shape[0]):
+        bodies.radius[i] = watch.radius[i] if time < watch.gone[i] else GONE
+    least, _ = nearest(bodies, pose, watch.ends)
+    near: bool = least <= watch.level[0]
+    return near
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,9 +204,15 @@ class Clearance:
     unjudged: tuple[str, ...]
 
     def at(self, poses: ArrayLike, jobs: int | None = None) -> tuple[Array, NDArray[np.int64]]:
-        """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`."""
+        """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`.
+
+        One job needs no threads, and nothing of what starts slowly for them.
+        """
         given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
         found = Nearest(given, np.empty(len(given)), np.empty(len(given), dtype=np.int64))
+        if jobs == 1:
+            look(self.bodies, found, np.empty((self.robot.m, 6)))
+            return found.clearance, found.which
         eights = None
         if len(given) >= MANY and self.bodies.lines.shape[1] == ANCHORS and not DISABLED:
             eights = import_module("cdpr.mechanics.clearance_eights")
@@ -180,12 +220,18 @@ class Clearance:
         def part(cut: slice) -> None:
             these = Nearest(found.poses[cut], found.clearance[cut], found.which[cut])
             if eights is None:
-                look(self.bodies, these)
+                look_beside(self.bodies, these)
             else:
                 eights.look_eights(self.bodies, these, *eights.memory(self.robot.m))
 
         in_threads(len(given), part, jobs)
         return found.clearance, found.which
+
+    def without(self, cables: Iterable[int]) -> Clearance:
+        """Return the same where these cables, counted from 0, are no more."""
+        radius = self.bodies.radius.copy()
+        radius[list(cables)] = GONE
+        return replace(self, bodies=self.bodies._replace(radius=radius))
 
     def name(self, which: int) -> str:
         """Return what is nearest to what."""
@@ -231,7 +277,7 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     shape = robot.platform.shape
     own = np.zeros((0, solids.WIDTH)) if shape is None else solids.row(shape)[None]
     places = [solids.row(each.shape, each.position, tuple(each.attitude.tolist())) for each in obstacles]
-    others = np.array(places).reshape(len(places), solids.WIDTH)
+    others = solids.rows(places)
     inside = [cable.name for cable in robot.cables if shape is None or _depth(own[0], cable.platform) > ON_SURFACE]
     return Clearance(
         robot, tuple(obstacles), Bodies(lines(robot).copy(), radius, pairs, own, others), tuple(sharing), tuple(inside)

@@ -1,7 +1,9 @@
 """Distances from convex solids and between segments: compiled.
 
 A solid is a row (11,): its kind, the middle (3,), its attitude (4,) and its size (3,): half widths of a box; radius of
-a sphere; radius and half height of a cylinder.
+a sphere; radius and half height of a cylinder. That of a convex hull is longer: its size is the numbers of its
+triangles and edges and the radius of a sphere around it; then come of each triangle its normal (3,), height and corners
+(9,), and of each edge both ends (6,), from the middle. Of a hull `from_solid` alone is there.
 """
 
 from __future__ import annotations
@@ -12,14 +14,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.model.jit import kernel
-from cdpr.model.kernels import Vector, conjugate, dot, quaternion, rotate
+from cdpr.model.hull import convex_hull
+from cdpr.model.jit import kernel, small
+from cdpr.model.kernels import Vector, conjugate, cross, dot, quaternion, rotate, vector
 from cdpr.model.lanes import choose, every
 from cdpr.model.robot import Array
-from cdpr.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
+from cdpr.model.shapes import Box, Cylinder, Hull, Mesh, Shape, Sphere
 
 WIDTH = 11
-BOX, SPHERE, CYLINDER = range(3)
+BOX, SPHERE, CYLINDER, HULL = range(4)
+FACE, EDGE = 13, 6  # numbers of a triangle and of an edge of a hull
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 # Halvings of a segment on the way to where it is nearest to a solid: to the last digit of its length.
@@ -29,9 +33,9 @@ HALVINGS = 52
 PARALLEL = 1e-6
 
 
-def row(shape: Shape, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Sequence[float] = UPRIGHT) -> Array:
+def row(shape: Shape | Hull, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Sequence[float] = UPRIGHT) -> Array:
     """Return a shape in this place, m, as kernels take it; of a mesh the box around it."""
-    middle, kind, size = np.zeros(3), BOX, (0.0, 0.0, 0.0)
+    middle, kind, size, more = np.zeros(3), BOX, (0.0, 0.0, 0.0), np.zeros(0)
     if isinstance(shape, Box):
         x, y, z = shape.size
         size = (0.5 * x, 0.5 * y, 0.5 * z)
@@ -43,17 +47,44 @@ def row(shape: Shape, position: ArrayLike = (0.0, 0.0, 0.0), attitude: Sequence[
         low, high = np.array(shape.lower), np.array(shape.upper)
         x, y, z = (0.5 * (high - low)).tolist()
         middle, size = 0.5 * (low + high), (x, y, z)
+    elif isinstance(shape, Hull):
+        kind, (middle, size, more) = HULL, _hull(np.array(shape.corners))
     w, x, y, z = attitude
     turned = np.array(rotate((w, x, y, z), (middle[0], middle[1], middle[2])))
-    return np.concatenate([[kind], np.asarray(position) + turned, attitude, size])
+    return np.concatenate([[kind], np.asarray(position) + turned, attitude, size, more])
 
 
+def rows(solids: Sequence[Array]) -> Array:
+    """Return the rows of several, (k, 11 or more), filled up with zeros."""
+    table = np.zeros((len(solids), max(map(len, solids), default=WIDTH)))
+    for line, solid in zip(table, solids, strict=True):
+        line[: len(solid)] = solid
+    return table
+
+
+def _hull(points: Array) -> tuple[Array, tuple[float, float, float], Array]:
+    """Middle (3,), size and the other numbers of a hull of points (k, 3)."""
+    corners, triangles = convex_hull(points)
+    middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    corners = corners - middle
+    a, b, c = (corners[triangles[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    heights = np.max(corners @ normals.T, axis=0)  # of a face that is rough by round-off: above all corners
+    edges = np.array([(i, j) for t in triangles.tolist() for i, j in zip(t, (t[1], t[2], t[0]), strict=True) if i < j])
+    radius = float(np.linalg.norm(corners, axis=1).max())
+    faces = np.column_stack([normals, heights, a, b, c])
+    return middle, (len(faces), len(edges), radius), np.concatenate([faces.ravel(), corners[edges].ravel()])
+
+
+@small
 @kernel
 def into(solid: Array, x: Vector) -> Vector:
     """Return a point, m, in the axes of a solid, from its middle."""
     return rotate(conjugate(quaternion(solid, 4)), (x[0] - solid[1], x[1] - solid[2], x[2] - solid[3]))
 
 
+@small
 @kernel
 def signed_distance(solid: Array, x: Vector) -> tuple[float, Vector]:
     """Return how far a point in its axes is outside of a solid, m, negative inside, and where that grows, of length 1.
@@ -92,9 +123,97 @@ def signed_distance(solid: Array, x: Vector) -> tuple[float, Vector]:
 
 
 @kernel
+def highest(hull: Array, a: Vector, d: Vector, s: float) -> tuple[float, float, float]:
+    """Return how high a + s d is above the face above which it is highest; and at s = 0, and its slope over s."""
+    value, first, slope = -math.inf, 0.0, 0.0
+    for k in range(int(hull[8])):
+        at = WIDTH + FACE * k
+        n = vector(hull, at)
+        low, up = dot(n, a) - hull[at + 3], dot(n, d)
+        if low + s * up > value:
+            value, first, slope = low + s * up, low, up
+    return value, first, slope
+
+
+@kernel
+def lowest(hull: Array, a: Vector, d: Vector) -> float:
+    """Return the least of that height for s from 0 to 1, where it is negative; else something that is not.
+
+    It is the largest of straight lines, one for each face: where those meet that are the largest on either side, it is
+    least, unless another one is above them there, which takes the place of one.
+    """
+    value, low, down = highest(hull, a, d, 0.0)
+    if down >= 0.0:
+        return value
+    value, high, up = highest(hull, a, d, 1.0)
+    if up <= 0.0:
+        return value
+    for _ in range(int(hull[8])):
+        s = min(max((high - low) / (down - up), 0.0), 1.0)
+        if low + s * down > 0.0:
+            return low + s * down
+        value, first, slope = highest(hull, a, d, s)
+        if slope == 0.0 or (first == low and slope == down) or (first == high and slope == up):
+            break
+        if slope < 0.0:
+            low, down = first, slope
+        else:
+            high, up = first, slope
+    return value
+
+
+@kernel
+def from_hull(hull: Array, a: Vector, b: Vector) -> float:
+    """Return the distance of a segment, in its axes, from a convex hull, m; negative as that of other solids.
+
+    Where they do not meet, it is that from an edge, or that of an end from a face that it is above.
+    """
+    least = lowest(hull, a, (b[0] - a[0], b[1] - a[1], b[2] - a[2]))
+    if least < 0.0:
+        return least
+    least, faces = math.inf, int(hull[8])
+    for k in range(faces):
+        at = WIDTH + FACE * k
+        n = vector(hull, at)
+        for x in (a, b):
+            height = dot(n, x) - hull[at + 3]
+            if 0.0 <= height < least and over(hull, at + 4, n, x):
+                least = height
+    for k in range(int(hull[9])):
+        at = WIDTH + FACE * faces + EDGE * k
+        least = min(least, between(a, b, vector(hull, at), vector(hull, at + 3)))
+    return least
+
+
+@kernel
+def over(hull: Array, at: int, n: Vector, x: Vector) -> bool:
+    """Whether a point is over, or under, a triangle whose corners stand at `at`; not over its edges."""
+    for k in range(3):
+        p, q = vector(hull, at + 3 * k), vector(hull, at + 3 * ((k + 1) % 3))
+        side = cross((q[0] - p[0], q[1] - p[1], q[2] - p[2]), (x[0] - p[0], x[1] - p[1], x[2] - p[2]))
+        if dot(side, n) <= 0.0:
+            return False
+    return True
+
+
+@kernel
+def beyond(solid: Array, start: Vector, end: Vector) -> float:
+    """Return the distance of a segment from a sphere around a solid, m: soon told, and no larger than its own."""
+    a, b, c = solid[8], solid[9], solid[10]
+    radius = math.sqrt(a * a + b * b + c * c)
+    if solid[0] == HULL:
+        radius = c
+    elif solid[0] == CYLINDER:
+        radius = math.hypot(a, b)
+    return float(from_point(vector(solid, 1), start, end) - radius)
+
+
+@kernel
 def from_solid(solid: Array, start: Vector, end: Vector) -> float:
     """Return the least of those distances along a segment, whose ends are in the world, m; convex, so by halving."""
     a, b = into(solid, start), into(solid, end)
+    if solid[0] == HULL:
+        return from_hull(solid, a, b)
     d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
     first, ahead = signed_distance(solid, a)
     if dot(ahead, d) >= 0.0:

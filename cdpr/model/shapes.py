@@ -1,4 +1,4 @@
-"""What robots look like: shapes of platforms and frames, for drawing alone."""
+"""Shapes of platforms and frames, and of what stands in their way."""
 
 from __future__ import annotations
 
@@ -62,6 +62,19 @@ class Mesh:
         return {"mesh": [list(self.lower), list(self.upper)]}
 
 
+@dataclass(frozen=True)
+class Hull:
+    """The convex hull of a mesh."""
+
+    file: str
+    corners: tuple[tuple[float, float, float], ...]  # m, as the file has them
+
+    @property
+    def outline(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"hull": [list(corner) for corner in self.corners]}
+
+
 Shape = Box | Sphere | Cylinder | Mesh
 
 
@@ -70,7 +83,7 @@ class Obstacle(Frozen):
     """Something that stands in the way of cables; it does not act on the platform."""
 
     name: str
-    shape: Shape
+    shape: Shape | Hull
     position: NDArray[np.float64]  # (3,), m, world
     attitude: NDArray[np.float64]  # (4,) quaternion w, x, y, z
 

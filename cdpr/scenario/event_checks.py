@@ -9,6 +9,7 @@ from itertools import groupby
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr.cables import COMMANDED, MODELS
+from cdpr.cables.chain import DIAMETER
 from cdpr.fields import DEFERRED
 from cdpr.problems import Path, dotted
 from cdpr.scenario.changes import Options
@@ -20,7 +21,7 @@ from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.problems import Problems
 from cdpr.scenario.report import Below
-from cdpr.scenario.robot_schema import TensionSection, cable_name, limits
+from cdpr.scenario.robot_schema import CableSection, TensionSection, cable_name, limits
 from cdpr.scenario.schema import Simulation
 
 EVENT: TypeAdapter[ScenarioEvent] = TypeAdapter(AnyEvent, config=DEFERRED)
@@ -64,6 +65,8 @@ class EventChecks(Checks):
         self._need_ideal_cables(known)
         history = History(self.document.get(("robot", "unilateral")) is not False)
         history.cables = names
+        if self.document.get(("robot", "cable", DIAMETER.key)) is None:
+            history.thin = [name for name, (_, each) in zip(names, cables, strict=True) if _thin(each)]
         common = self.section(TensionSection, ("robot", "tension"))
         both = () if common is None else (common.min, common.max)
         if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
@@ -125,6 +128,11 @@ class EventChecks(Checks):
         for i, event in events:
             if event.ideal_cables_only:
                 self.say(("events", i, "type"), text)
+
+
+def _thin(cable: CableSection) -> bool:
+    """Whether a cable has no diameter of its own."""
+    return getattr(cable, DIAMETER.key) is None
 
 
 def beyond(events: Sequence[ScenarioEvent], simulation: Simulation) -> list[int]:

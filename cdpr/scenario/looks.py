@@ -12,8 +12,8 @@ from cdpr.cables.exit import Exit
 from cdpr.fields import ZERO, Colour, Position, Positive, Section, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array, frozen_array
-from cdpr.model.shapes import Box, Cylinder, Frame, Mesh, Obstacle, Shape, Sphere
-from cdpr.scenario.mesh import ENDINGS, box_around
+from cdpr.model.shapes import Box, Cylinder, Frame, Hull, Mesh, Obstacle, Shape, Sphere
+from cdpr.scenario.mesh import ENDINGS, box_around, hull_of
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -72,7 +72,7 @@ class ShapeSection(Section):
 
 
 class ObstacleSection(Section):
-    """Something that cables should not touch: `cdpr workspace ifcow` looks at it; it does not act on the platform."""
+    """Something that cables should not touch: workspaces and runs look at it; it does not act on the platform."""
 
     name: str | None = Field(None, min_length=1, description="name; obstacle 1, obstacle 2, ... unless said")
     box: tuple[Positive, Positive, Positive] | None = Field(
@@ -80,26 +80,36 @@ class ObstacleSection(Section):
     )
     sphere: Positive | None = Field(None, description="radius of a sphere", json_schema_extra=unit("m"))
     cylinder: CylinderSection | None = Field(None, description="a cylinder about its middle")
-    position: Position = Field(description="where its middle is, world", json_schema_extra=unit("m"))
+    mesh: str | None = Field(
+        None,
+        min_length=1,
+        description=f"name of a file ({', '.join(ENDINGS)}) relative to this one: triangles in metres, its own axes; "
+        "its convex hull counts",
+    )
+    position: Position = Field(
+        description="where its middle is, of a mesh the origin of its axes, world", json_schema_extra=unit("m")
+    )
     orientation: Orientation = Field(UPRIGHT, description="its attitude; upright unless said")
 
     @model_validator(mode="after")
     def _one_form(self) -> ObstacleSection:
-        forms = ("box", "sphere", "cylinder")
+        forms = ("box", "sphere", "cylinder", "mesh")
         if sum(getattr(self, name) is not None for name in forms) != 1:
             raise ValueError(f"exactly one of {', '.join(forms)} is expected")
         return self
 
-    def build(self, number: int) -> Obstacle:
-        """Return the obstacle, the `number`-th from 1."""
-        shape: Shape
+    def build(self, number: int, folder: str) -> Obstacle:
+        """Return the obstacle, the `number`-th from 1. Raises UnreadableError as `ShapeSection.build` does."""
+        shape: Shape | Hull
         if self.box is not None:
             shape = Box(self.box)
         elif self.sphere is not None:
             shape = Sphere(self.sphere)
-        else:
-            assert self.cylinder is not None
+        elif self.cylinder is not None:
             shape = Cylinder(self.cylinder.radius, self.cylinder.height)
+        else:
+            assert self.mesh is not None
+            shape = Hull(self.mesh, hull_of(os.path.join(folder, self.mesh)))
         place, attitude = frozen_array(self.position), frozen_array(self.orientation.quaternion())
         return Obstacle(self.name or f"obstacle {number}", shape, place, attitude)
 

@@ -1,4 +1,4 @@
-"""Meshes of triangles in files, STL or Wavefront OBJ: the box around them."""
+"""Meshes of triangles in files, STL or Wavefront OBJ: the box around them, and their convex hull."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.fields import MAX_DISTANCE
+from cdpr.model.hull import convex_hull
 from cdpr.model.robot import Array
 from cdpr.scenario.files import UnreadableError, read
 
 ENDINGS = (".stl", ".obj")
 MAX_BYTES = 32 * 2**20  # half a million triangles in STL
 
-Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+Point = tuple[float, float, float]
+Corners = tuple[Point, Point]
 
 # Binary STL: 80 bytes of comment, the number of triangles, and of each normal, three corners and two bytes more.
 HEAD = 84
@@ -28,18 +30,47 @@ def box_around(path: str) -> Corners:
 
     Raises UnreadableError, which says what is wrong with the file.
     """
+    return _box(path, _stamp(path))
+
+
+def hull_of(path: str) -> tuple[Point, ...]:
+    """Return the corners, m, of the convex hull of a mesh.
+
+    Raises UnreadableError likewise, and where there is no such hull, or one of too many corners.
+    """
+    return _hull(path, _stamp(path))
+
+
+def _stamp(path: str) -> tuple[int, int]:
+    """When a file was changed, and its size."""
     if not path.lower().endswith(ENDINGS):
         raise UnreadableError(f"'{path}': a mesh is expected in a file that ends with {' or '.join(ENDINGS)}")
     try:
         status = os.stat(path)
-        stamp = status.st_mtime_ns, status.st_size
+        return status.st_mtime_ns, status.st_size
     except (OSError, ValueError):
-        stamp = 0, 0  # reading says why
-    return _box(path, stamp)
+        return 0, 0  # reading says why
 
 
 @lru_cache(maxsize=64)  # each case of a study asks for it
 def _box(path: str, stamp: tuple[int, int]) -> Corners:
+    corners = _corners(path)
+    x, y, z = corners.min(axis=0).tolist()
+    X, Y, Z = corners.max(axis=0).tolist()
+    return (x, y, z), (X, Y, Z)
+
+
+@lru_cache(maxsize=64)
+def _hull(path: str, stamp: tuple[int, int]) -> tuple[Point, ...]:
+    try:
+        corners, _ = convex_hull(_corners(path))
+    except ValueError as error:
+        raise UnreadableError(f"'{path}' is no obstacle: {error}") from None
+    return tuple((x, y, z) for x, y, z in corners.tolist())
+
+
+def _corners(path: str) -> Array:
+    """All corners (k, 3) in a file, m."""
     content = read(path, MAX_BYTES, ENDINGS)
     if len(content) > MAX_BYTES:
         raise UnreadableError(f"'{path}' is larger than {MAX_BYTES // 2**20} MiB: draw a coarser mesh")
@@ -51,9 +82,7 @@ def _box(path: str, stamp: tuple[int, int]) -> Corners:
         raise UnreadableError(f"'{path}' is no mesh: it has no corner")
     if not (np.abs(corners) <= MAX_DISTANCE).all():  # false also where not finite
         raise UnreadableError(f"'{path}' is no mesh: a corner is not finite or beyond {MAX_DISTANCE:g} m")
-    x, y, z = corners.min(axis=0).tolist()
-    X, Y, Z = corners.max(axis=0).tolist()
-    return (x, y, z), (X, Y, Z)
+    return corners
 
 
 def _stl(content: bytes) -> Array:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 
 import numpy as np
 
 from cdpr import tolerances
 from cdpr.model import rotations
-from cdpr.problems import Path
+from cdpr.problems import Path, shown
 from cdpr.scenario.checks import Checks
+from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.initial import Initial
-from cdpr.scenario.looks import FrameSection
+from cdpr.scenario.looks import FrameSection, ObstacleSection
+from cdpr.scenario.mesh import hull_of
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.problems import exact
@@ -32,6 +35,7 @@ class RunChecks(Checks):
         motion = MotionChecks(self.document, self.problems)
         motion.load()
         self.start()
+        self._obstacles()
         if simulation:
             self._steps(simulation)
             log = self.section(Log, ("log",))
@@ -60,6 +64,22 @@ class RunChecks(Checks):
                 why = "its two anchors coincide, so it has no direction"
             if why:
                 self.say(("initial", "position"), f"cable '{cable_name(cable, i)}' has no length here: {why}")
+
+    def _obstacles(self) -> None:
+        """Report meshes in files that cannot be read, or are no obstacle."""
+        given = self.document.get(("world", "obstacles"))
+        for i in range(len(given) if isinstance(given, list) else 0):
+            path = ("world", "obstacles", i, "mesh")
+            section = self.section(ObstacleSection, path[:-1])
+            if section is None or section.mesh is None:
+                continue
+            if os.path.isabs(section.mesh):
+                self.say(path, f"a file name relative to this file is expected, got the absolute {shown(section.mesh)}")
+                continue
+            try:
+                hull_of(os.path.join(self.document.folder, section.mesh))
+            except UnreadableError as error:
+                self.say(path, str(error))
 
     def _steps(self, simulation: Simulation) -> None:
         duration, control, physics = simulation.duration, simulation.control_step, simulation.physics_step

@@ -109,7 +109,8 @@ class Scenario:
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """What cables should not touch."""
-        return tuple(each.build(i) for i, each in enumerate(self.sections.world.obstacles, start=1))
+        folder = self._document.folder
+        return tuple(each.build(i, folder) for i, each in enumerate(self.sections.world.obstacles, start=1))
 
     @property
     def simulation(self) -> Simulation:
@@ -286,8 +287,8 @@ class Scenario:
         move(data["trajectory"], *self.trajectory.files)
         for written, event in zip(data["events"], self.events, strict=True):
             move(written, *event.files)
-        shape = data["robot"]["platform"].get("shape", {})
-        move(shape, *({"mesh"} & shape.keys()))
+        for shape in (data["robot"]["platform"].get("shape", {}), *data["world"]["obstacles"]):
+            move(shape, *({"mesh"} & shape.keys()))
         sections = {"controller": self.controller_options, "solver": self.solver_options, "actuators": self.actuators}
         for name, options in sections.items():
             if options is not None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,13 +19,14 @@ from cdpr.errors import (
     OutputError,
     PlantEnded,
     PluginError,
+    Touched,
     Unanswered,
     one_line,
 )
 from cdpr.log.event import Event
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
-from cdpr.log.run import Header, Run
+from cdpr.log.run import CLEARANCE, Header, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.summary import beyond_of
 from cdpr.mechanics.reach import Exceeded
@@ -33,12 +34,15 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent, broken, redirected
+from cdpr.scenario.events import ScenarioEvent, broken, guarding, redirected
 from cdpr.simulation.build import build
-from cdpr.simulation.events import limit_events, marks, scheduled_events, tension_events
+from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.session import Session
+
+if TYPE_CHECKING:
+    from cdpr.mechanics.closest import Closest
 
 SESSION_NAME = "session.yaml"  # in the folder of a run to which something was done
 
@@ -46,6 +50,7 @@ STATUS: dict[type[BaseException], str] = {
     Diverged: "diverged",
     Infeasible: "infeasible",
     BeyondLimits: "beyond_limits",
+    Touched: "touched",
     Unanswered: "unanswered",
     Interrupted: "interrupted",
     PlantEnded: "ended",
@@ -82,7 +87,7 @@ class Attempt:
         self.loop.warm_up(self.scenario.initial.state(), real_time)
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
-        self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked)
+        self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked, self._watching)
         self._started = perf_counter()
         return self.loop, self.recorder
 
@@ -112,7 +117,7 @@ class Attempt:
             self.folder.finish(self.run)
         new = Attempt(self.scenario, self.header, folder)
         new.parts, new.loop, new._started = self.parts, self.loop, perf_counter()
-        new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path)
+        new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path, closest=self._watching)
         self.loop.write_to(new.recorder.rows)
         return new
 
@@ -184,6 +189,7 @@ class Attempt:
         samples = self.samples
         rows: Array | LogRows = np.empty((0, self.header.layout.width))
         counted: dict[str, Any] | None = None
+        clearance: dict[str, Any] = {}
         events: list[Event] = []
         if self.parts is not None and self.recorder is not None:
             try:
@@ -196,6 +202,13 @@ class Attempt:
             refusal = self.loop.stage.refusal if self.loop else ""
             events += tension_events(self.recorder.status, self.header.control_step, self.parts, refusal)
             events += limit_events(self._exceeded(rows), self.header)
+            closest = self._closest(rows)
+            if closest is not None:
+                least = closest.least
+                if least is not None:
+                    told = least.clearance, least.time, closest.name(least)
+                    clearance = dict(zip(CLEARANCE, told, strict=True))
+                events += contact_events(closest, guarding(self.parts.events, self.header.control_step))
             events += self.session.told(samples)
             if self.folder is not None and self.session and not going_on:
                 try:
@@ -241,6 +254,7 @@ class Attempt:
             interpreted=None if self.loop is None else self.loop.program.interpreted,
             folder=None if self.folder is None or going_on else str(self.folder.path),
             counted=counted,
+            clearance=clearance,
         ), error
 
     def _exceeded(self, rows: Array | LogRows) -> list[Exceeded]:
@@ -251,6 +265,29 @@ class Attempt:
         beyond = beyond_of(self.header)
         beyond.add(np.asarray(rows))
         return beyond.told()
+
+    def _closest(self, rows: Array | LogRows) -> Closest | None:
+        """How near cables came to what they may touch, in all samples; None where their diameters are not known."""
+        assert self.recorder is not None
+        if self.recorder.tally is not None:
+            return self.recorder.tally.closest
+        closest = self._watching()
+        if closest is not None:
+            table = np.asarray(rows)
+            closest.add(table[:, 0], table[:, self.header.layout.span("position", "orientation")])
+        return closest
+
+    def _watching(self) -> Closest | None:
+        """Return what looks at how near cables come to what they may touch."""
+        robot = self.scenario.robot
+        if any(cable.diameter is None for cable in robot.cables):
+            return None
+        from cdpr.mechanics.clearance import clearance  # few runs need what this loads
+        from cdpr.mechanics.closest import Closest, Level
+
+        assert self.parts is not None
+        levels = [Level(one.clearance, one.after) for _, one in guarding(self.parts.events, self.header.control_step)]
+        return Closest(clearance(robot, self.scenario.obstacles), self.header.broken, levels)
 
 
 def _moving(events: Sequence[ScenarioEvent]) -> list[int]:

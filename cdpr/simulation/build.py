@@ -86,6 +86,7 @@ def build(scenario: Scenario) -> Parts:
             substeps=simulation.substeps,
             output=_output(chosen["controller"], controller),
             events=scenario.events,
+            obstacles=scenario.obstacles,
             ideal_cables=scenario.ideal_cables,
             columns=columns_of(scenario),
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,15 @@ from cdpr.log.run import Header
 from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.scenario.events.event import Guard
 from cdpr.simulation.parts import Parts
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
 from cdpr.tension.stage import MEANING
 from cdpr.tension.status import Status
+
+if TYPE_CHECKING:
+    from cdpr.mechanics.closest import Closest
 
 # More events than anyone reads: the rest is counted in the last one.
 MOST = 200
@@ -55,6 +60,25 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts, refus
 def limit_events(exceeded: Sequence[Exceeded], header: Header) -> list[Event]:
     """One event for each kind of limit that cables left."""
     return [Event(one.first * header.control_step, "limit", one.text(header.cables)) for one in exceeded]
+
+
+def contact_events(closest: Closest, guarding: Sequence[tuple[ScenarioEvent, Guard]]) -> list[Event]:
+    """One event for each uninterrupted span of samples in which cables were too near; of each guard, a level."""
+    told = []
+    for i, (event, guard) in enumerate(guarding):
+        spans = closest.spans(i)
+        for span in spans[:MOST]:
+            first, least = closest.name(span.first), closest.name(span.least)
+            near = f"come within {guard.clearance:g} m" if guard.clearance else "touch"
+            of = f" of {least}" if least != first else ""
+            count = f"{span.samples} sample{'s' * (span.samples > 1)}"
+            text = f"{first} {near}: clearance down to {span.least.clearance:.4g} m{of} at {span.least.time:.6g} s"
+            until = span.until if span.until > span.first.time else None
+            told.append(Event(span.first.time, event.kind(), f"{text} ({count})", until=until))
+        if len(spans) > MOST:
+            text = f"{len(spans) - MOST} further spans in which cables are too near"
+            told.append(Event(spans[MOST].first.time, "more", text))
+    return told
 
 
 def marks(scheduled: Sequence[ScenarioEvent], step: float) -> list[int]:

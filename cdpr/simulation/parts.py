@@ -7,6 +7,7 @@ from typing import Literal
 
 from cdpr.columns import LATER, Column
 from cdpr.model import Robot
+from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
@@ -36,4 +37,5 @@ class Parts:
     ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
     columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
     settings: Settings | None = None  # options that may change
+    obstacles: tuple[Obstacle, ...] = ()  # what cables may touch beside each other and their platform
     believed: Robot | None = None  # as controller and solver know it, where that is not the robot

@@ -17,7 +17,7 @@ from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
-from cdpr.scenario.events import ScenarioEvent, broken
+from cdpr.scenario.events import ScenarioEvent, broken, guarding
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
@@ -78,7 +78,10 @@ class Sample:
         return acts
 
     def completing(self, distributing: Sequence[Act], events: Sequence[ScenarioEvent]) -> list[Act]:
-        """Return what distributes, and then writes what only plant and true robot know; raises BeyondLimits if told."""
+        """Return what distributes, and then writes what only plant and true robot know.
+
+        The acts raise BeyondLimits and Touched where the scenario says to stop then.
+        """
         acts = list(distributing)
         if not self._parts.ideal_cables:
             acts += self._readings[0]
@@ -86,6 +89,11 @@ class Sample:
             acts += self._exerting()
         if self._parts.limits == "stop":
             acts += self._within(events)
+        guards = [guard for _, guard in guarding(events, self._parts.control_step) if guard.stops]
+        if guards:
+            from cdpr.simulation.contact import keeping_distance  # few scenarios need what this loads
+
+            acts += keeping_distance(self._parts, events, guards, self.state)
         return acts
 
     def _reading(self) -> tuple[list[Act], list[Act]]:

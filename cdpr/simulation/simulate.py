@@ -40,8 +40,9 @@ def simulate(
         ScenarioError: the scenario is wrong.
         PluginError: a plugin is missing or broken.
         OutputError: `out` cannot be written.
-        SimulationStopped: the run ended early: Infeasible (BeyondLimits where cables left theirs, Unanswered where
-            the solver gave no valid answer), Diverged or (from `progress`) Interrupted.
+        SimulationStopped: the run ended early: Infeasible (BeyondLimits where cables left theirs, Touched where they
+            came too near to something, Unanswered where the solver gave no valid answer), Diverged or (from
+            `progress`) Interrupted.
 
     The attribute `run` of the error, also of a KeyboardInterrupt, holds all samples up to there.
     """

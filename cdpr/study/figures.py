@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-# What has a column of its own, what the axes say, and what depends on the machine.
-BESIDES = ("status", "believed", "real_time_factor")
+# What has a column of its own, what the axes say, what is no number, and what depends on the machine.
+BESIDES = ("status", "believed", "clearance_min_by", "real_time_factor")
 
 # All that there may be, so that no axis takes the name of one.
 FIGURES = (
@@ -27,6 +27,8 @@ FIGURES = (
     "cable_tension_max_N",
     "residual_max_N",
     "margin_min_N",
+    "clearance_min_m",  # where all cables have diameters
+    "clearance_min_at_s",
     "beyond_limits_shorter_steps",  # where the robot has such limits
     "beyond_limits_longer_steps",
     "beyond_limits_faster_steps",

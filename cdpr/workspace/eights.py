@@ -46,7 +46,7 @@ class Eight(NamedTuple):
     W: Array  # (n, m, 8)
     limits: Array  # (2, m, 8)
     box: Array  # (3, m, 8)
-    N: Array  # (m, 2, 8)
+    N: Array  # (m, m, 8): `reduce` writes as many columns as W leaves, which may be more than two
     required: Array  # (k, n, 8)
     work: Array  # (n + 5, m, 8)
     gram: Array  # as in `Pair`, all of them
@@ -73,7 +73,7 @@ def eight_for(asked: Asked) -> Eight:
     state, limits = aligned((13, WIDTH)), aligned((2, m, WIDTH))
     state[:], limits[:] = 0.0, asked.limits[:, :, None]
     six, wrench, value = aligned((6, WIDTH)), aligned((n, WIDTH)), aligned((2, WIDTH))
-    W6, W, box, N = aligned((6, m, WIDTH)), aligned((n, m, WIDTH)), aligned((3, m, WIDTH)), aligned((m, TWO, WIDTH))
+    W6, W, box, N = aligned((6, m, WIDTH)), aligned((n, m, WIDTH)), aligned((3, m, WIDTH)), aligned((m, m, WIDTH))
     required, work = aligned((k, n, WIDTH)), aligned((null_space.work_rows(n), max(n, m), WIDTH))
     return Eight(state, six, wrench, value, off, best, W6, W, limits, box, N, required, work, gram, Y, G, Z)
 

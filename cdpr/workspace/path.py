@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from cdpr.log.run import Run
 from cdpr.mechanics.clearance import clearance
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.workspace import answers
 from cdpr.workspace.question import Question, directions
+
+# Poses of a run at which is looked: of one that is longer so many, evenly spread.
+MOST = 4001
 
 
 def along(
@@ -41,6 +47,28 @@ def along(
     if all(cable.axial_stiffness is not None for cable in robot.cables):
         found["stiffness"] = _least(time, answers.stiff(robot, poses, question).value, [""] * len(time))
     return {name: least for name, least in found.items() if least is not None}
+
+
+def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
+    """Return margin and stiffness, as `along` does, of the motion that a run made, with its robot's limits.
+
+    A cable is no more from when it broke on. `robot` has the directions that the cables control. (The clearance is in
+    the run's summary, of all samples.)
+    """
+    count, head = len(run.rows), run.header
+    rows = run.rows[np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST)).round().astype(np.int64))]
+    time, poses = rows[:, 0], np.ascontiguousarray(rows[:, head.layout.span("position", "orientation")])
+    cuts, found = sorted({-math.inf, *(since for _, since in head.broken)}), dict[str, dict[str, Any]]()
+    for since, until in zip(cuts, [*cuts[1:], math.inf], strict=True):
+        now = (time >= since) & (time < until) & np.isfinite(poses).all(axis=1)
+        gone = {cable for cable, at in head.broken if at <= since}
+        left = tuple(replace(each, diameter=None) for i, each in enumerate(robot.cables) if i not in gone)
+        if left and now.any():
+            these = along(replace(robot, cables=left), time[now], poses[now], np.array(head.gravity))
+            for name, least in these.items():
+                if name not in found or least["value"] < found[name]["value"]:
+                    found[name] = least
+    return found
 
 
 def _least(time: Array, values: Array, limits: Sequence[str]) -> dict[str, Any] | None:

@@ -12,7 +12,7 @@ from cdpr.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
-from cdpr.model.shapes import Box, Cylinder, Mesh, Obstacle, Shape, Sphere
+from cdpr.model.shapes import Box, Cylinder, Hull, Mesh, Obstacle, Shape, Sphere
 from cdpr.workspace.required import NOTHING, Required
 
 
@@ -93,7 +93,7 @@ class Question:
 
 
 def _obstacle(data: dict[str, Any]) -> Obstacle:
-    shape: Shape
+    shape: Shape | Hull
     if "box" in data:
         x, y, z = map(float, data["box"])
         shape = Box((x, y, z))
@@ -101,6 +101,8 @@ def _obstacle(data: dict[str, Any]) -> Obstacle:
         shape = Sphere(float(data["sphere"]))
     elif "cylinder" in data:
         shape = Cylinder(*map(float, data["cylinder"]))
+    elif "hull" in data:
+        shape = Hull("", tuple((float(x), float(y), float(z)) for x, y, z in data["hull"]))
     else:
         low, high = data["mesh"]
         shape = Mesh("", tuple(low), tuple(high))

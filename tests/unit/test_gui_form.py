@@ -118,6 +118,7 @@ def test_what_is_missing_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch
 def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
     """But for those that need a file, which say so in its field."""
     desk = Desk("caroca")
+    desk.edit("robot.cable.diameter", 0.01)
     for event in EVENTS:
         desk.insert("events", event.kind())
         form = desk.form()

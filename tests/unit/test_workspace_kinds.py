@@ -120,7 +120,10 @@ world:
     ("obstacle", "said"),
     [
         ("{sphere: 0.2}", "position"),
-        ("{sphere: 0.2, box: [1, 1, 1], position: [0, 0, 0]}", "exactly one of box, sphere, cylinder is expected"),
+        (
+            "{sphere: 0.2, box: [1, 1, 1], position: [0, 0, 0]}",
+            "exactly one of box, sphere, cylinder, mesh is",
+        ),
         ("{sphere: -1, position: [0, 0, 0]}", "sphere"),
     ],
 )

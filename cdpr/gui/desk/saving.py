@@ -156,6 +156,8 @@ def file_paths(data: dict[str, Any], plugins: Registry) -> Iterator[Path]:
         kinds = [kind for kind in EVENTS if isinstance(event, dict) and event.get("type") == kind.kind()]
         yield from (("events", i, key) for kind in kinds for key in kind.files)
     yield from ((holder, *MESH) for holder in ("robot", "believed"))
+    obstacles = at(data, ("world", "obstacles"))
+    yield from (("world", "obstacles", i, "mesh") for i in range(len(obstacles) if isinstance(obstacles, list) else 0))
     yield from (("actuators", key) for key in _named(Actuators))
     roles: tuple[Role, ...] = ("controller", "solver")
     for role in roles:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,17 +38,19 @@ class Drawing(NamedTuple):
     minor: bool = False  # left out on paper
 
 
-def write_report(run: Run, path: str | Path) -> None:
+def write_report(run: Run, path: str | Path, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({})) -> None:
     """Write the report of `run` to the file `path`, whose folder must exist.
+
+    What `cdpr.workspace.path.flown` tells of it is in the summary, where it is given as `least`.
 
     The same run gives the same bytes, but for the row of wall-clock times.
 
     Raises OutputError where the file cannot be written.
     """
-    replace_markup(Path(path), render(run))
+    replace_markup(Path(path), render(run, least))
 
 
-def render(run: Run) -> str:
+def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({})) -> str:
     """Return the report as HTML."""
     head = run.header
     with np.errstate(all="ignore"):  # a run that diverged ends in inf and NaN
@@ -60,7 +63,7 @@ def render(run: Run) -> str:
             "Scenario": section("scenario", tables.scenario(run)),
         }
         top = (
-            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run)}\n</section>\n'
+            f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run, least)}\n</section>\n'
             f'<section id="run">\n{tables.provenance(run)}\n</section>\n</div>'
         )
         banner = tables.ending(run, sentence(run, histories(run).outline.position))

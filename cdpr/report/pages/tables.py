@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
 import numpy as np
 
-from cdpr.log.run import Run
+from cdpr.log.run import CLEARANCE, Run
 from cdpr.model.robot import Array
 from cdpr.report.marks import SHADES, paired
 from cdpr.report.marks import events as in_order
 from cdpr.report.pages.page import banner, table
 from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
+from cdpr.report.text.least import least_of
 from cdpr.report.text.reservations import fallback, lost, reservations
 from cdpr.view import colours
 
@@ -26,6 +28,7 @@ BANNERS = {
     "infeasible": ("bad", "Stopped as infeasible"),
     "unanswered": ("bad", "Stopped where the solver gave no valid answer"),
     "beyond_limits": ("bad", "Stopped where a cable left its limits"),
+    "touched": ("bad", "Stopped where cables came too near to something"),
     "interrupted": ("warn", "Interrupted"),
     "failed": ("bad", "Failed"),
     "running": ("warn", "Did not end: the process still runs or was killed"),
@@ -43,8 +46,8 @@ def ending(run: Run, happened: str = "") -> str:
     return banner(mood, text, message)
 
 
-def summary(run: Run) -> str:
-    """The figures of `Run.summary` in the units people read, and wall-clock times in the last row."""
+def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
+    """The figures of `Run.summary` and the `least` ones, in the units people read; wall-clock times in the last row."""
     figures = run.summary()
     out = "<h2>Summary</h2>\n"
     if not figures["samples"]:
@@ -64,6 +67,8 @@ def summary(run: Run) -> str:
         ("Largest change of a tension from one sample to the next (N)", number(tension["largest_step"])),
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
+        *([("Least clearance (m)", _clearance(figures))] if "clearance_min_m" in figures else []),
+        *((escape(title.capitalize()), escape(text)) for title, text in least_of(least)),
         ("Steps without valid tensions", _bad_steps(run)),
         (
             "Work of cables; of external wrenches (J)",
@@ -79,6 +84,11 @@ def summary(run: Run) -> str:
             times.append(f"{number(figures['real_time_factor'])} times real time")
         rows.append(("Wall clock", escape(", ".join(times))))
     return out + table(rows)
+
+
+def _clearance(figures: dict[str, Any]) -> str:
+    gap, at, by = (figures[key] for key in CLEARANCE)
+    return f"{number(gap)} at {at:.6g} s, {escape(by)}"
 
 
 def _bad_steps(run: Run) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cdpr.report.text.aligned import condition_number, row, table, turned, vector
+from cdpr.report.text.least import least_of
 
 CONSTRAINTS = {
     "fully constrained": "some t > 0 has W t = 0, so that the cables can balance any wrench",
@@ -22,12 +23,6 @@ OPTIONAL = {
     "length_min_m": "shortest (m)",
     "length_max_m": "longest (m)",
     "speed_max_m_per_s": "fastest (m/s)",
-}
-# Of what `cdpr.workspace.path` tells: what it is called, and its unit.
-LEAST = {
-    "margin": ("capacity margin", "N, at rest,"),
-    "clearance": ("least clearance", "m"),
-    "stiffness": ("least stiffness", "N/m"),
 }
 RANGES = {"length_m": "length (m)", "rate_m_per_s": "rate (m/s)", "tension_N": "tension (N)"}
 
@@ -112,11 +107,8 @@ def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
     yield row("feasible", feasible)
     if motion["smallest_margin_N"] is not None:
         yield row("smallest margin", f"{motion['smallest_margin_N']:.4g} N at {motion['smallest_margin_at_s']:.4g} s")
-    for name, (title, unit) in LEAST.items():
-        if name in motion.get("least", {}):
-            least = motion["least"][name]
-            by = f", {least['by']}" if least["by"] else ""
-            yield row(title, f"{least['value']:.4g} {unit} at {least['at_s']:.4g} s{by}")
+    for title, text in least_of(motion.get("least", {})):
+        yield row(title, text)
     rows = [[cable["name"], *(" to ".join(map(_number, cable[key])) for key in RANGES)] for cable in motion["cables"]]
     yield from table([["cable", *RANGES.values()], *rows])
     for text in motion["exceeded"]:

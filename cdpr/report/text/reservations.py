@@ -32,6 +32,8 @@ def reservations(run: Run) -> Iterator[str]:
     for kind in KINDS:
         if bad := beyond.get(kind.name):
             yield f"{bad} of {total} samples had {kind.words} than allowed"
+    if figures.get("clearance_min_m", 0.0) < 0.0:
+        yield f"{figures['clearance_min_by']} touched"
 
 
 def fallback(run: Run) -> Iterator[str]:

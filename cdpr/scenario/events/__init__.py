@@ -7,7 +7,8 @@ from typing import Annotated, get_args
 
 from pydantic import Field
 
-from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, redirected
+from cdpr.scenario.events.contact import Contact
+from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected
 from cdpr.scenario.events.faults import CableBreak, CableJam
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Sine, Wrench
@@ -16,12 +17,22 @@ from cdpr.scenario.events.outside import Outside
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
 
-__all__ = ["EVENTS", "MAX_EVENTS", "AnyEvent", "ScenarioEvent", "broken", "first_sample", "limits_change", "redirected"]
+__all__ = [
+    "EVENTS",
+    "MAX_EVENTS",
+    "AnyEvent",
+    "ScenarioEvent",
+    "broken",
+    "first_sample",
+    "guarding",
+    "limits_change",
+    "redirected",
+]
 
 MAX_EVENTS = 1000
 
 AnyEvent = Annotated[
-    Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop | Target | SetOption | Outside,
+    Wrench | Sine | CableBreak | CableJam | TensionLimits | EmergencyStop | Target | SetOption | Outside | Contact,
     Field(discriminator="type"),
 ]
 

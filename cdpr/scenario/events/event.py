@@ -66,6 +66,15 @@ class Swing:
     amplitude: tuple[float, ...]  # (6,): force, N, and moment, N m, at the platform's origin, world axes
 
 
+@dataclass(frozen=True)
+class Guard:
+    """Cables are to keep their distance: from what touches them at this clearance, m, from a time on, s."""
+
+    clearance: float
+    after: float
+    stops: bool  # whether the run ends where they do not
+
+
 @dataclass
 class History:
     """What has happened before an event, for its checks.
@@ -78,6 +87,7 @@ class History:
         fate: of cables that no longer do what they are told: what has become of them, and when, s.
         stopped: when the robot was stopped, s.
         cables: names of all.
+        thin: names of those whose diameter is not known.
     """
 
     unilateral: bool
@@ -87,6 +97,7 @@ class History:
     fate: dict[str, tuple[str, float]] = field(default_factory=dict)
     stopped: float | None = None
     cables: Sequence[str] = ()
+    thin: Sequence[str] = ()
 
 
 class ScenarioEvent(Kind):
@@ -153,6 +164,10 @@ class ScenarioEvent(Kind):
         """Return the external wrench that it is, if any."""
         return None
 
+    def guard(self, step: float) -> Guard | None:
+        """Return what it watches over, if anything: it happens where cables come too near to something."""
+        return None
+
     def redirect(self, motion: Trajectory, step: float) -> Trajectory:
         """Return the desired motion as it is from then on, and was before; raises CdprError where it cannot be."""
         return motion
@@ -204,6 +219,12 @@ class CableEvent(ScenarioEvent):
     def possible(self, fate: str) -> bool:
         """Whether it may happen to a cable of this fate."""
         return False
+
+
+def guarding(events: Sequence[ScenarioEvent], step: float) -> list[tuple[ScenarioEvent, Guard]]:
+    """Return the events that watch over clearances, each with its guard; `step` is the control period, s."""
+    pairs = [(event, event.guard(step)) for event in events]
+    return [(event, guard) for event, guard in pairs if guard is not None]
 
 
 def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:

@@ -1,0 +1,22 @@
+"""The least margin, clearance and stiffness along a motion, as `cdpr.workspace.path` tells them, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+# What each is called, and its unit.
+NAMES = {
+    "margin": ("capacity margin", "N, at rest,"),
+    "clearance": ("least clearance", "m"),
+    "stiffness": ("least stiffness", "N/m"),
+}
+
+
+def least_of(found: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Yield the name of each, and how much it is, when and by what."""
+    for key, (title, unit) in NAMES.items():
+        if key in found:
+            least = found[key]
+            by = f", {least['by']}" if least["by"] else ""
+            yield title, f"{least['value']:.4g} {unit} at {least['at_s']:.4g} s{by}"

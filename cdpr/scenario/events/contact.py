@@ -1,0 +1,43 @@
+"""Cables that come too near to each other, to their platform or to an obstacle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal
+
+from pydantic import Field
+
+from cdpr.fields import NonNegative, unit
+from cdpr.log.event import Event
+from cdpr.scenario.events.event import Guard, History, ScenarioEvent, first_sample
+
+
+class Contact(ScenarioEvent):
+    """The least clearance of the cables falls to a value, or below it; looked at in each sample."""
+
+    type: Literal["contact"] = Field(
+        description="cables touch, or come too near to, each other, their platform or one of world.obstacles"
+    )
+    time: NonNegative = Field(
+        0.0, description="from the first sample at or after this time on it may happen", json_schema_extra=unit("s")
+    )
+    clearance: NonNegative = Field(
+        0.0, description="it happens where the least clearance is this or less", json_schema_extra=unit("m")
+    )
+    then: Literal["continue", "stop"] = Field(
+        "continue", description="whether the run records it and goes on, or ends with that sample"
+    )
+
+    def follow(self, history: History) -> Iterator[str]:
+        """Yield where it is not known how thick the cables are."""
+        if history.thin:
+            whose = f"'{history.thin[0]}'" + (f" and {len(history.thin) - 1} more" if history.thin[1:] else "")
+            yield f"needs the diameters of all cables, and has none of {whose}: give the robot cable.diameter (m)"
+
+    def guard(self, step: float) -> Guard:
+        """Return when it happens."""
+        return Guard(self.clearance, first_sample(self.time, step) * step, self.then == "stop")
+
+    def tell(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
+        """Say nothing: what has happened is found in the samples."""
+        return iter(())
