@@ -27,7 +27,7 @@ SIX = "FX,FY,FZ,MX,MY,MZ"
 
 # What is counted while a method works, and whose options are its own.
 UNITS = {"certify": "percent", "hull": "rounds", "rays": "rays"}
-OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays")}
+OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays"), "about": ("turns", "--about")}
 
 # Options that some kinds take, by the part of the question that they give.
 SOME = {
@@ -58,11 +58,15 @@ def command_of(name: str, text: str) -> click.Command:
     }
     options: list[Any] = [SOME[part] for part in kind.takes if part in SOME]
     if kind.needs or "required" in kind.takes:
-        prefix, units, letters = what[kind.needs or "wrenches"]
+        wanted = kind.needs or "wrenches"
+        prefix, units, letters = what[wanted]
         for form, title in forms.items():
             options.append(
                 click.option(
-                    f"--{prefix}-{form}", form, metavar=letters, help=f"{title} of required {prefix}s ({units})."
+                    f"--{prefix}-{form}",
+                    form,
+                    metavar=letters,
+                    help=f"{title} of required {wanted} ({units}).",
                 )
             )
 
@@ -76,6 +80,7 @@ def command_of(name: str, text: str) -> click.Command:
         cells: str | None,
         method: str,
         undecided: float | None,
+        about: str | None,
         rays: int | None,
         jobs: int | None,
         chunks: str | None,
@@ -88,7 +93,9 @@ def command_of(name: str, text: str) -> click.Command:
         **asked: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
-        place = Place(orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays})
+        place = Place(
+            orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays, "about": about}
+        )
         to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
         _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json)
 
@@ -119,9 +126,9 @@ _OPTIONS = (
     click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each. [40]"),
     click.option(
         "--method",
-        type=click.Choice(["grid", "octree", "hull", "rays", "certify"]),
+        type=click.Choice(["grid", "octree", "hull", "rays", "turns", "certify"]),
         default="grid",
-        help="All cells; those that decide; the boundary from a point; free stretches of lines; boxes proved. [grid]",
+        help="All cells; those that decide; the boundary from a point; free lines; turns; boxes proved. [grid]",
     ),
     click.option(
         "--undecided",
@@ -129,6 +136,7 @@ _OPTIONS = (
         metavar="SHARE",
         help="Of the box, up to which certify need not decide. [0.02]",
     ),
+    click.option("--about", type=click.Choice(["rx", "ry", "rz"]), help="The world's axis of turns. [rz]"),
     click.option("--rays", type=Whole(4, 10**6), metavar="N", help="In how many directions hull looks. [2562]"),
     click.option(
         "--length",
@@ -189,6 +197,7 @@ def _run(
     tell_of_compilation()
     robot, gravity, _, _ = look(loaded, None)
     turned = [parse_attitude(text, robot) for text in place.orientation]
+    source = source_of(loaded, file, changes)  # as it was when it was loaded
     lower, upper = (_three(text, name) for text, name in ((place.lower, "--lower"), (place.upper, "--upper")))
     where = region(robot, lower=lower, upper=upper, cells=cells_of(place.cells), orientations=turned or None)
     if "obstacles" in kind_of(kind).takes and not isinstance(loaded, Robot):
@@ -200,13 +209,12 @@ def _run(
             raise click.UsageError(f"{OWNERS[name][1]} is for --method {OWNERS[name][0]}")
     how |= {name: value for name, value in place.finer.items() if value is not None}
     if to is not None:
-        source = source_of(loaded, file, changes)
         figures = chunked.compute(to, robot, kind, where, jobs, source, asked | {"gravity": gravity, "over": over})
         tell(figures | {"file": str(to.folder)}, as_json)
         return
     with Progress(UNITS.get(place.method, "cells")) as progress:
         found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
-    found.about["source"] = source_of(loaded, file, changes)
+    found.about["source"] = source
     finish(found, target, as_json)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
@@ -42,6 +43,9 @@ def _slice(text: str) -> tuple[int, float]:
     try:
         if name not in ("x", "y", "z"):
             raise ValueError
-        return "xyz".index(name), number(place)
+        at = number(place)
+        if not math.isfinite(at):
+            raise ValueError
+        return "xyz".index(name), at
     except ValueError:
         raise click.BadParameter(f"such as z=1.0 is expected (m), got {text[:80]!r}", param_hint="--slice") from None

@@ -19,6 +19,7 @@ from cdpr.simulation.schedule import Schedule
 from cdpr.tension.stage import Solve, TensionStage
 
 MOST_SAMPLES = 2000  # of a motion: its peaks are then met to a millionth
+WITHIN = 100  # of an event that lasts
 
 
 def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -> tuple[dict[str, Any], Survey | None]:
@@ -49,10 +50,22 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
     return plain(figures), motion
 
 
+def _looked_at(scenario: Scenario) -> Array:
+    """Samples, by their numbers: of the whole, of the motion, which may be a small part of it, and where events are."""
+    steps, period = scenario.simulation.steps, scenario.simulation.control_step
+    begin, end = (int(min(at / period, steps)) for at in (scenario.desired.start, scenario.desired.end))
+    parts = [np.linspace(a, b, min(b - a, MOST_SAMPLES) + 1) for a, b in ((0, steps), (begin, min(end + 1, steps)))]
+    for event in scenario.events:
+        until = event.time + (getattr(event, "duration", None) or 0.0)
+        parts += [np.array([at / period + k for at in (event.time, until) for k in (-1.0, 0.0, 1.0, 2.0)])]
+        parts += [np.linspace(event.time, until, WITHIN) / period]
+    return np.unique(np.clip(np.concatenate(parts).round(), 0, steps))
+
+
 def follow(scenario: Scenario, solve: Solve) -> Survey:
     """Return what the desired motion of a scenario asks of its cables; `solve` is as for `survey`."""
-    simulation, events, period = scenario.simulation, scenario.events, scenario.simulation.control_step
-    steps = np.unique(np.linspace(0, simulation.steps, min(simulation.steps, MOST_SAMPLES) + 1).round())
+    events, period = scenario.events, scenario.simulation.control_step
+    steps = _looked_at(scenario)
 
     def happens(stage: TensionStage, external: Array) -> Schedule:
         return Schedule(events, period, scenario.robot, stage, Loads(external, np.zeros(6)))

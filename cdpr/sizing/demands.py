@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model.robot import Array, Robot
 from cdpr.sizing.duty import Duty
@@ -56,36 +57,45 @@ LEAST = {"tension_least", "shortest"}  # of several duties the least is the wors
 def demands(duty: Duty) -> Demands:
     """Return the figures of a duty; samples without tensions that do what was asked do not count."""
     nothing, good = np.full(duty.robot.m, np.nan), duty.feasible
-    radius = np.array([math.nan if cable.winch is None else cable.winch.drum_radius for cable in duty.robot.cables])
+    radius = drum_radii(duty.robot)
     known: dict[str, Array] = {}
     if good.any():
-        length, tension = duty.length[good], np.where(good[:, None], duty.tension, np.nan)
+        length, tension = duty.length[good], duty.tension[good]
         known |= {"tension": _largest(tension), "tension_least": -_largest(-tension)}
         known |= {"shortest": length.min(axis=0), "longest": length.max(axis=0)}
         known["turns"] = (known["longest"] - known["shortest"]) / (2.0 * math.pi * radius)
         if duty.time is None or duty.rate is None:
             known["torque"] = radius * known["tension"]
         else:
-            known |= _in_motion(duty.robot, tension, duty.rate, duty.time, radius)
+            tension = np.where(good[:, None], duty.tension, np.nan)
+            known |= _in_motion(duty.robot, tension, duty.rate, duty.time, radius, good)
     return Demands(**{part.name: known.get(part.name, nothing) for part in fields(Demands)})
 
 
-def _in_motion(robot: Robot, tension: Array, rate: Array, time: Array, radius: Array) -> dict[str, Array]:
-    """Return the figures that need time; tensions (K, m) are NaN where they do not count."""
+def drum_radii(robot: Robot) -> Array:
+    """Return the radii of drums, (m,), m; NaN of a cable without one."""
+    return np.array([math.nan if cable.winch is None else cable.winch.drum_radius for cable in robot.cables])
+
+
+def _in_motion(
+    robot: Robot, tension: Array, rate: Array, time: Array, radius: Array, good: NDArray[np.bool_]
+) -> dict[str, Array]:
+    """Return the figures that need time; tensions (K, m) are NaN where they do not count, as are samples not `good`."""
     acceleration = np.gradient(rate, time, axis=0)
+    speed, change = np.abs(rate[good]).max(axis=0), np.abs(acceleration[good]).max(axis=0)
     power = -tension * rate
     power[np.abs(power) <= ROUNDING * np.nanmax(np.abs(power))] = 0.0  # at rest
     driving, braking = np.maximum(power, 0.0), np.maximum(-power, 0.0)
     torque = _torque(robot, tension, rate, acceleration)
     return {
         "tension_rms": _rms(tension, time),
-        "speed": np.abs(rate).max(axis=0),
-        "acceleration": np.abs(acceleration).max(axis=0),
+        "speed": speed,
+        "acceleration": change,
         "driving": _largest(driving),
         "braking": _largest(braking),
         "given": _integral(driving, time),
         "taken": _integral(braking, time),
-        "drum_speed": np.abs(rate).max(axis=0) / radius,
+        "drum_speed": speed / radius,
         "torque": _largest(np.abs(torque)),
         "torque_rms": _rms(torque, time),
         "motor_power": _largest(np.abs(torque * rate / radius)),

@@ -12,7 +12,7 @@ import numpy as np
 from cdpr.errors import CdprError
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.model import Robot
-from cdpr.sizing.demands import LEAST, Demands, demands
+from cdpr.sizing.demands import LEAST, Demands, demands, drum_radii
 from cdpr.sizing.duty import Duty
 
 SAFETY = 5.0  # of a cable's breaking load over its largest tension, unless said
@@ -108,6 +108,8 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         values = np.array([getattr(each, part.name) for each in found])
         pick = np.fmin if part.name in LEAST else np.fmax
         worst[part.name] = pick.reduce(values, axis=0)
+    radius = drum_radii(first)
+    worst["turns"] = (worst["longest"] - worst["shortest"]) / (2.0 * math.pi * radius)  # of all: no one need have both
     peaks = np.array([np.nan_to_num(each.tension, nan=-np.inf) for each in found])
     source = tuple(duties[k].name if math.isfinite(peaks[k, i]) else "" for i, k in enumerate(peaks.argmax(axis=0)))
     parts = tuple(

@@ -42,6 +42,7 @@ def ask_positions(
         cut = slice(first, first + PIECE)
         poses = np.empty((len(positions[cut]), 7))
         poses[:, :3] = positions[cut]
+        lost = np.zeros(len(poses), dtype=bool)  # of all attitudes one has no value: then there is no least of them
         for q in region.orientations:
             poses[:, 3:] = q
             found = kind.answer(robot, poses, question, jobs)
@@ -51,8 +52,11 @@ def ask_positions(
                 better = found.value < before if over == "all" else found.value > before
             better |= np.isnan(before) & ~np.isnan(found.value)
             value[cut], limit[cut] = np.where(better, found.value, before), np.where(better, found.limit, limit[cut])
+            lost |= np.isnan(found.value)
             inside[cut] = inside[cut] & here if over == "all" else inside[cut] | here
             boundary[cut] |= np.abs(found.value - (question.at_least or 0.0)) <= BOUNDARY * found.scale
+        if over == "all":
+            value[cut][lost] = np.nan
     return Asked(value, limit, inside, boundary)
 
 

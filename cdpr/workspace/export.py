@@ -16,13 +16,14 @@ from cdpr.errors import CdprError
 from cdpr.log.files import unwritable
 from cdpr.workspace.result import Workspace
 from cdpr.workspace.surface import surface
+from cdpr.workspace.turns import Turns
 
 BLOCK = 2**20  # bytes that are compressed at a time
 LEVEL = 6  # of zlib, the same in all its versions
 
 
 def vti(found: Workspace) -> bytes:
-    """Return a VTK image: value, inside and boundary of each cell (VTK file formats, XML, inline binary)."""
+    """Return a VTK image: value, inside, boundary and turns of each cell (VTK file formats, XML, inline binary)."""
     region = found.region
     extents = [n if i in region.moving else 0 for i, n in enumerate(region.shape)]
     spacing = [(region.upper[i] - region.lower[i]) / region.shape[i] or 1.0 for i in range(3)]
@@ -31,6 +32,8 @@ def vti(found: Workspace) -> bytes:
         "inside": ("UInt8", found.inside.astype(np.uint8)),
         "boundary": ("UInt8", found.boundary.astype(np.uint8)),
     }
+    if isinstance(found.detail, Turns):
+        arrays |= {"turn_least": ("Float64", found.detail.least), "turn_most": ("Float64", found.detail.most)}
     lines = [
         '<?xml version="1.0"?>',
         '<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
@@ -150,7 +153,7 @@ def export(found: Workspace, path: str | os.PathLike[str]) -> None:
     if target.suffix not in WRITERS:
         raise CdprError(f"{target}: a name that ends in {', '.join(WRITERS)} is expected")
     content = WRITERS[target.suffix](found)
-    part = target.with_name(f".{target.name}.part")
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         part.write_bytes(content)
         part.replace(target)

@@ -122,7 +122,7 @@ def hull(
         centre = region.positions(np.array([best]))[0]
     else:
         dimensions = len(region.moving)
-        return Hull(home, np.empty((0, 3)), np.empty((0, dimensions), dtype=np.int64), 1, 1.0)
+        return Hull(home, np.empty((0, 3)), np.empty((0, dimensions), dtype=np.int64), 1, 0.0)
     directions, triangles = _directions(region, rays)
     asked = 1
 

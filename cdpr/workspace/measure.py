@@ -99,6 +99,8 @@ def measure(
         raise CdprError(
             f"poses[{int(np.argmax(found.status == assess.BAD))}]: an anchor lies on the other of its cable"
         )
+    if mode != "payload" and not np.isfinite(found.scale).all():
+        raise CdprError("required: is beyond what numbers hold, and so are the margins")
     known = np.asarray(np.isfinite(found.direction).all(axis=1))
     widest = np.argmax(np.abs(np.where(known[:, None], found.direction, 0.0)), axis=1)
     against = found.direction[np.arange(count), widest] < 0.0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import CdprError, PluginError
+from cdpr.errors import CdprError, LogError, PluginError
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
@@ -83,8 +83,16 @@ def compare(
     poses = np.concatenate([edges, _poses(found, rng, found.region.positions(cells))])
     inside = verdicts(found, robot, poses)[0]
     told = _told(found, robot, poses, inside, progress)
-    alone = ~found.evaluated.ravel()[cells] & (len(found.region.orientations) == 1)
-    wrong = alone & (inside[len(edges) :] != found.inside.ravel()[cells])
+    single = len(found.region.orientations) == 1
+    other = single & (inside[len(edges) :] != found.inside.ravel()[cells])
+    asked = found.evaluated.ravel()[cells]
+    alone, wrong = ~asked & single, other & ~asked
+    if (other & asked).any():
+        k = len(edges) + int(np.argmax(other & asked))
+        raise LogError(
+            f"the file says of the cell at {poses[k, :3].tolist()} m that it is {'not ' * bool(inside[k])}inside, and "
+            "its robot, asked again, says otherwise: the file was changed, or made by another version"
+        )
     return replace(told, bisected=len(edges), told=int(alone.sum()), told_wrong=int(wrong.sum()))
 
 

@@ -21,6 +21,7 @@ from cdpr.model.rotations import held_upright
 CELLS = 40  # along the longest side, unless said
 MOST_CELLS = 10**9  # of a table in memory
 MOST_NUMBERED = 10**15  # that can be, in chunks
+FARTHEST = 1e9  # m: with more, positions are coarser than a tenth of a micrometre
 PIECE = 65536  # poses that are made at a time
 
 
@@ -114,6 +115,8 @@ def region(
             low[i] = high[i] = home[i]
         elif not low[i] < high[i]:
             raise CdprError(f"box: {name} of lower, {low[i]:g} m, must be below that of upper, {high[i]:g} m")
+    if not np.abs([low, high]).max() <= FARTHEST:
+        raise CdprError(f"box: its corners must be within {FARTHEST:g} m")
     extent = high - low
     if not extent.any():
         raise CdprError(f"robot: '{robot.name}' does not change its position, so it has no workspace of positions")

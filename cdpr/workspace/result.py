@@ -32,12 +32,18 @@ from cdpr.workspace.question import Question
 from cdpr.workspace.rays import Rays, rays
 from cdpr.workspace.regions import MOST_CELLS, Region
 from cdpr.workspace.tally import figures, tally, total
+from cdpr.workspace.turns import Turns, check_turns, turns
 
 FORMAT = "cdpr workspace 3"
-Method = Literal["grid", "octree", "hull", "rays", "certify"]
+Method = Literal["grid", "octree", "hull", "rays", "turns", "certify"]
 METHODS: tuple[Method, ...] = get_args(Method)
-Detail = Proofs | Hull | Rays
-DETAILS: dict[str, type[Proofs] | type[Hull] | type[Rays]] = {"certify": Proofs, "hull": Hull, "rays": Rays}
+Detail = Proofs | Hull | Rays | Turns
+DETAILS: dict[str, type[Proofs] | type[Hull] | type[Rays] | type[Turns]] = {
+    "certify": Proofs,
+    "hull": Hull,
+    "rays": Rays,
+    "turns": Turns,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +120,7 @@ class Workspace:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as NPZ. Raises OutputError."""
         region, target = self.region, Path(path)
-        part = target.with_name(f".{target.name}.part")
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
         about = {"format": FORMAT, "kind": self.kind.name, "robot": self.robot, **self.about}
         finer: dict[str, Any] = {} if self.detail is None else self.detail.plain()
         try:
@@ -188,6 +194,7 @@ def workspace(
     method: Method = "grid",
     undecided: float = UNDECIDED,
     n_rays: int = RAYS,
+    about: str = "rz",
     jobs: int | None = None,
     progress: Callable[[int, int], None] = _silent,
     **asked: Any,
@@ -202,10 +209,12 @@ def workspace(
             `required=box([50, 50, 50, 5, 5, 5])`: see `Question`.
         over: whether "all" attitudes of the region must be inside, or "any" of them.
         method: "grid" looks at all cells, "octree" at those that decide (`cdpr.workspace.octree`), "hull" from a point
-            within for the boundary (`.hull`), "rays" for where cables are free along lines (`.rays`), and "certify"
-            proves boxes of any size to be inside or outside (`.certify`). The last three look at the cells besides.
+            within for the boundary (`.hull`), "rays" for where cables are free along lines (`.rays`), "turns" for how
+            far the platform can turn (`.turns`), and "certify" proves boxes of any size to be inside or outside
+            (`.certify`). The last four look at the cells besides.
         undecided: the share of the box of which "certify" may leave undecided what it is.
         n_rays: in how many directions, at least, "hull" looks.
+        about: axis of the world, "rx", "ry" or "rz", about which "turns" does.
         jobs: threads; the result is the same.
         progress: called with the number of cells that are done, and their total.
         asked: parts of the question.
@@ -230,6 +239,8 @@ def workspace(
     edge, told = whole.at_least or 0.0, progress if method in ("grid", "octree") else _silent
     if method == "certify":
         detail = certify(robot, chosen, region, whole, over=over, undecided=undecided, jobs=jobs, progress=progress)
+    elif method == "turns":
+        check_turns(robot, region, about)
     elif method == "rays":
         detail = rays(_bodies(robot, chosen, whole), region, edge, over, jobs, progress)
     evaluated = np.ones(region.cells, dtype=bool)
@@ -244,13 +255,19 @@ def workspace(
     if method == "hull":
         cells_ = Asked(value, limit, inside, boundary)
         detail = hull(at, region, edge, home_pose(robot)[0][:3], cells_, n_rays, progress)
+    elif method == "turns":
+
+        def held(poses: Array) -> NDArray[np.bool_]:
+            return inside_of(robot, chosen, whole, chosen.answer(robot, poses, whole, jobs), poses)
+
+        detail = turns(held, region, about, inside, progress)
     if isinstance(detail, Proofs):
         proved = np.concatenate([detail.at(region.positions(cells)) for cells in region.pieces()])
         inside, boundary = proved == INSIDE, proved == NEITHER
     elif isinstance(detail, Rays):
         inside = detail.at_cells()
     table, numbers = region.shape, np.unique(limit)
-    about = {
+    known = {
         "question": whole.plain(robot),
         "over": over,
         "method": method,
@@ -266,7 +283,7 @@ def workspace(
         boundary.reshape(table),
         limit.reshape(table),
         evaluated.reshape(table),
-        about,
+        known,
         detail,
     )
 

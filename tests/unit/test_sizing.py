@@ -6,14 +6,18 @@ import json
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from test_workspace import cli, robot_of
 
 import cdpr
 from cdpr.distribution import distribute
 from cdpr.errors import CdprError
+from cdpr.scenario import load_scenario
 from cdpr.sizing import Duty, demands, over_workspace, sizing, with_one_broken
-from cdpr.sizing.demands import _torque
+from cdpr.sizing.demands import _torque, drum_radii
 from cdpr.workspace import box, ellipsoid, region
+
+CAROCA = ROOT / "scenarios" / "caroca.yaml"
 
 SHORT = {"simulation.duration": 1.0}
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -206,3 +210,24 @@ def test_what_is_wrong_is_told(words, code, message):
     told = cli("size", *words)
     assert told.returncode == code
     assert message in told.stderr
+
+
+def test_a_short_motion_in_a_long_run_is_followed_as_finely():
+    """And a short push in it is met."""
+    changes = {"trajectory.duration": 1.0}
+    push = {"events": [{"type": "wrench", "time": 30.503, "duration": 0.005, "force": [0, 0, -1000]}]}
+    brief = Duty.of_scenario(load_scenario(CAROCA, overrides=changes | {"simulation.duration": 2.0}), "brief")
+    long = Duty.of_scenario(load_scenario(CAROCA, overrides=changes | {"simulation.duration": 600.0}), "long")
+    pushed = Duty.of_scenario(load_scenario(CAROCA, overrides=changes | push | {"simulation.duration": 60.0}), "push")
+    one, other, third = (demands(each) for each in (brief, long, pushed))
+    for name in ("tension", "speed", "acceleration", "braking"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-3), name
+    assert third.tension.max() > 1.2 * one.tension.max()
+
+
+def test_turns_of_several_duties_are_from_the_shortest_to_the_longest_of_all():
+    low = load_scenario(CAROCA, overrides={"trajectory.to.position": [1.0, 0.5, 1.2]})
+    high = load_scenario(CAROCA, overrides={"trajectory.to.position": [-1.0, -0.5, 1.2]})
+    several = sizing([Duty.of_scenario(low, "low"), Duty.of_scenario(high, "high")]).worst
+    radius = drum_radii(low.robot)
+    assert np.array_equal(several.turns, (several.longest - several.shortest) / (2 * np.pi * radius), equal_nan=True)

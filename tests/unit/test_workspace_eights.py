@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 
 import numpy as np
@@ -78,3 +79,15 @@ def test_clearances(name, obstacles, monkeypatch):
     alone = among.at(poses)
     assert np.array_equal(together[0], alone[0], equal_nan=True)
     assert np.array_equal(together[1], alone[1])
+
+
+@pytest.mark.parametrize("mode", ["margin", "closure", "payload"])
+def test_robots_whose_matrix_never_has_full_rank_harm_nothing(mode):
+    """More columns of the null space than two are written then, into memory that must be there."""
+    robot = robot_of("cogiro")
+    cables = tuple(dataclasses.replace(cable, platform=np.zeros(3)) for cable in robot.cables)  # all to one point
+    robot = dataclasses.replace(robot, cables=cables)
+    for _ in range(20):
+        found = measures.measure(robot, poses_of(robot, COUNT), mode)
+        assert found.singular.all()
+        assert np.isnan(found.value).all()

@@ -70,7 +70,7 @@ def test_what_is_not_star_shaped_is_told():
 
 def test_of_nothing_there_is_none():
     found = shape_of(lambda p: np.full(len(p), np.nan), cube(4))
-    assert (found.volume, len(found.corners), found.seen) == (0.0, 0, 1.0)
+    assert (found.volume, len(found.corners), found.seen) == (0.0, 0, 0.0)
 
 
 @pytest.mark.parametrize("name", ["cogiro", "caroca", "ipanema_1"])

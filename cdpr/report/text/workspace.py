@@ -68,7 +68,14 @@ def _rays(found: Mapping[str, Any]) -> str:
     return _line("rays", f"{found['rays']} along {found['along']}, {found['stretches']} free stretches")
 
 
-FOUND = {"certify": _proved, "hull": _hull, "rays": _rays}
+def _turns(found: Mapping[str, Any]) -> str:
+    if found["everywhere"] is None:
+        return _line("turns", "nowhere")
+    angles = ", ".join(f"{name} {math.degrees(found[name]):.4g}" for name in ("everywhere", "mean", "best"))
+    return _line(f"turns about {found['about']}", f"either way: {angles} deg")
+
+
+FOUND = {"certify": _proved, "hull": _hull, "rays": _rays, "turns": _turns}
 
 
 def _line(name: str, text: str) -> str:
