@@ -3,7 +3,8 @@
 With the drums locked, a small motion (dp, dtheta) of the platform, world axes, about its origin, changes what acts on
 it by -K (dp, dtheta). Three parts make K: the cables' elasticity, W diag((E A + t) / l) W^T, as E A / l0 = (E A + t) /
 l; their tensions, whose directions turn, -(dW t), with the pulleys on which they swivel; and the weight, whose point of
-attack moves. K is symmetric where all that acts is in balance (thesis, eq. 2.25 to 2.28, without its slips).
+attack moves. A cable that does not pull is slack, and no spring. K is symmetric where all that acts is in balance
+(thesis, eq. 2.25 to 2.28, without its slips).
 """
 
 from __future__ import annotations
@@ -21,9 +22,12 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.jit import threaded_kernel
 from cdpr.model.kernels import quaternion, rotate, vector
-from cdpr.model.kinds import CUBE, NOTHING, ROW, TABLE, Group
+from cdpr.model.kinds import CUBE, NOTHING, ROW, TABLE, TRUTH, Group
 from cdpr.model.robot import Array
 from cdpr.model.threads import in_threads
+
+# Share of the largest tension up to which a cable is slack: it is at its lower limit of 0, and resists nothing.
+SLACK = 1e-9
 
 
 class Held(NamedTuple):
@@ -33,6 +37,7 @@ class Held(NamedTuple):
     axial_stiffness: Array  # (m,), N; 0 of cables that give no resistance of their own
     inertial: Array  # (13,), as `Robot.inertial`
     gravity: Array  # (3,), m/s^2
+    unilateral: bool  # whether cables that do not pull are slack, and no springs
 
 
 class At(NamedTuple):
@@ -44,7 +49,7 @@ class At(NamedTuple):
     W: Array  # (K, 6, m), wrench matrices
 
 
-HELD, AT = Group((TABLE, ROW, ROW, ROW), Held), Group((TABLE, TABLE, CUBE, CUBE), At)
+HELD, AT = Group((TABLE, ROW, ROW, ROW, TRUTH), Held), Group((TABLE, TABLE, CUBE, CUBE), At)
 
 
 @threaded_kernel(NOTHING(HELD, AT))
@@ -57,6 +62,9 @@ def write(held: Held, at: At) -> None:
         for i in range(7):
             state[i] = at.poses[k, i]
         geometry.cable_geometry(held.lines, state, W, length, slower)
+        largest = 0.0
+        for c in range(m):
+            largest = max(largest, abs(tension[c]))
         for j in range(6):
             state[7 + j] = 1.0
             geometry.wrench_matrix_rate(held.lines, state, rate)
@@ -64,7 +72,8 @@ def write(held: Held, at: At) -> None:
             for i in range(6):
                 K[i, j] = 0.0
                 for c in range(m):
-                    if held.axial_stiffness[c] > 0.0:
+                    taut = not held.unilateral or tension[c] > SLACK * largest
+                    if taut and held.axial_stiffness[c] > 0.0:
                         K[i, j] += W[i, c] * W[j, c] * (held.axial_stiffness[c] + tension[c]) / length[c]
                     K[i, j] -= rate[i, c] * tension[c]
         arm = rotate(quaternion(state, 3), vector(held.inertial, 1))
@@ -104,6 +113,7 @@ def stiffness(
         checked(np.broadcast_to(np.asarray(known, dtype=float), (robot.m,)), (robot.m,), "axial_stiffness").copy(),
         robot.inertial.copy(),
         checked(gravity, (3,), "gravity", finite=True).copy(),
+        robot.unilateral,
     )
     count = len(given)
     pulled = checked(tension, (count, robot.m), "tension")

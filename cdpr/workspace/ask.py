@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from cdpr.distribution import distribute
 from cdpr.errors import CdprError
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import make_state
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
@@ -63,7 +65,7 @@ def ask_positions(
 def inside_of(
     robot: Robot, kind: WorkspaceKind, question: Question, found: Measured, poses: Array
 ) -> NDArray[np.bool_]:
-    """Return whether poses are inside, (K,); where W lacks rank, and one wrench is asked for, a solver says so."""
+    """Return whether poses are inside, (K,); where W lacks rank, a solver says whether that is possible."""
     rounding = BOUNDARY * found.scale
     with np.errstate(invalid="ignore"):
         if question.at_least is not None:
@@ -72,8 +74,21 @@ def inside_of(
             inside = found.value >= -rounding if kind.at_zero else found.value > rounding
     lost = found.singular
     if lost.any() and kind.held and (question.at_least or 0.0) <= 0.0:
-        inside[lost] = distribute(robot, poses[lost], gravity=question.gravity).feasible
+        inside[lost] = _held(robot, poses[lost], question)
     return np.asarray(inside)
+
+
+def _held(robot: Robot, poses: Array, question: Question) -> NDArray[np.bool_]:
+    """Whether tensions within the limits exert all corners of what is required, beyond the weight."""
+    required, held = question.required, np.ones(len(poses), dtype=bool)
+    if required.form == "ellipsoid" and len(required.vectors):
+        return ~held  # not all of one with an extent, where W lacks rank; of a flat one nobody says
+    for corner in required.corners():
+        moved = (corner[:3], corner[3:]) if required.accelerations else ()
+        wrenches = [required_wrench(robot, make_state(p[:3], p[3:]), question.gravity, *moved) for p in poses]
+        beyond = np.array(wrenches) + (0.0 if required.accelerations else corner)
+        held &= np.asarray(distribute(robot, poses, beyond, gravity=question.gravity).feasible, dtype=bool)
+    return held
 
 
 def checked_question(

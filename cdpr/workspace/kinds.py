@@ -32,7 +32,7 @@ class WorkspaceKind:
         needs: "wrenches" or "accelerations" that must be exerted, or "".
         takes: what of a question it asks for beside those.
         at_zero: whether a value of 0 counts as inside.
-        held: whether it asks for one wrench alone: where W lacks rank a tension solver says whether that is possible.
+        held: whether a tension solver can say what is inside where W lacks rank.
         programs: whether linear programs can answer it, too.
         bodies: whether what limits it are bodies, or else directions.
         proved: whether `cdpr.workspace.certify` can prove something of it.
@@ -82,10 +82,24 @@ KINDS = {
     for kind in (
         WorkspaceKind("static", answers.margin, "static equilibrium", *MARGIN, held=True, programs=True, proved=True),
         WorkspaceKind(
-            "wrench-feasible", answers.margin, "wrench-feasible", *MARGIN, "wrenches", programs=True, proved=True
+            "wrench-feasible",
+            answers.margin,
+            "wrench-feasible",
+            *MARGIN,
+            "wrenches",
+            held=True,
+            programs=True,
+            proved=True,
         ),
         WorkspaceKind(
-            "dynamic", answers.margin, "dynamic equilibrium", *MARGIN, "accelerations", programs=True, proved=True
+            "dynamic",
+            answers.margin,
+            "dynamic equilibrium",
+            *MARGIN,
+            "accelerations",
+            held=True,
+            programs=True,
+            proved=True,
         ),
         WorkspaceKind(
             "closure", answers.closure, "wrench closure", "least elementary vector", "", at_zero=False, programs=True

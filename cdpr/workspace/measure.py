@@ -120,6 +120,8 @@ def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, l
     limits = np.array([robot.tension_min, robot.tension_max])
     if not np.isfinite(limits).all():
         raise CdprError("robot: a workspace needs finite limits of all tensions")
+    if mode == "closure":  # strong enough cables can do more than their limits let them
+        limits = np.array([np.zeros(robot.m), np.ones(robot.m)])
     arm = robot.characteristic_length if length is None else float(length)
     return assess.Asked(
         mode=get_args(Mode).index(mode),
