@@ -26,7 +26,7 @@ from cdpr.workspace import box, measure, region
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
 NAMES = ("cogiro", "caroca", "ipanema_1", "planar")
-POSES = 20480  # ten chunks of a thread
+POSES = 163840  # twenty chunks of a thread
 PROGRAMS = 20
 ROUNDS = 15
 PINV_CALLS = 200

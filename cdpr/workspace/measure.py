@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Mode = Literal["margin", "closure", "payload"]
 
-
+CHUNK = 8192  # poses that a thread takes at a time: some milliseconds
 MANY = 64  # poses: from here on eight at a time, which take a kernel more to load
 
 
@@ -83,7 +83,7 @@ def measure(
     asked, n = asked_of(robot, mode, required, gravity, length), robot.n
     count = len(given)
     found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), np.empty(count, dtype=np.int64))
-
+    limit = np.empty(count, dtype=np.int64)
     beside = count >= MANY and eights.eights_serve(asked)
 
     def part(cut: slice) -> None:
@@ -93,19 +93,24 @@ def measure(
             eights.assess_eights(asked, these, assess.space_for(asked), eights.eight_for(asked))
         else:
             assess.assess(asked, these, assess.space_for(asked))
+        limit[cut] = limiting(directions)
 
-    in_threads(count, part, jobs)
+    in_threads(count, part, jobs, CHUNK)
     if (found.status == assess.BAD).any():
         raise CdprError(
             f"poses[{int(np.argmax(found.status == assess.BAD))}]: an anchor lies on the other of its cable"
         )
     if mode != "payload" and not np.isfinite(found.scale).all():
         raise CdprError("required: is beyond what numbers hold, and so are the margins")
-    known = np.asarray(np.isfinite(found.direction).all(axis=1))
-    widest = np.argmax(np.abs(np.where(known[:, None], found.direction, 0.0)), axis=1)
-    against = found.direction[np.arange(count), widest] < 0.0
-    limit = np.where(known, 2 * widest + against, -1)
     return Measured(found.value, found.scale, found.status == assess.SINGULAR, limit, found.direction)
+
+
+def limiting(directions: Array) -> NDArray[np.int64]:
+    """Return the number (K,) of the widest part of each direction (K, n) and of its sign; -1 of none, which is NaN."""
+    sizes = np.abs(directions)
+    widest = np.argmax(sizes, axis=1)  # of NaN the first
+    at = np.arange(len(directions)), widest
+    return np.where(np.isfinite(sizes[at]), 2 * widest + (directions[at] < 0.0), -1)
 
 
 def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, length: float | None) -> assess.Asked:
