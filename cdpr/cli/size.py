@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from cdpr.model.robot import Array
     from cdpr.sizing import Duty
 
+CELLS = "10"
+
 
 @click.command("size")
 @click.argument("what", metavar="SCENARIO...|RUN...", nargs=-1, required=True, type=click.Path())
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 )
 @click.option("--lower", metavar="X,Y,Z", help="Lowest corner of that workspace, m; the frame's unless given.")
 @click.option("--upper", metavar="X,Y,Z", help="Highest corner, likewise.")
-@click.option("--cells", metavar="N|NX,NY,NZ", default="10", help="Cells along its longest side, or along each. [10]")
+@click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along its longest side, or along each. [10]")
 @click.option("--out", type=OutPath(), help="Page to write, .html, which prints on one sheet.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -44,7 +46,7 @@ def command(
     box: str | None,
     lower: str | None,
     upper: str | None,
-    cells: str,
+    cells: str | None,
     out: str | None,
     as_json: bool,
 ) -> None:
@@ -55,8 +57,8 @@ def command(
     """
     from cdpr.cli.progress import tell_of_compilation
 
-    if box is None and (lower is not None or upper is not None):
-        raise click.UsageError("--lower and --upper are of the workspace that --wrench-box asks about")
+    if box is None and not lower is upper is cells is None:
+        raise click.UsageError("--lower, --upper and --cells are of the workspace that --wrench-box asks about")
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".html" or target.is_dir()):
         raise OutputError(f"{target}: --out: the name of a page that ends in .html is expected")
@@ -70,7 +72,7 @@ def command(
         duties.append(duty)
         gravities.append(gravity)
     if box is not None:
-        duties.append(_over(duties[0].robot, gravities[0], box, (lower, upper, cells)))
+        duties.append(_over(duties[0].robot, gravities[0], box, (lower, upper, cells or CELLS)))
     if broken:
         duties += [other for duty in list(duties) for other in with_one_broken(duty)]
     figures = sizing(duties, safety).plain()

@@ -42,6 +42,8 @@ def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> Non
         click.echo(f"{found.robot}: {found.kind.name} workspace against {oracle}")
         click.echo(f"  poses                   {told.poses}, {told.bisected} of them on the boundary")
         click.echo(f"  undecided by either     {told.undecided}")
+        if told.near:
+            click.echo(f"  within 1e-9 of the end  {len(told.near)} that differ")
         click.echo(f"  different               {len(told.different)}")
         if told.told:
             click.echo(f"  told, not asked         {told.told} cells, of which {told.told_wrong} are told wrong")

@@ -5,6 +5,7 @@ distance of axes less both radii, or of an axis from a solid less its radius: ne
 
 - Cables whose anchors on one side are nearer than they are thick share that anchor: they touch there always, and
   elsewhere only where they lie along each other. Of these the distance of each one's other end from the other counts.
+  Those that are so near on both sides, but not in the same points, touch all along.
 - A cable from the surface of its own platform, a convex solid, passes through it where its other end is below all faces
   that its anchor is on (the tangent cone); how far it is above the highest of them counts. Of an anchor outside it is
   the cable's distance from the solid; one inside tells nothing, for the solid is then no picture of the platform.
@@ -203,14 +204,14 @@ class Clearance:
     sharing: tuple[tuple[str, str], ...]
     unjudged: tuple[str, ...]
 
-    def at(self, poses: ArrayLike, jobs: int | None = None) -> tuple[Array, NDArray[np.int64]]:
+    def at(self, poses: ArrayLike, jobs: int | None = None, *, plain: bool = False) -> tuple[Array, NDArray[np.int64]]:
         """Return the least clearance at poses (K, 7), (K,), m, and of what, (K,), for `name`.
 
-        One job needs no threads, and nothing of what starts slowly for them.
+        The same, and slower, if `plain`: one after the other, without what many at a time take to load.
         """
         given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
         found = Nearest(given, np.empty(len(given)), np.empty(len(given), dtype=np.int64))
-        if jobs == 1:
+        if plain:
             look(self.bodies, found, np.empty((self.robot.m, 6)))
             return found.clearance, found.which
         eights = None
@@ -269,8 +270,9 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
         for j in range(i):
             thick = radius[i] + radius[j]
             ends = (robot.anchors[i] - robot.anchors[j]).reshape(2, 3)
-            frame, platform = (bool(np.linalg.norm(each) <= thick) for each in ends)
-            if frame or platform:
+            apart = np.linalg.norm(ends, axis=1)
+            frame, platform = (apart <= thick).tolist()
+            if frame != platform or (apart <= ON_SURFACE).all():
                 pairs[i, j] = SAME if frame and platform else SHARED
                 pairs[j, i] = SHARED if platform else APART
                 sharing.append((robot.cables[j].name, robot.cables[i].name))

@@ -39,7 +39,7 @@ def _keeping(among: Clearance, guard: Guard, gone: Array, pose: Array) -> Act:
 
     def stop(_: int) -> None:
         here = among.without(np.flatnonzero(np.isinf(bodies.radius)))
-        least, which = here.at(pose[None], jobs=1)
+        least, which = here.at(pose[None], plain=True)
         allowed = f"at {guard.clearance:g} m" if guard.clearance else "where they touch"
         text = f"the least clearance is {least[0]:.4g} m, of {among.name(int(which[0]))}"
         raise Touched(f"{text}; the scenario says to stop {allowed}")

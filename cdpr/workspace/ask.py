@@ -73,8 +73,11 @@ def inside_of(
         else:
             inside = found.value >= -rounding if kind.at_zero else found.value > rounding
     lost = found.singular
-    if lost.any() and kind.held and (question.at_least or 0.0) <= 0.0:
-        inside[lost] = _held(robot, poses[lost], question)
+    asked = question.at_least or 0.0
+    if lost.any() and kind.held and (kind.mass or asked <= 0.0):
+        platform = robot.platform
+        loaded = replace(robot, platform=replace(platform, mass=platform.mass + asked)) if kind.mass else robot
+        inside[lost] = _held(loaded, poses[lost], question)
     return np.asarray(inside)
 
 

@@ -33,6 +33,7 @@ class WorkspaceKind:
         takes: what of a question it asks for beside those.
         at_zero: whether a value of 0 counts as inside.
         held: whether a tension solver can say what is inside where W lacks rank.
+        mass: whether the value is a mass that is carried beside the platform.
         programs: whether linear programs can answer it, too.
         bodies: whether what limits it are bodies, or else directions.
         proved: whether `cdpr.workspace.certify` can prove something of it.
@@ -49,6 +50,7 @@ class WorkspaceKind:
     takes: tuple[str, ...] = ()
     at_zero: bool = True
     held: bool = False
+    mass: bool = False
     programs: bool = False
     bodies: bool = False
     proved: bool = False
@@ -104,7 +106,16 @@ KINDS = {
         WorkspaceKind(
             "closure", answers.closure, "wrench closure", "least elementary vector", "", at_zero=False, programs=True
         ),
-        WorkspaceKind("payload", answers.payload, "payload", "largest additional mass", "kg", takes=("required",)),
+        WorkspaceKind(
+            "payload",
+            answers.payload,
+            "payload",
+            "largest additional mass",
+            "kg",
+            takes=("required",),
+            held=True,
+            mass=True,
+        ),
         WorkspaceKind("stable", answers.stable, "static stability", STIFFNESS, "N/m", takes=HELD, at_zero=False),
         WorkspaceKind(
             "ifcow",

@@ -14,6 +14,7 @@ from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.model.rotations import from_axis_angle, multiply
 from cdpr.workspace.ask import BOUNDARY
 from cdpr.workspace.certify import INSIDE
 from cdpr.workspace.kinds import KINDS
@@ -28,6 +29,8 @@ except ImportError as error:
 OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 # Share of the largest limit: closer to zero, the program's own tolerance decides.
 UNDECIDED = 1e-7
+# Closer to the boundary, m or rad, both may be right: that is what rounded anchors and poses are apart.
+NEAR = 1e-9
 HALVINGS = 48  # of the way between two cells: to the last digits
 SOLVED, IMPOSSIBLE = 0, 2  # linprog's status
 
@@ -40,6 +43,7 @@ class Agreement:
         poses: how many were asked, `bisected` of them on the boundary.
         undecided: those where the one or the other is within its tolerance of the boundary.
         different: those where both are certain, and differ: position, quaternion, value, and the program's margin.
+        near: those that differ and are within 1e-9 m or rad of where the workspace ends, likewise.
         told: cells among them, in one attitude, whose answer in the file was told from that of others.
         told_wrong: those of them that are another when they are asked.
     """
@@ -48,6 +52,7 @@ class Agreement:
     bisected: int
     undecided: int
     different: list[dict[str, Any]] = field(default_factory=list)
+    near: list[dict[str, Any]] = field(default_factory=list)
     told: int = 0
     told_wrong: int = 0
 
@@ -107,16 +112,31 @@ def _told(
 ) -> Agreement:
     """What programs say of poses that are said to be inside or not, (n,)."""
     _, value, scale = verdicts(found, robot, poses)
-    undecided, different = 0, []
+    undecided = 0
+    different: list[dict[str, Any]] = []
+    near: list[dict[str, Any]] = []
     for k, pose in enumerate(poses):
         margin = _margin(found, robot, pose)
         close = abs(margin) <= UNDECIDED or (np.isfinite(value[k]) and abs(value[k]) <= BOUNDARY * scale[k])
         undecided += bool(close)
         if not close and (margin > 0.0) != bool(inside[k]):
             told = {"position": pose[:3].tolist(), "quaternion": pose[3:].tolist()}
-            different.append(told | {"value": float(value[k]), "program": margin})
+            ends = (verdicts(found, robot, _around(robot, pose))[0] != inside[k]).any()
+            (near if ends else different).append(told | {"value": float(value[k]), "program": margin})
         progress(k + 1, len(poses))
-    return Agreement(len(poses), 0, undecided, different)
+    return Agreement(len(poses), 0, undecided, different, near)
+
+
+def _around(robot: Robot, pose: Array) -> Array:
+    """Poses (2 n, 7) that are NEAR of one, in each of the robot's n degrees of freedom."""
+    poses = []
+    for row in robot.rows:
+        for sign in (-NEAR, NEAR):
+            moved = np.zeros(6)
+            moved[row] = sign
+            turned = multiply(from_axis_angle(np.eye(3)[row - 3], sign), pose[3:]) if row >= 3 else pose[3:]
+            poses.append(np.concatenate([pose[:3] + moved[:3], turned]))
+    return np.array(poses)
 
 
 def _on_boundary(found: Workspace, robot: Robot, rng: np.random.Generator, count: int) -> Array:

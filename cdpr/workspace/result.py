@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -34,7 +35,7 @@ from cdpr.workspace.regions import MOST_CELLS, Region
 from cdpr.workspace.tally import figures, tally, total
 from cdpr.workspace.turns import Turns, check_turns, turns
 
-FORMAT = "cdpr workspace 3"
+FORMAT = "cdpr workspace 4"
 Method = Literal["grid", "octree", "hull", "rays", "turns", "certify"]
 METHODS: tuple[Method, ...] = get_args(Method)
 Detail = Proofs | Hull | Rays | Turns
@@ -122,25 +123,25 @@ class Workspace:
         region, target = self.region, Path(path)
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
         about = {"format": FORMAT, "kind": self.kind.name, "robot": self.robot, **self.about}
-        finer: dict[str, Any] = {} if self.detail is None else self.detail.plain()
+        x, y, z = region.axes
+        tables = {
+            "value": self.value,
+            "inside": self.inside,
+            "boundary": self.boundary,
+            "limit": self.limit,
+            "evaluated": self.evaluated,
+            "lower": region.lower,
+            "upper": region.upper,
+            "orientations": region.orientations,
+            "x": x,
+            "y": y,
+            "z": z,
+            "about": np.array(json.dumps(about, sort_keys=True)),
+            **({} if self.detail is None else self.detail.plain()),
+        }
         try:
             with part.open("wb") as file:
-                np.savez_compressed(
-                    file,
-                    value=self.value,
-                    inside=self.inside,
-                    boundary=self.boundary,
-                    limit=self.limit,
-                    evaluated=self.evaluated,
-                    lower=region.lower,
-                    upper=region.upper,
-                    orientations=region.orientations,
-                    x=region.axes[0],
-                    y=region.axes[1],
-                    z=region.axes[2],
-                    about=np.array(json.dumps(about, sort_keys=True)),
-                    **finer,
-                )
+                np.savez_compressed(file, allow_pickle=False, digest=np.array(_digest(tables)), **tables)
             part.replace(target)
         except OSError as error:
             part.unlink(missing_ok=True)
@@ -152,15 +153,18 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
     if os.path.isdir(path):
         return _of_folder(Path(path))
     try:
-        with open(path, "rb") as file, np.load(file, allow_pickle=False) as found:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as members:
+            found = {**members}
             about = json.loads(str(found["about"]))
             if about.pop("format", None) != FORMAT:
                 raise ValueError("another format")
+            if str(found.pop("digest")) != _digest(found):
+                raise ValueError("changed since it was written")
             value, *tables = (found[name] for name in ("value", "inside", "boundary", "limit", "evaluated"))
             inside, boundary, limit, evaluated = tables
             region = Region(found["lower"], found["upper"], value.shape, found["orientations"])
             kind_of_detail = DETAILS.get(about["method"])
-            detail = None if kind_of_detail is None else kind_of_detail.from_plain(region, {**found})
+            detail = None if kind_of_detail is None else kind_of_detail.from_plain(region, found)
         if value.ndim != 3 or any(each.shape != value.shape for each in tables):
             raise ValueError("arrays of different shapes")
         name, robot = about.pop("kind"), about.pop("robot")
@@ -168,8 +172,18 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
         read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about, detail)
         read.summary()  # all that it needs is there
         return read
-    except (OSError, ValueError, KeyError, TypeError, CdprError, zipfile.BadZipFile, EOFError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, CdprError, zipfile.BadZipFile, EOFError) as error:
         raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
+
+
+def _digest(tables: Mapping[str, NDArray[Any]]) -> str:
+    """What says that all tables are as they were written: SHA-256 of their names, kinds, shapes and bytes."""
+    found = hashlib.sha256()
+    for name in sorted(tables):
+        table = np.ascontiguousarray(tables[name])
+        found.update(f"{name} {table.dtype.str} {table.shape}\n".encode())
+        found.update(table.tobytes())
+    return found.hexdigest()
 
 
 def _silent(done: int, total: int) -> None:
