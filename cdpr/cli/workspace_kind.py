@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,7 +12,7 @@ import click
 from cdpr.cli import chunked
 from cdpr.cli.names import OutPath, change_keys
 from cdpr.cli.numbers import Real, Whole, number
-from cdpr.errors import OutputError
+from cdpr.errors import ExitCode, OutputError
 from cdpr.model import Robot
 from cdpr.scenario.examples import resolve
 
@@ -69,6 +70,14 @@ def command_of(name: str, text: str) -> click.Command:
                     help=f"{title} of required {wanted} ({units}).",
                 )
             )
+    if kind.programs:
+        options.append(
+            click.option(
+                "--oracle",
+                type=click.Choice(["lp"]),
+                help="Ask linear programs about some poses as well, as 'cdpr workspace compare' does.",
+            )
+        )
 
     def run(
         file: str,
@@ -90,6 +99,7 @@ def command_of(name: str, text: str) -> click.Command:
         as_json: bool,
         box: str | None = None,
         ellipsoid: str | None = None,
+        oracle: str | None = None,
         **asked: Any,
     ) -> None:
         required = _required(kind, box, ellipsoid)
@@ -97,7 +107,9 @@ def command_of(name: str, text: str) -> click.Command:
             orientation, lower, upper, cells, method, {"undecided": undecided, "n_rays": rays, "about": about}
         )
         to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
-        _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json)
+        if oracle is not None and to is not None:
+            raise click.UsageError("--oracle does not go with --chunks: ask 'cdpr workspace compare' of the folder")
+        _run(name, file, changes, place, over, asked | {"required": required}, jobs, to, out, as_json, oracle)
 
     unit = f" ({kind.unit})" if kind.unit else ""
     run.__doc__ = f"{text}\n\n    Told is the {kind.value}{unit}. {_more(kind.needs)}"
@@ -182,6 +194,7 @@ def _run(
     to: chunked.Chunked | None,
     out: str | None,
     as_json: bool,
+    oracle: str | None,
 ) -> None:
     from cdpr.cli.load import load_told
 
@@ -215,7 +228,15 @@ def _run(
     with Progress(UNITS.get(place.method, "cells")) as progress:
         found = workspace(robot, kind, where, gravity=gravity, progress=progress, **how, **asked)
     found.about["source"] = source
+    if oracle is not None:
+        from cdpr.workspace.oracle import compare
+
+        with Progress("poses") as progress:
+            told = compare(found, robot, progress=progress)
+        found.about["oracle"] = {"by": oracle, **dataclasses.asdict(told)}
     finish(found, target, as_json)
+    if oracle is not None and told.different:
+        raise click.exceptions.Exit(ExitCode.DISAGREES)
 
 
 def target_of(out: str | None) -> Path | None:

@@ -20,6 +20,8 @@ SOUND = 1e-9
 
 MOST_CORNERS = 256  # of a hull: distances from it take time in proportion
 
+PIECE = 4096  # points that are looked at together
+
 Indices = NDArray[np.int64]
 
 
@@ -67,6 +69,13 @@ def convex_hull(points: Array) -> tuple[Array, Indices]:
     if not _closed(triangles) or not (corners @ normals[alive].T - heights[alive] <= SOUND * size).all():
         raise ValueError("round-off leaves no convex hull: draw one without narrow triangles")
     return corners, triangles
+
+
+def deepest(points: Array, corners: Array, triangles: Indices) -> float:
+    """Return how deep within a hull the deepest of points (n, 3) is; 0 where all are on its surface."""
+    normals, heights = _planes(corners, triangles)
+    parts = [points[start : start + PIECE] for start in range(0, len(points), PIECE)]
+    return max(0.0, *(float((heights - part @ normals.T).min(axis=1).max()) for part in parts))
 
 
 def _simplex(points: Array, flat: float) -> Indices:

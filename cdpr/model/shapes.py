@@ -68,6 +68,7 @@ class Hull:
 
     file: str
     corners: tuple[tuple[float, float, float], ...]  # m, as the file has them
+    dent: float = 0.0  # m, how deep within it corners of the mesh are
 
     @property
     def outline(self) -> dict[str, Any]:

@@ -109,7 +109,7 @@ class ObstacleSection(Section):
             shape = Cylinder(self.cylinder.radius, self.cylinder.height)
         else:
             assert self.mesh is not None
-            shape = Hull(self.mesh, hull_of(os.path.join(folder, self.mesh)))
+            shape = Hull(self.mesh, *hull_of(os.path.join(folder, self.mesh)))
         place, attitude = frozen_array(self.position), frozen_array(self.orientation.quaternion())
         return Obstacle(self.name or f"obstacle {number}", shape, place, attitude)
 

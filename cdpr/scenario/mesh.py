@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.fields import MAX_DISTANCE
-from cdpr.model.hull import convex_hull
+from cdpr.model.hull import convex_hull, deepest
 from cdpr.model.robot import Array
 from cdpr.scenario.files import UnreadableError, read
 
@@ -33,8 +33,8 @@ def box_around(path: str) -> Corners:
     return _box(path, _stamp(path))
 
 
-def hull_of(path: str) -> tuple[Point, ...]:
-    """Return the corners, m, of the convex hull of a mesh.
+def hull_of(path: str) -> tuple[tuple[Point, ...], float]:
+    """Return the corners, m, of the convex hull of a mesh, and how deep within it others of the mesh are, m.
 
     Raises UnreadableError likewise, and where there is no such hull, or one of too many corners.
     """
@@ -61,12 +61,13 @@ def _box(path: str, stamp: tuple[int, int]) -> Corners:
 
 
 @lru_cache(maxsize=64)
-def _hull(path: str, stamp: tuple[int, int]) -> tuple[Point, ...]:
+def _hull(path: str, stamp: tuple[int, int]) -> tuple[tuple[Point, ...], float]:
+    points = _corners(path)
     try:
-        corners, _ = convex_hull(_corners(path))
+        corners, triangles = convex_hull(points)
     except ValueError as error:
         raise UnreadableError(f"'{path}' is no obstacle: {error}") from None
-    return tuple((x, y, z) for x, y, z in corners.tolist())
+    return tuple((x, y, z) for x, y, z in corners.tolist()), deepest(points, corners, triangles)
 
 
 def _corners(path: str) -> Array:

@@ -154,7 +154,7 @@ class Scenario:
         """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
         sections, document, twin = self.sections, self._document, self._thought
         shortened = not document.mark(("simulation", "duration")).line
-        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion
+        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
         setup = plausible.Setup(*about, shortened=shortened)
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:

@@ -124,16 +124,9 @@ class Proofs:
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Proofs:
-        """Undo `plain`. Raises ValueError where the boxes do not fill the region."""
+        """Undo `plain`."""
         level, place, proved, roots = (arrays[f"box_{name}"] for name in ("level", "place", "proved", "roots"))
-        if any(each.dtype.kind != "i" for each in (level, place, proved, roots)):
-            raise ValueError("boxes that are not of whole numbers")
-        read = cls(region, roots, level, place, proved, int(arrays["box_asked"]))
-        if place.shape != (len(level), 3) or proved.shape != level.shape or read.roots.shape != (3,):
-            raise ValueError("boxes of different numbers")
-        if not np.isin(proved, list(NAMES)).all() or abs(sum(read.shares().values()) - 1.0) > SLACK:
-            raise ValueError("boxes that do not fill the region")
-        return read
+        return cls(region, roots, level, place, proved, int(arrays["box_asked"]))
 
 
 def certify(

@@ -78,15 +78,10 @@ class Hull:
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Hull:
-        """Undo `plain`. Raises ValueError where the arrays do not fit each other."""
+        """Undo `plain`."""
         centre, corners, triangles, figures = (
             arrays[f"hull_{name}"] for name in ("centre", "corners", "triangles", "figures")
         )
-        shape = (len(triangles), len(region.moving))
-        if centre.shape != (3,) or corners.shape != (len(corners), 3) or triangles.shape != shape:
-            raise ValueError("a hull of other shapes")
-        if triangles.size and not 0 <= int(triangles.min()) <= int(triangles.max()) < len(corners):
-            raise ValueError("a hull without some of its corners")
         return cls(centre, corners, triangles, int(figures[0]), float(figures[1]))
 
 

@@ -173,7 +173,8 @@ class _Octree:
         nearest = np.take_along_axis(self._numbers(_corners(boxes)), _nearest(share), axis=1)
         self._all.limit[here] = self._all.limit[nearest[given]]
         self._told[here] = True
-        missed = np.abs(self._all.value[numbers] - told)
+        with np.errstate(invalid="ignore"):
+            missed = np.abs(self._all.value[numbers] - told)
         missed[~np.isfinite(missed)] = np.inf
         children = np.stack(
             [np.stack([thirds[:, i, c[i]], thirds[:, i, c[i] + 1]], axis=1) for c in CORNERS for i in range(3)], axis=1
@@ -194,7 +195,7 @@ def _mix(corners: Array, share: Array) -> Array:
     weights = np.prod(np.where(CORNERS == 1, share[..., None, :], 1.0 - share[..., None, :]), axis=-1)
     with np.errstate(invalid="ignore"):
         parts = np.where(weights == 0.0, 0.0, weights * corners[:, None, :])
-    return np.asarray(parts.sum(axis=-1))
+        return np.asarray(parts.sum(axis=-1))
 
 
 def _nearest(share: Array) -> Cells:

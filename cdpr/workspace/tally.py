@@ -161,6 +161,7 @@ def figures(
         "without_value": counted.without,
         "box": [region.lower.tolist(), region.upper.tolist()],
         "found": None if detail is None else detail.told(),
+        "oracle": about.get("oracle"),
     }
 
 

@@ -59,10 +59,8 @@ class Turns:
 
     @classmethod
     def from_plain(cls, region: Region, arrays: dict[str, NDArray[Any]]) -> Turns:
-        """Undo `plain`. Raises ValueError where the arrays do not fit each other."""
+        """Undo `plain`."""
         about, least, most = (arrays[f"turn_{name}"] for name in ("about", "least", "most"))
-        if least.shape != region.shape or most.shape != region.shape or int(about) not in range(3):
-            raise ValueError("turns of other shapes")
         return cls(ABOUT[int(about)], least, most, region, np.isfinite(most))
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
+from pathlib import Path
 
 import pytest
 from plausible_cases import CAROCA, LOW, ROBOT, SCENARIOS, WEAK, told, warned
 
 from cdpr.scenario import load_scenario
 from cdpr.scenario.plausible import CHECKS, Setup
+
+HERE = os.path.relpath(Path(__file__).parent, SCENARIOS)
 
 
 def times(cables, frame=1.0, platform=1.0):
@@ -151,6 +155,11 @@ CASES = [
         rf"robot.home.position: {WEAK} here: the nearest leave 762 N of 1472 N",
         {"robot.tension.max": 400},
     ),
+    (
+        {"world.obstacles": [{"mesh": f"{HERE}/dented.obj", "position": [2, 0, 0]}]},
+        r"world.obstacles\[0\].mesh: is not convex: its convex hull counts, 0.5 m above its deepest corners",
+        {"world.obstacles": [{"mesh": f"{HERE}/rough.obj", "position": [2, 0, 0]}]},
+    ),
 ]
 
 
@@ -175,4 +184,4 @@ def test_every_check_has_a_case():
 
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
-    return Setup(*given, scenario.sections, scenario._motion)
+    return Setup(*given, scenario.sections, scenario._motion, scenario.obstacles)

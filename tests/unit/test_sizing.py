@@ -201,6 +201,7 @@ def test_the_command(tmp_path):
         (["scenarios/robots/caroca.yaml"], 2, "is a robot"),
         (["scenarios/caroca.yaml", "scenarios/ipanema_1.yaml"], 2, "sized apart"),
         (["scenarios/caroca.yaml", "--lower", "0,0,0"], 2, "--wrench-box"),
+        (["scenarios/caroca.yaml", "--cells", "5"], 2, "--wrench-box"),
         (["scenarios/caroca.yaml", "--out", "size.txt"], 8, "ends in .html"),
         (["scenarios/caroca.yaml", "--safety", "0.2"], 2, "--safety"),
         (["."], 2, "holds no"),

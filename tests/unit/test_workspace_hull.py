@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from test_workspace import cli, robot_of
 
-from cdpr.errors import CdprError, LogError
+from cdpr.errors import CdprError
 from cdpr.workspace import hull as hulls
 from cdpr.workspace.answers import free, margin
 from cdpr.workspace.hull import hull
@@ -107,11 +107,6 @@ def test_the_surface_is_the_hull_and_the_file_holds_it(tmp_path):
     read = load_workspace(tmp_path / "w.npz")
     assert read.summary() == found.summary()
     assert np.array_equal(read.detail.triangles, triangles)
-    with np.load(tmp_path / "w.npz") as whole:
-        arrays = {**whole}
-    np.savez(tmp_path / "less.npz", **(arrays | {"hull_corners": corners[:-1]}))
-    with pytest.raises(LogError, match="without some of its corners"):
-        load_workspace(tmp_path / "less.npz")
 
 
 @pytest.mark.parametrize(("name", "diameter"), [("caroca", 0.02), ("cogiro", 0.3)])

@@ -69,6 +69,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
         *([("Least clearance (m)", _clearance(figures))] if "clearance_min_m" in figures else []),
         *((escape(title.capitalize()), escape(text)) for title, text in least_of(least)),
+        *([] if least else [("Least capacity margin and stiffness", "not asked for: cdpr run --statics")]),
         ("Steps without valid tensions", _bad_steps(run)),
         (
             "Work of cables; of external wrenches (J)",

@@ -40,6 +40,9 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
     if asked < of:
         share = f"{100 * asked / of:.3g} %"
         told.append(_line("of them asked", f"{asked}, {share}; what the others are is told from these"))
+    if (oracle := figures["oracle"]) is not None:
+        apart = f"{len(oracle['different'])} different, {oracle['undecided'] + len(oracle['near'])} undecided"
+        told.append(_line(f"asked of {oracle['by']}", f"{oracle['poses']} poses: {apart}"))
     told += [f"  {note}" for note in figures["notes"]]
     if figures["on_boundary"] and figures["method"] != "certify":
         why = " or for want of a proof" if figures["method"] == "combined" else ""

@@ -16,7 +16,7 @@ from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, taken_by_the_guide
 from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
-from cdpr.scenario.plausible.sizes import bodies, cable_sizes, proportions
+from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
 
 __all__ = ["CHECKS", "Finding", "Setup", "warnings"]
 
@@ -24,6 +24,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     whole_turns,
     proportions,
     bodies,
+    dents,
     cable_sizes,
     no_length,
     one_sided,

@@ -12,6 +12,7 @@ import numpy as np
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
+from cdpr.model.shapes import Obstacle
 from cdpr.problems import Path
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place
@@ -32,6 +33,7 @@ class Setup:
         data: the file as plain data.
         run: the scenario, with all filled in.
         motion: its motion as it was given, so that its paths are those of the file.
+        obstacles: of the scenario.
         shortened: whether its duration was set for this call alone, by who knows what a shorter run leaves out.
     """
 
@@ -41,6 +43,7 @@ class Setup:
     data: dict[str, Any]
     run: ScenarioSection | None = None
     motion: Motion | None = None
+    obstacles: tuple[Obstacle, ...] = ()
     shortened: bool = False
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 from cdpr.cables.chain import DIAMETER
 from cdpr.cables.drum import RADIUS
 from cdpr.fields import Section
+from cdpr.model.shapes import Hull
 from cdpr.problems import Path
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.robot_schema import moments_about, tensor
@@ -27,6 +28,7 @@ LARGEST_PLATFORM = 20.0  # the other way round: rings and hoops around a small f
 # 20. With lengths in millimetres beside kg m^2, or kg mm^2 beside metres, it is some 1000.
 LARGEST_ARM = 200.0
 LIGHTEST = 1e-4  # kg/m^3; air has 1.2, and an open lattice of 10 m and 100 kg 0.1; in millimetres steel has 8e-6
+DEEPEST = 0.01  # of its longest side, how deep a dent is that is nothing but rough corners
 THICKEST = 0.3  # m; the cables that carry bridges have 0.2
 LARGEST_DRUM = 5.0  # m
 
@@ -61,6 +63,14 @@ def bodies(setup: Setup) -> Iterator[Finding]:
     if volume > 0.0 and body.mass < LIGHTEST * volume:
         text = f"of {volume:.3g} m^3 a body of {body.mass:.4g} kg would be lighter than air; {METRES}"
         yield (*path, "shape"), text
+
+
+def dents(setup: Setup) -> Iterator[Finding]:
+    """Obstacles that are not convex: what cables may not touch is more than is there."""
+    for i, each in enumerate(setup.obstacles):
+        if isinstance(each.shape, Hull) and each.shape.dent > DEEPEST * np.ptp(each.shape.corners, axis=0).max():
+            text = f"is not convex: its convex hull counts, {each.shape.dent:.3g} m above its deepest corners; draw "
+            yield ("world", "obstacles", i, "mesh"), f"{text}several obstacles where that is too much"
 
 
 def cable_sizes(setup: Setup) -> Iterator[Finding]:
