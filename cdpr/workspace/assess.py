@@ -53,10 +53,13 @@ class Found(NamedTuple):
     scale: Array  # (K,), of `value`: times ROUNDING, what round-off may make of it
     direction: Array  # (K, n), unit, in which the margin is least, moments divided by the characteristic length
     status: NDArray[np.int64]  # (K,)
+    limit: NDArray[
+        np.int64
+    ]  # (K,), of `direction` the widest part, twice its number, 1 more where it is negative; or -1
 
 
 ASKED = Group((WHOLE, TABLE, TABLE, INDICES, ROW, ROW, ROW, WHOLE, TABLE, TRUTH, ROW), Asked)
-FOUND = Group((TABLE, ROW, ROW, TABLE, INDICES), Found)
+FOUND = Group((TABLE, ROW, ROW, TABLE, INDICES, INDICES), Found)
 
 
 class Space(NamedTuple):
@@ -329,12 +332,25 @@ def space_for(asked: Asked) -> Space:
 
 
 @kernel
+def widest(direction: Array) -> int:
+    """Return what limits a margin, as `Found.limit` has it; -1 of no direction, which is NaN."""
+    found, size = -1, -1.0
+    for j in range(direction.shape[0]):
+        if not math.isfinite(direction[j]):
+            return -1
+        if abs(direction[j]) > size:
+            found, size = 2 * j + (direction[j] < 0.0), abs(direction[j])
+    return found
+
+
+@kernel
 def one(asked: Asked, found: Found, k: int, space: Space) -> None:
     """Write what is found of one pose."""
     found.status[k] = look(asked, found.poses[k], space)
     found.value[k], found.scale[k] = space.value[0], space.value[1]
     for j in range(asked.rows.shape[0]):
         found.direction[k, j] = space.best[j]
+    found.limit[k] = widest(found.direction[k])
 
 
 @threaded_kernel(NOTHING(ASKED, FOUND, SPACE))

@@ -29,6 +29,7 @@ from cdpr.workspace.assess import (
     needed,
     one,
     weigh,
+    widest,
 )
 from cdpr.workspace.redundancy_two import TWO, Pair, closure_of_two, margin_of_two, pair_shapes
 
@@ -126,6 +127,7 @@ def assess_eights(asked: Asked, found: Found, space: Space, eight: Eight) -> Non
                 found.value[k], found.scale[k] = eight.value[0, lane], eight.value[1, lane]
                 for j in range(n):
                     found.direction[k, j] = math.nan if asked.mode == CLOSURE else eight.best[j, lane]
+                found.limit[k] = widest(found.direction[k])
             else:
                 one(asked, found, k, space)
         first += WIDTH

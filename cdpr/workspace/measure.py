@@ -82,18 +82,17 @@ def measure(
     check_unit(given, "poses")
     asked, n = asked_of(robot, mode, required, gravity, length), robot.n
     count = len(given)
-    found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), np.empty(count, dtype=np.int64))
-    limit = np.empty(count, dtype=np.int64)
+    status, limit = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    found = assess.Found(given, np.empty(count), np.empty(count), np.empty((count, n)), status, limit)
     beside = count >= MANY and eights.eights_serve(asked)
 
     def part(cut: slice) -> None:
         values, scales, directions = found.value[cut], found.scale[cut], found.direction[cut]
-        these = assess.Found(found.poses[cut], values, scales, directions, found.status[cut])
+        these = assess.Found(found.poses[cut], values, scales, directions, status[cut], limit[cut])
         if beside:
             eights.assess_eights(asked, these, assess.space_for(asked), eights.eight_for(asked))
         else:
             assess.assess(asked, these, assess.space_for(asked))
-        limit[cut] = limiting(directions)
 
     in_threads(count, part, jobs, CHUNK)
     if (found.status == assess.BAD).any():
@@ -103,14 +102,6 @@ def measure(
     if mode != "payload" and not np.isfinite(found.scale).all():
         raise CdprError("required: is beyond what numbers hold, and so are the margins")
     return Measured(found.value, found.scale, found.status == assess.SINGULAR, limit, found.direction)
-
-
-def limiting(directions: Array) -> NDArray[np.int64]:
-    """Return the number (K,) of the widest part of each direction (K, n) and of its sign; -1 of none, which is NaN."""
-    sizes = np.abs(directions)
-    widest = np.argmax(sizes, axis=1)  # of NaN the first
-    at = np.arange(len(directions)), widest
-    return np.where(np.isfinite(sizes[at]), 2 * widest + (directions[at] < 0.0), -1)
 
 
 def asked_of(robot: Robot, mode: Mode, required: Required, gravity: ArrayLike, length: float | None) -> assess.Asked:
