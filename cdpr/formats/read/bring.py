@@ -145,9 +145,8 @@ def _taken(path: Path, found: Imported) -> Taken:
                 taken.left_out.append(f"{path}: motion '{motion.name}': our checks refuse it: {_first(error)}")
             else:
                 taken.files |= files
-    taken.files[robot] = with_comments(
-        found.robot, lambda key: comments.get(key, ""), _head(found, path.parent)
-    )  # all left out
+    head = _head(found, path.parent)  # now that all is known that is left out
+    taken.files[robot] = with_comments(found.robot, lambda key: comments.get(key, ""), head)
     return taken
 
 

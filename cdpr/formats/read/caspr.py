@@ -2,8 +2,8 @@
 
 The format is that of CASPR's own readers (D. Lau et al., "CASPR: A comprehensive cable-robot analysis and simulation
 platform for the research of cable-driven parallel robots", IROS 2016): attachments from the joint or the centre of
-mass, inertias about either, joints that move a body from where its parent puts it. World z is up, as here, and gravity is
-along -z, whichever plane a joint keeps to.
+mass, inertias about either, joints that move a body from where its parent puts it. World z is up, as here, and gravity
+is along -z, whichever plane a joint keeps to.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Quintic
 splines of joints that do not turn, or about one axis alone, are our waypoints with all their derivatives. All others
-are evaluated at their own time step, coordinate by coordinate, into a table: of attitudes with three angles CASPR itself
-interpolates quaternions, so that between two points it does not go quite the same way.
+are evaluated at their own time step, coordinate by coordinate, into a table: of attitudes with three angles CASPR
+itself interpolates quaternions, so that between two points it does not go quite the same way.
 """
 
 from __future__ import annotations

@@ -87,8 +87,8 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         ("tension", "max"): f"N, {(limits / 'effort').at}",
         ("home", "position"): f"m, {place.at}",
         ("cables",): "m: A_i in the world, B_i on the platform, of points",
-        **{("cables", k): f"line {point.line}" for k, point in enumerate(points)},
     }
+    found.comments |= {("cables", k): f"line {point.line}" for k, point in enumerate(points)}
     for key, why in WITHOUT_EFFECT.items():
         for node in (top / key, root / key):
             if node.value is not None and node.path not in [(other,) for other in ("model",)]:
