@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from cdpr.cables.pulley import Pulley
 from cdpr.fields import MAX_DISTANCE
 from cdpr.formats.read.imported import slug, unique
 from cdpr.formats.read.xml import Element
@@ -90,7 +91,7 @@ def _end(end: Element, called: str, shift: list[float]) -> dict[str, Any]:
         raise end.wrong(f"{called} winds on a {SCREWED}, which moves its exit along the drum: none of our parts does")
     if end.name == PULLEY:
         given = {key: end.child(word) for word, key in PULLEYS.items()}
-        exit_ = {"type": "pulley", "radius": given["radius"].number(), "axis": given["axis"].vector(3)}
+        exit_ = {"type": Pulley.kind(), "radius": given["radius"].number(), "axis": given["axis"].vector(3)}
         return {"frame": _place(given["frame"], called), "exit": exit_}
     if end.name != "attachment":
         raise end.wrong(f"{called} ends in a <{end.name}>, which is not known; attachment and {PULLEY} are")
