@@ -1,0 +1,176 @@
+"""SDF: a world for Gazebo with frame, platform and named anchors; or with cables as legs (`cdpr.formats.write.legs`).
+
+In the style `platform` nothing stands for the cables: gz-sim's own system ApplyLinkWrench pushes the platform by what
+is published as gz.msgs.EntityWrench on /world/NAME/wrench (once) or /world/NAME/wrench/persistent, so that W t of a
+controller outside moves it. Version 1.6 has neither frames nor systems: there anchors are small balls that are drawn.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
+from cdpr.mechanics.guide import Guide
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+FRAMES_SINCE = "1.9"
+BALL = 0.02  # m, of an anchor that is drawn
+TINY = 1e-6  # kg, of a link between two joints of a guide
+TINY_MOMENT = 1e-9  # kg m^2
+
+# What stock gz-sim loads for a world that names no systems; one that names any gets none of these by itself.
+STOCK = {
+    "gz-sim-physics-system": "gz::sim::systems::Physics",
+    "gz-sim-user-commands-system": "gz::sim::systems::UserCommands",
+    "gz-sim-scene-broadcaster-system": "gz::sim::systems::SceneBroadcaster",
+}
+WRENCH = {"gz-sim-apply-link-wrench-system": "gz::sim::systems::ApplyLinkWrench"}
+
+
+def write(subject: Subject, options: Options) -> str:
+    """Return the world. Raises FormatError where legs are asked for of a robot that cannot have them."""
+    from cdpr.formats.write import legs
+
+    robot = subject.robot
+    root = ET.Element("sdf", version=options.version)
+    modern = options.version == FRAMES_SINCE
+    world = ET.SubElement(root, "world", name=robot.name)
+    if modern:
+        for file, name in (STOCK if options.style == "legs" else STOCK | WRENCH).items():
+            ET.SubElement(world, "plugin", filename=file, name=name)
+    physics = ET.SubElement(world, "physics", name="physics", type="ode")
+    text(physics, "max_step_size", words([subject.step]))
+    text(physics, "real_time_factor", "1")
+    text(world, "gravity", words(subject.gravity))
+    light = ET.SubElement(world, "light", name="sun", type="directional")
+    text(light, "direction", "-0.5 0.1 -0.9")
+    model = ET.SubElement(world, "model", name=robot.name)
+    _frame(model, subject)
+    _platform(model, subject)
+    if options.style == "legs":
+        legs.add(model, subject, modern)
+    else:
+        _held(model, subject)
+        _anchors(model, subject, modern)
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def text(parent: ET.Element, name: str, content: str) -> ET.Element:
+    """Add an element that holds a text."""
+    element = ET.SubElement(parent, name)
+    element.text = content
+    return element
+
+
+def pose(place: Array, attitude: Array = UPRIGHT) -> str:
+    """Return a pose as SDF has it: place, m, and roll, pitch, yaw, rad."""
+    return words([*place, *rotations.to_euler(attitude, "xyz")])
+
+
+def inertial(link: ET.Element, mass: float, centre: Array, inertia: Array) -> None:
+    """Add the inertia (3, 3) about the centre of mass, kg m^2, axes of the link."""
+    element = ET.SubElement(link, "inertial")
+    text(element, "pose", pose(centre))
+    text(element, "mass", words([mass]))
+    parts = ET.SubElement(element, "inertia")
+    for i in range(3):
+        for j in range(i, 3):
+            text(parts, f"i{'xyz'[i]}{'xyz'[j]}", words([inertia[i, j]]))
+
+
+def visual(link: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:
+    """Add a shape that is drawn."""
+    element = ET.SubElement(link, "visual", name=name)
+    text(element, "pose", pose(solid.position, solid.attitude))
+    shape = ET.SubElement(ET.SubElement(element, "geometry"), solid.kind)
+    if solid.kind == "box":
+        text(shape, "size", words(solid.size))
+    else:
+        text(shape, "radius", words(solid.size[:1]))
+    if solid.kind == "cylinder":
+        text(shape, "length", words(solid.size[-1:]))
+    material = ET.SubElement(element, "material")
+    text(material, "ambient", words(rgba))
+    text(material, "diffuse", words(rgba))
+
+
+def joint(model: ET.Element, name: str, kind: str, parent: str, child: str) -> ET.Element:
+    """Add a joint between two links."""
+    element = ET.SubElement(model, "joint", name=name, type=kind)
+    text(element, "parent", parent)
+    text(element, "child", child)
+    return element
+
+
+def turning(element: ET.Element, name: str, direction: Array, lower: float = -1e16, upper: float = 1e16) -> ET.Element:
+    """Add an axis (3,) of a joint, in the axes of its child, and return its limits."""
+    axis = ET.SubElement(element, name)
+    text(axis, "xyz", words(direction))
+    limit = ET.SubElement(axis, "limit")
+    text(limit, "lower", words([lower]))
+    text(limit, "upper", words([upper]))
+    return limit
+
+
+def _frame(model: ET.Element, subject: Subject) -> None:
+    """The frame, fixed to the world."""
+    robot = subject.robot
+    link = ET.SubElement(model, "link", name="frame")
+    inertial(link, 1.0, np.zeros(3), np.eye(3))
+    for k, bar in enumerate(bars(robot)):
+        assert robot.frame is not None
+        visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
+    joint(model, "fixed", "fixed", "world", "frame")
+
+
+def _platform(model: ET.Element, subject: Subject) -> None:
+    platform = subject.robot.platform
+    link = ET.SubElement(model, "link", name="platform")
+    text(link, "pose", pose(subject.state[:3], subject.state[3:7]))
+    inertial(link, platform.mass, platform.center_of_mass, platform.inertia)
+    visual(link, "platform", drawn(subject.robot), colour(platform.colour, PLATFORM))
+
+
+def _held(model: ET.Element, subject: Subject) -> None:
+    """What holds the directions that the robot does not have: slides along the world's axes, a hinge, or a ball."""
+    robot = subject.robot
+    if robot.n == 6:
+        return
+    guide = Guide(robot)
+    if guide.spherical:
+        joint(model, "guide", "ball", "frame", "platform")
+        return
+    steps = [("prismatic", axis) for axis in guide.slides]
+    if guide.hinge is not None:
+        steps.append(("revolute", guide.hinge))
+    R = rotations.matrix(subject.state[3:7])
+    parent = "frame"
+    for k, (kind, axis) in enumerate(steps):
+        last = k == len(steps) - 1
+        child = "platform" if last else f"carriage_{k + 1}"
+        if not last:
+            link = ET.SubElement(model, "link", name=child)
+            text(link, "pose", pose(subject.state[:3]))
+            inertial(link, TINY, np.zeros(3), TINY_MOMENT * np.eye(3))
+        along = (R.T if last else np.eye(3)) @ np.eye(3)[axis]
+        turning(joint(model, f"guide_{k + 1}", kind, parent, child), "axis", along)
+        parent = child
+
+
+def _anchors(model: ET.Element, subject: Subject, modern: bool) -> None:
+    """Where cables end: named frames, or balls that are drawn."""
+    for cable in subject.robot.cables:
+        for link, place in (("frame", cable.frame), ("platform", cable.platform)):
+            name = f"{cable.name}_{link}"
+            if modern:
+                frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
+                text(frame, "pose", pose(place))
+                frame[0].set("relative_to", link)
+            else:
+                owner = next(each for each in model.iter("link") if each.get("name") == link)
+                visual(owner, name, Solid("sphere", (BALL,), np.asarray(place)), colour(None, FRAME))
