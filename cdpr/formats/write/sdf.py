@@ -13,7 +13,7 @@ import numpy as np
 
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
-from cdpr.model import rotations
+from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -48,14 +48,21 @@ def write(subject: Subject, options: Options) -> str:
     text(world, "gravity", words(subject.gravity))
     light = ET.SubElement(world, "light", name="sun", type="directional")
     text(light, "direction", "-0.5 0.1 -0.9")
-    model = ET.SubElement(world, "model", name=robot.name)
-    _frame(model, subject)
-    _platform(model, subject)
-    if options.style == "legs":
+    if options.style == "legs":  # joints are between links of one model
+        model = ET.SubElement(world, "model", name=robot.name)
+        _frame(model, subject)
+        joint(model, "fixed", "fixed", "world", "frame")
+        _platform(model, subject)
         legs.add(model, subject, modern)
     else:
+        stand = ET.SubElement(world, "model", name=f"{robot.name}_frame")
+        text(stand, "static", "true")
+        _frame(stand, subject)
+        _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
+        model = ET.SubElement(world, "model", name=robot.name)
+        _platform(model, subject)
         _held(model, subject)
-        _anchors(model, subject, modern)
+        _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -118,14 +125,13 @@ def turning(element: ET.Element, name: str, direction: Array, lower: float = -1e
 
 
 def _frame(model: ET.Element, subject: Subject) -> None:
-    """The frame, fixed to the world."""
+    """The frame, at the world's origin."""
     robot = subject.robot
     link = ET.SubElement(model, "link", name="frame")
     inertial(link, 1.0, np.zeros(3), np.eye(3))
     for k, bar in enumerate(bars(robot)):
         assert robot.frame is not None
         visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
-    joint(model, "fixed", "fixed", "world", "frame")
 
 
 def _platform(model: ET.Element, subject: Subject) -> None:
@@ -143,13 +149,13 @@ def _held(model: ET.Element, subject: Subject) -> None:
         return
     guide = Guide(robot)
     if guide.spherical:
-        joint(model, "guide", "ball", "frame", "platform")
+        joint(model, "guide", "ball", "world", "platform")
         return
     steps = [("prismatic", axis) for axis in guide.slides]
     if guide.hinge is not None:
         steps.append(("revolute", guide.hinge))
     R = rotations.matrix(subject.state[3:7])
-    parent = "frame"
+    parent = "world"
     for k, (kind, axis) in enumerate(steps):
         last = k == len(steps) - 1
         child = "platform" if last else f"carriage_{k + 1}"
@@ -162,15 +168,13 @@ def _held(model: ET.Element, subject: Subject) -> None:
         parent = child
 
 
-def _anchors(model: ET.Element, subject: Subject, modern: bool) -> None:
-    """Where cables end: named frames, or balls that are drawn."""
-    for cable in subject.robot.cables:
-        for link, place in (("frame", cable.frame), ("platform", cable.platform)):
-            name = f"{cable.name}_{link}"
-            if modern:
-                frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
-                text(frame, "pose", pose(place))
-                frame[0].set("relative_to", link)
-            else:
-                owner = next(each for each in model.iter("link") if each.get("name") == link)
-                visual(owner, name, Solid("sphere", (BALL,), np.asarray(place)), colour(None, FRAME))
+def _anchors(model: ET.Element, link: str, places: list[Array], robot: Robot, modern: bool) -> None:
+    """Where cables end on a link: named frames, or balls that are drawn."""
+    for cable, place in zip(robot.cables, places, strict=True):
+        name = f"{cable.name}_{link}"
+        if modern:
+            frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
+            text(frame, "pose", pose(place))
+        else:
+            owner = next(each for each in model.iter("link") if each.get("name") == link)
+            visual(owner, name, Solid("sphere", (BALL,), place), colour(None, FRAME))
