@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
+from docs_cases import PAGES
 
 import cdpr
 from cdpr.errors import FormatError
@@ -252,3 +254,20 @@ def test_winches_may_be_left_out(tmp_path):
 def test_unknown_formats_are_told():
     with pytest.raises(FormatError, match="to: 'sfd' is no format: did you mean 'sdf'"):
         export(subject_of("planar"), "sfd")
+
+
+def test_the_page_on_mujoco_says_what_happens(monkeypatch, tmp_path, capsys):
+    """Its model holds the platform where it is; its replay is the run."""
+    pytest.importorskip("mujoco")
+    held, replayed = re.findall(r"^```python\n(.*?)^```$", PAGES["docs/mujoco.md"], re.DOTALL | re.MULTILINE)
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    found: dict[str, object] = {}
+    exec(held, found)
+    data = found["data"]
+    assert data.sensor("left").data[0] == pytest.approx(10 * 9.81 / np.sqrt(2))
+    assert np.allclose(data.ten_length, np.sqrt(8), atol=1e-9)
+    assert np.allclose(data.body("platform").xpos, (0, 0, 1), atol=1e-9)
+    capsys.readouterr()
+    exec(replayed, {})
+    assert float(capsys.readouterr().out) <= REPLAYED
