@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.errors import FormatError
-from cdpr.formats.write import sdf
+from cdpr.formats.write import sdf_parts as sdf
 from cdpr.formats.write.subject import Solid, Subject, colour, only_ideal, words
 from cdpr.model import Cable, rotations
 from cdpr.model.robot import Array

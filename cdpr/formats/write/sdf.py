@@ -11,12 +11,13 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from cdpr.formats.write import legs
+from cdpr.formats.write.sdf_parts import inertial, joint, pose, text, turning, visual
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
-from cdpr.model import rotations
+from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 
-UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 FRAMES_SINCE = "1.9"
 BALL = 0.02  # m, of an anchor that is drawn
 TINY = 1e-6  # kg, of a link between two joints of a guide
@@ -33,8 +34,6 @@ WRENCH = {"gz-sim-apply-link-wrench-system": "gz::sim::systems::ApplyLinkWrench"
 
 def write(subject: Subject, options: Options) -> str:
     """Return the world. Raises FormatError where legs are asked for of a robot that cannot have them."""
-    from cdpr.formats.write import legs
-
     robot = subject.robot
     root = ET.Element("sdf", version=options.version)
     modern = options.version == FRAMES_SINCE
@@ -48,84 +47,33 @@ def write(subject: Subject, options: Options) -> str:
     text(world, "gravity", words(subject.gravity))
     light = ET.SubElement(world, "light", name="sun", type="directional")
     text(light, "direction", "-0.5 0.1 -0.9")
-    model = ET.SubElement(world, "model", name=robot.name)
-    _frame(model, subject)
-    _platform(model, subject)
-    if options.style == "legs":
+    if options.style == "legs":  # joints are between links of one model
+        model = ET.SubElement(world, "model", name=robot.name)
+        _frame(model, subject)
+        joint(model, "fixed", "fixed", "world", "frame")
+        _platform(model, subject)
         legs.add(model, subject, modern)
     else:
+        stand = ET.SubElement(world, "model", name=f"{robot.name}_frame")
+        text(stand, "static", "true")
+        _frame(stand, subject)
+        _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
+        model = ET.SubElement(world, "model", name=robot.name)
+        _platform(model, subject)
         _held(model, subject)
-        _anchors(model, subject, modern)
+        _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def text(parent: ET.Element, name: str, content: str) -> ET.Element:
-    """Add an element that holds a text."""
-    element = ET.SubElement(parent, name)
-    element.text = content
-    return element
-
-
-def pose(place: Array, attitude: Array = UPRIGHT) -> str:
-    """Return a pose as SDF has it: place, m, and roll, pitch, yaw, rad."""
-    return words([*place, *rotations.to_euler(attitude, "xyz")])
-
-
-def inertial(link: ET.Element, mass: float, centre: Array, inertia: Array) -> None:
-    """Add the inertia (3, 3) about the centre of mass, kg m^2, axes of the link."""
-    element = ET.SubElement(link, "inertial")
-    text(element, "pose", pose(centre))
-    text(element, "mass", words([mass]))
-    parts = ET.SubElement(element, "inertia")
-    for i in range(3):
-        for j in range(i, 3):
-            text(parts, f"i{'xyz'[i]}{'xyz'[j]}", words([inertia[i, j]]))
-
-
-def visual(link: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:
-    """Add a shape that is drawn."""
-    element = ET.SubElement(link, "visual", name=name)
-    text(element, "pose", pose(solid.position, solid.attitude))
-    shape = ET.SubElement(ET.SubElement(element, "geometry"), solid.kind)
-    if solid.kind == "box":
-        text(shape, "size", words(solid.size))
-    else:
-        text(shape, "radius", words(solid.size[:1]))
-    if solid.kind == "cylinder":
-        text(shape, "length", words(solid.size[-1:]))
-    material = ET.SubElement(element, "material")
-    text(material, "ambient", words(rgba))
-    text(material, "diffuse", words(rgba))
-
-
-def joint(model: ET.Element, name: str, kind: str, parent: str, child: str) -> ET.Element:
-    """Add a joint between two links."""
-    element = ET.SubElement(model, "joint", name=name, type=kind)
-    text(element, "parent", parent)
-    text(element, "child", child)
-    return element
-
-
-def turning(element: ET.Element, name: str, direction: Array, lower: float = -1e16, upper: float = 1e16) -> ET.Element:
-    """Add an axis (3,) of a joint, in the axes of its child, and return its limits."""
-    axis = ET.SubElement(element, name)
-    text(axis, "xyz", words(direction))
-    limit = ET.SubElement(axis, "limit")
-    text(limit, "lower", words([lower]))
-    text(limit, "upper", words([upper]))
-    return limit
-
-
 def _frame(model: ET.Element, subject: Subject) -> None:
-    """The frame, fixed to the world."""
+    """The frame, at the world's origin."""
     robot = subject.robot
     link = ET.SubElement(model, "link", name="frame")
     inertial(link, 1.0, np.zeros(3), np.eye(3))
     for k, bar in enumerate(bars(robot)):
         assert robot.frame is not None
         visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
-    joint(model, "fixed", "fixed", "world", "frame")
 
 
 def _platform(model: ET.Element, subject: Subject) -> None:
@@ -143,13 +91,13 @@ def _held(model: ET.Element, subject: Subject) -> None:
         return
     guide = Guide(robot)
     if guide.spherical:
-        joint(model, "guide", "ball", "frame", "platform")
+        joint(model, "guide", "ball", "world", "platform")
         return
     steps = [("prismatic", axis) for axis in guide.slides]
     if guide.hinge is not None:
         steps.append(("revolute", guide.hinge))
     R = rotations.matrix(subject.state[3:7])
-    parent = "frame"
+    parent = "world"
     for k, (kind, axis) in enumerate(steps):
         last = k == len(steps) - 1
         child = "platform" if last else f"carriage_{k + 1}"
@@ -162,15 +110,13 @@ def _held(model: ET.Element, subject: Subject) -> None:
         parent = child
 
 
-def _anchors(model: ET.Element, subject: Subject, modern: bool) -> None:
-    """Where cables end: named frames, or balls that are drawn."""
-    for cable in subject.robot.cables:
-        for link, place in (("frame", cable.frame), ("platform", cable.platform)):
-            name = f"{cable.name}_{link}"
-            if modern:
-                frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
-                text(frame, "pose", pose(place))
-                frame[0].set("relative_to", link)
-            else:
-                owner = next(each for each in model.iter("link") if each.get("name") == link)
-                visual(owner, name, Solid("sphere", (BALL,), np.asarray(place)), colour(None, FRAME))
+def _anchors(model: ET.Element, link: str, places: list[Array], robot: Robot, modern: bool) -> None:
+    """Where cables end on a link: named frames, or balls that are drawn."""
+    for cable, place in zip(robot.cables, places, strict=True):
+        name = f"{cable.name}_{link}"
+        if modern:
+            frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
+            text(frame, "pose", pose(place))
+        else:
+            owner = next(each for each in model.iter("link") if each.get("name") == link)
+            visual(owner, name, Solid("sphere", (BALL,), place), colour(None, FRAME))
