@@ -58,7 +58,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         "cables": cables.rows,
     }
     found.comments = {
-        ("dof",): f"{', '.join(body.joints)} {at}",
+        ("dof",): f"joints {', '.join(body.joints)} {at}",
         ("platform", "mass"): f"kg, {at}",
         ("platform", "inertia"): "kg m^2 about the centre of mass, as MuJoCo's compiler has it",
         ("home",): body.begins,

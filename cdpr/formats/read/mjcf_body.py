@@ -157,8 +157,13 @@ class Body:
         model, data = self._model, self._data
         parts = [k for k in range(1, model.nbody) if self._is_part(k)]
         mass = float(sum(model.body_mass[k] for k in parts))
-        if not mass > 0.0:
-            raise self._wrong(self.line, f"body '{self.name}' has no mass: <inertial> or a geom with one is expected")
+        if not 0.0 < mass < np.inf:
+            raise self._wrong(
+                self.line,
+                f"body '{self.name}' has a mass of {mass:g} kg: <inertial> or geoms are expected that give it one",
+            )
+        if not all(np.isfinite(each[parts]).all() for each in (model.body_inertia, data.xipos, data.ximat)):
+            raise self._wrong(self.line, f"body '{self.name}': its inertia is not finite: its sizes are too large")
         centre = sum(model.body_mass[k] * data.xipos[k] for k in parts) / mass
         whole = np.zeros((3, 3))
         for k in parts:

@@ -12,6 +12,7 @@ from cdpr.formats.read.mjcf_text import Lines
 from cdpr.problems import Path as Key
 
 REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
+UNSAID = 0.003  # m, the width that MuJoCo draws a tendon with of which the file says none
 
 
 class Cables:
@@ -61,8 +62,9 @@ class Cables:
             raise self._wrong(tendon, f"both of its sites are {where}: one on each is expected")
         frame, platform = sites if on[1] else sites[::-1]
         row: dict[str, Any] = {"name": name, "frame": tidy(body.place(frame)), "platform": tidy(body.place(platform))}
-        if (drawn := self._element(tendon)) is not None and "width" in drawn.attributes:
-            row["diameter"] = tidy([2.0 * float(model.tendon_width[tendon])])[0]
+        drawn, width = self._element(tendon), float(model.tendon_width[tendon])
+        if width > 0.0 and (width != UNSAID or (drawn is not None and "width" in drawn.attributes)):
+            row["diameter"] = tidy([2.0 * width])[0]
         low, high = tidy(model.tendon_range[tendon])
         if high > max(low, 0.0):
             row["length"] = {"min": max(low, 0.0), "max": high}
@@ -154,4 +156,3 @@ class Cables:
 
     def _wrong(self, tendon: int, text: str) -> FormatError:
         return refuse(self._lines.file, self._line(tendon), f"tendon '{self._tendon(tendon)}': {text}")
-

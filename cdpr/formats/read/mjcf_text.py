@@ -67,7 +67,9 @@ class Lines:
 
     def find(self, kind: str, name: str) -> Element | None:
         """Return the element of a kind and a name."""
-        found = (each for each in self.root.everywhere() if each.name == kind and each.attributes.get("name", "") == name)
+        found = (
+            each for each in self.root.everywhere() if each.name == kind and each.attributes.get("name", "") == name
+        )
         return next(found, None)
 
 
