@@ -71,6 +71,8 @@ OTHERS = [
     Other("reference", "cdpr_solvers.qp", "an option: the tensions to keep close to"),
     Other("static", "cdpr.cli.workspace", "a kind of workspace"),
     Other("static", "cdpr.workspace.kinds", "likewise"),
+    Other("static", "cdpr.formats.write.sdf", "an element of SDF"),
+    Other("mujoco", "cdpr.formats.write.mjcf", "the root element of MJCF"),
     Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
     Other("point", "cdpr.formats.read.caspr_motions", "an element of CASPR"),
     Other("point", "cdpr.workspace", "a function"),
