@@ -16,9 +16,12 @@ if TYPE_CHECKING:
     from cdpr.workspace.result import Workspace
 
 
+ORACLES = ("lp",)  # by what other means poses can be asked
+
+
 @click.command("compare")
 @click.argument("file", type=click.Path())
-@click.option("--oracle", type=click.Choice(["lp"]), default="lp", help="Linear programs, by HiGHS. [lp]")
+@click.option("--oracle", type=click.Choice(ORACLES), default=ORACLES[0], help="Linear programs, by HiGHS. [lp]")
 @click.option("--count", type=Whole(1, 10**6), default=200, show_default=True, metavar="N", help="Poses.")
 @click.option("--seed", type=Whole(0, 2**63 - 1), default=0, show_default=True, metavar="N", help="Of their choice.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

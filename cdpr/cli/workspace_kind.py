@@ -12,6 +12,7 @@ import click
 from cdpr.cli import chunked
 from cdpr.cli.names import OutPath, change_keys
 from cdpr.cli.numbers import Real, Whole, number
+from cdpr.cli.workspace_compare import ORACLES
 from cdpr.errors import ExitCode, OutputError
 from cdpr.model import Robot
 from cdpr.scenario.examples import resolve
@@ -74,7 +75,7 @@ def command_of(name: str, text: str) -> click.Command:
         options.append(
             click.option(
                 "--oracle",
-                type=click.Choice(["lp"]),
+                type=click.Choice(ORACLES),
                 help="Ask linear programs about some poses as well, as 'cdpr workspace compare' does.",
             )
         )

@@ -72,6 +72,7 @@ OTHERS = [
     Other("static", "cdpr.cli.workspace", "a kind of workspace"),
     Other("static", "cdpr.workspace.kinds", "likewise"),
     Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
+    Other("point", "cdpr.formats.read.caspr_motions", "an element of CASPR"),
     Other("point", "cdpr.workspace", "a function"),
     Other("point", "cdpr.workspace.required", "the name of its argument"),
     Other("ideal", "cdpr.model.robot", "the constant for a robot that names no cable model, below the table"),
