@@ -88,5 +88,6 @@ def _robot(
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
         raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")
+    out.parent.mkdir(parents=True, exist_ok=True)
     replace(out, text)
     return out, {}
