@@ -73,6 +73,8 @@ OTHERS = [
     Other("static", "cdpr.workspace.kinds", "likewise"),
     Other("static", "cdpr.formats.write.sdf", "an element of SDF"),
     Other("mujoco", "cdpr.formats.write.mjcf", "the root element of MJCF"),
+    Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),
+    Other("contact", "cdpr.formats.read.mjcf_text", "an element of MJCF"),
     Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
     Other("point", "cdpr.formats.read.caspr_motions", "an element of CASPR"),
     Other("point", "cdpr.workspace", "a function"),
