@@ -25,4 +25,5 @@ FORMATS = (
     Format("CASPR", "cdpr.formats.read.caspr", (".xml",)),
     Format("Gazebo plug-in YAML", "cdpr.formats.read.gazebo", (".yaml", ".yml")),
     Format("WireX", "cdpr.formats.read.wirex", (".wcrfx",)),
+    Format("SDF", "cdpr.formats.read.sdf", (".sdf", ".world")),
 )
