@@ -52,6 +52,7 @@ OTHERS = [
     Other("limits", "cdpr.simulation.live", "a method, and its argument"),
     Other("limits", "cdpr.report.text.distributions", "the heading of a row"),
     Other("limits", "cdpr.scenario.events.target", "its key, as that of the motion `jerk_limited`"),
+    Other("limits", "cdpr.scenario.motions.gcode", "its key, as that of the motion `jerk_limited`"),
     Other("target", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.gui.desk.fields", "a kind of field: several of a few"),
