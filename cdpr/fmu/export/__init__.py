@@ -6,6 +6,7 @@ user's cache.
 """
 
 from cdpr.fmu.export.archive import cached_fmu, fmu_bytes, write_fmu
+from cdpr.fmu.export.library import NATIVE
 from cdpr.fmu.export.models import Actuator, Plant
 
-__all__ = ["Actuator", "Plant", "cached_fmu", "fmu_bytes", "write_fmu"]
+__all__ = ["NATIVE", "Actuator", "Plant", "cached_fmu", "fmu_bytes", "write_fmu"]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
@@ -18,6 +22,9 @@ from cdpr.model.robot import Array
 
 COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"
+PULL, LENGTH = "tension of each cable", "distance between the anchors of each cable"
+RATE = "rate of change of cable_length"
+GRAVITY = 9.81  # m/s^2, a usual size of accelerations
 UNSTRETCHED = "unstretched length between drum and platform"
 
 
@@ -36,6 +43,11 @@ class Plant(Model):
     physics_step: float
     state: Array
     winches: bool = False
+
+    @property
+    def differentiable(self) -> bool:
+        """Without winches: what makes the tensions of those is not differentiated."""
+        return not self.winches
 
     @property
     def name(self) -> str:
@@ -68,7 +80,7 @@ class Plant(Model):
         robot, state = self.robot, self.state
         platform, m = robot.platform, robot.m
         return [
-            parameter("mass", (), "kg", [platform.mass], "mass of the platform"),
+            parameter("mass", (), "kg", [platform.mass], "mass of the platform", least=0.0, nominal=platform.mass),
             parameter(
                 "center_of_mass", (3,), "m", platform.center_of_mass, "centre of mass from the origin, platform axes"
             ),
@@ -76,42 +88,67 @@ class Plant(Model):
             parameter("gravity", (3,), "m/s2", self.gravity, "acceleration of gravity, world axes"),
             parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
             parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
-            parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world"),
-            parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, w, x, y, z"),
-            parameter("initial_velocity", (3,), "m/s", state[7:10], "velocity of the origin at the start, world axes"),
+            parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world", False),
+            parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, w, x, y, z", False),
             parameter(
-                "initial_angular_velocity", (3,), "rad/s", state[10:], "angular velocity at the start, world axes"
+                "initial_velocity", (3,), "m/s", state[7:10], "velocity of the origin at the start, world axes", False
+            ),
+            parameter(
+                "initial_angular_velocity",
+                (3,),
+                "rad/s",
+                state[10:],
+                "angular velocity at the start, world axes",
+                False,
             ),
         ]
 
     def _inputs(self) -> list[Variable]:
-        m = self.robot.m
+        m, pulls = self.robot.m, self.robot.unilateral
+        most, usual = _strongest(self.robot), _usual(self.robot)
         if self.winches:
-            pull = entrance("command", m, "N", COMMAND)
-        elif self.robot.unilateral:
-            pull = entrance("cable_tension", m, "N", "tension of each cable; a negative one counts as 0", least=0.0)
+            pull = entrance("command", m, "N", COMMAND, terminal="winches", nominal=usual)
         else:
-            pull = entrance("cable_tension", m, "N", "tension of each leg")
+            told = "tension of each cable; a negative one counts as 0" if pulls else "tension of each leg"
+            least = 0.0 if pulls else None
+            pull = entrance("cable_tension", m, "N", told, least=least, most=most, nominal=usual, terminal="cables")
         # Two variables, for an array has one unit.
+        further = "further force on the platform at its origin, world axes"
         return [
             pull,
-            entrance("external_force", 3, "N", "further force on the platform at its origin, world axes"),
-            entrance("external_moment", 3, "N.m", "further moment on the platform, world axes"),
+            entrance("external_force", 3, "N", further, terminal="platform", nominal=_weight(self)),
+            entrance("external_moment", 3, "N.m", "further moment on the platform, world axes", terminal="platform"),
         ]
 
     def _outputs(self) -> list[Variable]:
-        m = self.robot.m
+        m, winches = self.robot.m, self.winches
+        pose, twist = ("initial_position", "initial_quaternion"), ("initial_velocity", "initial_angular_velocity")
+        anchored = (*pose, "frame_anchors", "platform_anchors")
+        push = ("external_force", "external_moment")
+        direct = push if winches and _stretching(self.robot) else ("command" if winches else "cable_tension", *push)
+        body = ("mass", "center_of_mass", "inertia", "gravity")
+        known = None if winches else (*body, *anchored, *twist, *direct)
+        turned, on = "angular acceleration, world axes", "platform"
         outputs = [
-            output("position", 3, "m", "position of the platform's origin, world"),
-            output("quaternion", 4, "", "attitude, platform to world, w, x, y, z"),
-            output("velocity", 3, "m/s", "velocity of the origin, world axes"),
-            output("angular_velocity", 3, "rad/s", "angular velocity, world axes"),
-            output("cable_length", m, "m", "distance between the anchors of each cable"),
-            output("cable_rate", m, "m/s", "rate of change of cable_length"),
+            output("position", 3, "m", "position of the platform's origin, world", terminal=on, initial=pose[:1]),
+            output("quaternion", 4, "", "attitude, platform to world, w, x, y, z", terminal=on, initial=pose[1:]),
+            output("velocity", 3, "m/s", "velocity of the origin, world axes", terminal=on, initial=twist[:1]),
+            output("angular_velocity", 3, "rad/s", "angular velocity, world axes", terminal=on, initial=twist[1:]),
+            output(
+                "acceleration",
+                3,
+                "m/s2",
+                "acceleration of the origin, world axes",
+                nominal=GRAVITY,
+                terminal=on,
+                direct=direct,
+                initial=known,
+            ),
+            output("angular_acceleration", 3, "rad/s2", turned, terminal=on, direct=direct, initial=known),
+            output("cable_length", m, "m", LENGTH, least=0.0, initial=anchored, terminal="cables"),
+            output("cable_rate", m, "m/s", RATE, initial=(*anchored, *twist), terminal="cables"),
         ]
-        if not self.winches:
-            return outputs
-        return [*outputs, *_pulled(self.robot, follows=False)]
+        return [*outputs, *(_pulled(self.robot, ()) if winches else [])]
 
     def _constants(self) -> list[Variable]:
         constants = [_unilateral(self.robot), *_exits(self.robot), *([_chain(self.robot)] if self.winches else [])]
@@ -152,10 +189,10 @@ class Actuator(Model):
         return [
             *_times(self.physics_step),
             *_winches(self.robot),
-            entrance("command", m, "N", COMMAND),
-            entrance("cable_length", m, "m", "distance between the anchors of each cable", start),
-            entrance("cable_rate", m, "m/s", "rate of change of cable_length"),
-            *_pulled(self.robot, follows=True),
+            entrance("command", m, "N", COMMAND, terminal="winches", nominal=_usual(self.robot)),
+            entrance("cable_length", m, "m", LENGTH, start, least=0.0, terminal="cables"),
+            entrance("cable_rate", m, "m/s", RATE, terminal="cables"),
+            *_pulled(self.robot, ("cable_length", "cable_rate")),
             _unilateral(self.robot),
             _chain(self.robot),
         ]
@@ -164,7 +201,7 @@ class Actuator(Model):
 def _times(physics_step: float) -> list[Variable]:
     return [
         Variable("time", "independent", (), "s", (0.0,), "time"),
-        parameter("physics_step", (), "s", [physics_step], "step of the integrator"),
+        parameter("physics_step", (), "s", [physics_step], "step of the integrator", least=0.0, nominal=physics_step),
     ]
 
 
@@ -188,18 +225,48 @@ def _require_own_tensions(robot: Robot) -> None:
             )
 
 
-def _pulled(robot: Robot, follows: bool) -> list[Variable]:
-    """Outputs of cables on winches; where tensions follow lengths that come in, they depend on inputs at once."""
+def _stretching(robot: Robot) -> bool:
+    return all(chain.stretches for chain in _chains(robot))
+
+
+def _strongest(robot: Robot) -> float | None:
+    """Return the largest tension that any cable may have, N; None where nothing limits it."""
+    most = float(robot.tension_max.max())
+    return most if math.isfinite(most) else None
+
+
+def _usual(robot: Robot) -> float | None:
+    """Return half of that, which is a usual tension, N."""
+    most = _strongest(robot)
+    return 0.5 * most if most else None
+
+
+def _weight(plant: Plant) -> float | None:
+    """Return the platform's weight, N, a usual size of forces on it."""
+    return plant.robot.platform.mass * float(np.linalg.norm(plant.gravity)) or None
+
+
+def _pulled(robot: Robot, lengths: Sequence[str]) -> list[Variable]:
+    """Outputs of cables on winches; `lengths` are the inputs that say where the platform is, if there is none."""
     chains = _chains(robot)
     # The inertia of drums that cables carry along reacts to command and wrench at once, and ideal cables to commands.
-    direct = follows or not all(chain.stretches for chain in chains)
+    at_once = lengths if _stretching(robot) else None
+    usual = _usual(robot)
     outputs = [
-        output("cable_tension", robot.m, "N", "tension of each cable", direct=direct),
-        output("drum_speed", robot.m, "rad/s", DRUM_SPEED),
+        output("cable_tension", robot.m, "N", PULL, direct=at_once, nominal=usual, terminal="cables"),
+        output("drum_speed", robot.m, "rad/s", DRUM_SPEED, terminal="winches", direct=_passed(chains, lengths)),
     ]
     if any(chain.stretches for chain in chains):
-        outputs.append(output("unstretched_length", robot.m, "m", UNSTRETCHED))
+        passed = _passed(chains, lengths)
+        outputs.append(
+            output("unstretched_length", robot.m, "m", UNSTRETCHED, least=0.0, terminal="winches", direct=passed)
+        )
     return outputs
+
+
+def _passed(chains: Sequence[Chain], lengths: Sequence[str]) -> Sequence[str]:
+    """Lengths and rates that come in go out again where a cable does not stretch."""
+    return () if all(chain.stretches for chain in chains) else lengths
 
 
 def _winches(robot: Robot) -> list[Variable]:
@@ -215,6 +282,7 @@ def _winches(robot: Robot) -> list[Variable]:
                 for cable, own in zip(robot.cables, parts, strict=True)
             ],
             number.text,
+            least=0.0 if number.positive else None,
         )
         for number in numbers_of([part for own in parts for part in own])
     ]

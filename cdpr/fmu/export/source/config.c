@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const ROLES[] = {"independent", "parameter", "input", "output", "constant"};
+static const char *const ROLES[] = {"independent", "parameter", "fixed", "input", "output", "constant"};
 
 /* What a variable belongs to; it is there if all of that is. */
 enum { PLATFORM = 1, WINCH = 2, OPTIONAL = 4 };
@@ -45,6 +45,8 @@ static const struct {
     [QUATERNION] = {"quaternion", 4, false, PLATFORM},
     [VELOCITY] = {"velocity", 3, false, PLATFORM},
     [ANGULAR_VELOCITY] = {"angular_velocity", 3, false, PLATFORM},
+    [ACCELERATION] = {"acceleration", 3, false, PLATFORM},
+    [ANGULAR_ACCELERATION] = {"angular_acceleration", 3, false, PLATFORM},
     [UNILATERAL] = {"unilateral", 1, false, 0},
     [GUIDE] = {"guide", 6, false, OPTIONAL},
     [CABLE_EXIT] = {"exit", ANY, true, OPTIONAL},
@@ -119,7 +121,9 @@ static bool allocate(Plant *plant) {
     plant->owner = calloc(plant->scalars, sizeof *plant->owner);
     plant->number = calloc(plant->count, sizeof *plant->number);
     plant->scratch = calloc(3 * plant->states + 9 * plant->cables, sizeof *plant->scratch);
-    if (!plant->field || !plant->variable || !plant->owner || !plant->number || !plant->scratch) return false;
+    plant->tangent = calloc(2 * plant->scalars, sizeof *plant->tangent);
+    if (!plant->field || !plant->variable || !plant->owner || !plant->number || !plant->scratch || !plant->tangent)
+        return false;
     plant->body = (Body *)(plant->number + plant->scalars);
     plant->row = plant->number + plant->scalars + body;
     plant->state = plant->row + rows;
@@ -192,5 +196,6 @@ void plant_free(Plant *plant) {
     free(plant->owner);
     free(plant->number);
     free(plant->scratch);
+    free(plant->tangent);
     memset(plant, 0, sizeof *plant);
 }

@@ -17,7 +17,8 @@ typedef enum {
     /* of the platform */
     MASS, CENTER_OF_MASS, INERTIA, GRAVITY, FRAME_ANCHORS, PLATFORM_ANCHORS,
     INITIAL_POSITION, INITIAL_QUATERNION, INITIAL_VELOCITY, INITIAL_ANGULAR_VELOCITY,
-    EXTERNAL_FORCE, EXTERNAL_MOMENT, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY,
+    EXTERNAL_FORCE, EXTERNAL_MOMENT, POSITION, QUATERNION, VELOCITY, ANGULAR_VELOCITY, ACCELERATION,
+    ANGULAR_ACCELERATION,
     UNILATERAL, /* of the cables: 1 if they only pull */
     CABLE_EXIT,  /* only where cables leave the frame otherwise than at their anchors: kind and numbers, see parts.h */
     GUIDE, /* only of guided platforms: 1 along each free axis (3) and about each (3): those of a hinge, or of a ball */
@@ -27,7 +28,7 @@ typedef enum {
     FIELDS /* and behind them the numbers of parts, in the order of ALL_NUMBERS */
 } Field;
 
-typedef enum { INDEPENDENT, PARAMETER, INPUT, OUTPUT, CONSTANT } Role;
+typedef enum { INDEPENDENT, PARAMETER, FIXED, INPUT, OUTPUT, CONSTANT } Role; /* fixed parameters are those of the start */
 
 typedef struct {
     size_t field;
@@ -65,6 +66,7 @@ typedef struct {
     double *state;    /* (states) see plant.c and winch.c */
     double *scratch;  /* (3 states) of the integrator */
     double *work;     /* (9 cables) of the winches */
+    double *tangent;  /* (2 scalars) of the derivatives */
     char token[TOKEN];
 } Plant;
 
@@ -78,11 +80,19 @@ void plant_free(Plant *plant);
 /* Check the parameters and put the platform into its initial state; false with a message where they are unsound. */
 bool plant_start(Plant *plant, char *message);
 
+/* Take other parameters than before, the platform being and moving as it was; false with a message as above. */
+bool plant_retune(Plant *plant, char *message);
+
 /* Advance by `duration` in steps of physics_step, or slightly shorter ones where that does not divide it. */
 void plant_advance(Plant *plant, double duration);
 
 /* Write the outputs that belong to the state and the inputs. */
 void plant_publish(Plant *plant);
+
+/* Write the derivatives of the outputs along `seed` (scalars), changes of inputs and, before the first step, of
+   parameters; both by value reference, `slope` (scalars) at those of outputs. Of a platform without winches, whose
+   outputs have been published. tangent.c */
+void plant_differentiate(const Plant *plant, const double *seed, double *slope);
 
 /* Whether the platform turns about all axes and its origin is held. */
 bool plant_on_ball(const Plant *plant);
