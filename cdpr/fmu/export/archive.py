@@ -12,7 +12,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from cdpr.errors import OutputError
+from cdpr.errors import CdprError, OutputError
+from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, fmu_cache, keep_newest, library, sources, target
 from cdpr.fmu.export.variables import Model
@@ -29,10 +30,17 @@ def fmu_bytes(model: Model, fmi: int, source_only: bool = False, platforms: Sequ
     """Return the model as an FMU for co-simulation, FMI 2 or 3, with a binary for each platform (`library.target`).
 
     Raises:
+        CdprError: a plugin's C file bears the name of one that is in all FMUs.
         PluginError: there is no C compiler, it fails, or there are no binaries for this platform.
         OutputError: the user's cache cannot be written.
     """
-    return assemble(model, fmi, sources(), () if source_only else FLAGS, platforms)
+    known, own = sources(), model.sources()
+    twice = sorted((set(known) & set(own)) - set(NOBODY))
+    if twice:
+        raise CdprError(
+            f"there is another {twice[0]} in each FMU: call the module of the plugin that brings it otherwise"
+        )
+    return assemble(model, fmi, {**known, **own}, () if source_only else FLAGS, platforms)
 
 
 def write_fmu(

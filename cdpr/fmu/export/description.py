@@ -25,6 +25,7 @@ CATEGORIES = {
 }
 
 TERMINALS = {
+    "desired": "where the controller shall take the platform",
     "platform": "where the platform is and how it moves, and what else pushes it",
     "cables": "what the cables do at the platform",
     "winches": "what the winches are told, and what they do",

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cdpr.errors import OutputError, PluginError
+from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.fmu.export.parts import part_sources
 from cdpr.model.kernel_cache import user_cache
@@ -47,7 +48,7 @@ REMEDY = "give --source-only for an FMU with its C source alone, to be compiled 
 def sources() -> dict[str, bytes]:
     """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
     own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".c", ".h")]
-    return dict(sorted({**{path.name: path.read_bytes() for path in own}, **part_sources()}.items()))
+    return dict(sorted({**{path.name: path.read_bytes() for path in own}, **part_sources(), **NOBODY}.items()))
 
 
 @dataclass(frozen=True)

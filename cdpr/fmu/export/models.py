@@ -12,6 +12,7 @@ from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
 from cdpr.cables.exit import Exit
 from cdpr.errors import CdprError
+from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.parts import chain_kinds, exit_kind, numbers_of
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
@@ -24,6 +25,12 @@ COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"
 PULL, LENGTH = "tension of each cable", "distance between the anchors of each cable"
 RATE = "rate of change of cable_length"
+STATE = (
+    ("position", "m", "position of the platform's origin, world"),
+    ("quaternion", "", "attitude, platform to world, w, x, y, z"),
+    ("velocity", "m/s", "velocity of the origin, world axes"),
+    ("angular_velocity", "rad/s", "angular velocity, world axes"),
+)
 GRAVITY = 9.81  # m/s^2, a usual size of accelerations
 UNSTRETCHED = "unstretched length between drum and platform"
 
@@ -36,6 +43,7 @@ class Plant(Model):
         gravity: (3,), m/s^2, world.
         state: (13,) initial state, laid out as `cdpr.model` says.
         winches: with the robot's winches, which take commands; without them the plant takes tensions.
+        control: what decides on these inside; they are outputs then.
     """
 
     robot: Robot
@@ -43,11 +51,12 @@ class Plant(Model):
     physics_step: float
     state: Array
     winches: bool = False
+    control: Control | None = None
 
     @property
     def differentiable(self) -> bool:
         """Without winches: what makes the tensions of those is not differentiated."""
-        return not self.winches
+        return not self.winches and self.control is None
 
     @property
     def name(self) -> str:
@@ -71,14 +80,21 @@ class Plant(Model):
             *_times(self.physics_step),
             *self._platform(),
             *(_winches(self.robot) if self.winches else []),
+            *(self.control.parameters() if self.control else []),
+            *(self.control.inputs() if self.control else []),
             *self._inputs(),
             *self._outputs(),
             *self._constants(),
+            *(self.control.constants() if self.control else []),
         ]
+
+    def sources(self) -> dict[str, bytes]:
+        """Those of the controller."""
+        return self.control.sources() if self.control else {}
 
     def _platform(self) -> list[Variable]:
         robot, state = self.robot, self.state
-        platform, m = robot.platform, robot.m
+        platform = robot.platform
         return [
             parameter("mass", (), "kg", [platform.mass], "mass of the platform", least=0.0, nominal=platform.mass),
             parameter(
@@ -86,8 +102,7 @@ class Plant(Model):
             ),
             parameter("inertia", (3, 3), "kg.m2", platform.inertia, "inertia about the centre of mass, platform axes"),
             parameter("gravity", (3,), "m/s2", self.gravity, "acceleration of gravity, world axes"),
-            parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
-            parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
+            *_anchors(robot),
             parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world", False),
             parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, w, x, y, z", False),
             parameter(
@@ -112,6 +127,9 @@ class Plant(Model):
             told = "tension of each cable; a negative one counts as 0" if pulls else "tension of each leg"
             least = 0.0 if pulls else None
             pull = entrance("cable_tension", m, "N", told, least=least, most=most, nominal=usual, terminal="cables")
+        if self.control:
+            told = COMMAND if self.winches else PULL
+            pull = output(pull.name, m, "N", f"{told}, as decided; 0 before the first step", terminal=pull.terminal)
         # Two variables, for an array has one unit.
         further = "further force on the platform at its origin, world axes"
         return [
@@ -125,7 +143,8 @@ class Plant(Model):
         pose, twist = ("initial_position", "initial_quaternion"), ("initial_velocity", "initial_angular_velocity")
         anchored = (*pose, "frame_anchors", "platform_anchors")
         push = ("external_force", "external_moment")
-        direct = push if winches and _stretching(self.robot) else ("command" if winches else "cable_tension", *push)
+        asked = () if self.control else ("command" if winches else "cable_tension",)
+        direct = push if winches and _stretching(self.robot) else (*asked, *push)
         body = ("mass", "center_of_mass", "inertia", "gravity")
         known = None if winches else (*body, *anchored, *twist, *direct)
         turned, on = "angular acceleration, world axes", "platform"
@@ -148,7 +167,7 @@ class Plant(Model):
             output("cable_length", m, "m", LENGTH, least=0.0, initial=anchored, terminal="cables"),
             output("cable_rate", m, "m/s", RATE, initial=(*anchored, *twist), terminal="cables"),
         ]
-        return [*outputs, *(_pulled(self.robot, ()) if winches else [])]
+        return [*outputs, *(_pulled(self.robot, (), decided=self.control is not None) if winches else [])]
 
     def _constants(self) -> list[Variable]:
         constants = [_unilateral(self.robot), *_exits(self.robot), *([_chain(self.robot)] if self.winches else [])]
@@ -196,6 +215,66 @@ class Actuator(Model):
             _unilateral(self.robot),
             _chain(self.robot),
         ]
+
+
+@dataclass(frozen=True, eq=False)
+class Controller(Model):
+    """Controller and tension solver without a plant: state and desired motion in, the tension of each cable out."""
+
+    control: Control
+
+    @property
+    def robot(self) -> Robot:  # type: ignore[override]
+        """The one that it is made for."""
+        return self.control.robot
+
+    @property
+    def physics_step(self) -> float:  # type: ignore[override]
+        """The step that is proposed to hosts, s: the control step."""
+        return self.control.control_step
+
+    @property
+    def name(self) -> str:
+        """After the robot's."""
+        return f"{self.robot.name} controller"
+
+    @property
+    def description(self) -> str:
+        """One line on it."""
+        laws = f"controller {self.control.law.stem} with solver {self.control.solve.stem}"
+        return f"{laws} of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
+
+    def sources(self) -> dict[str, bytes]:
+        """Those of controller and solver."""
+        return self.control.sources()
+
+    def variables(self) -> list[Variable]:
+        """All variables; CdprError where a part lacks C."""
+        robot, control = self.robot, self.control
+        state = zip(STATE, np.split(control.desired[:13], [3, 7, 10]), strict=True)
+        told = "tension that each cable shall have, 0 before the first step"
+        return [
+            Variable("time", "independent", (), "s", (0.0,), "time"),
+            *_anchors(robot),
+            *control.parameters(),
+            *(
+                entrance(name, len(start), unit, text, start, terminal="platform")
+                for (name, unit, text), start in state
+            ),
+            *control.inputs(),
+            output("command", robot.m, "N", told, terminal="winches", nominal=_usual(robot)),
+            _unilateral(robot),
+            *_exits(robot),
+            *control.constants(),
+        ]
+
+
+def _anchors(robot: Robot) -> list[Variable]:
+    m = robot.m
+    return [
+        parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
+        parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
+    ]
 
 
 def _times(physics_step: float) -> list[Variable]:
@@ -246,11 +325,11 @@ def _weight(plant: Plant) -> float | None:
     return plant.robot.platform.mass * float(np.linalg.norm(plant.gravity)) or None
 
 
-def _pulled(robot: Robot, lengths: Sequence[str]) -> list[Variable]:
+def _pulled(robot: Robot, lengths: Sequence[str], decided: bool = False) -> list[Variable]:
     """Outputs of cables on winches; `lengths` are the inputs that say where the platform is, if there is none."""
     chains = _chains(robot)
     # The inertia of drums that cables carry along reacts to command and wrench at once, and ideal cables to commands.
-    at_once = lengths if _stretching(robot) else None
+    at_once = lengths if _stretching(robot) else ("external_force", "external_moment") if decided else None
     usual = _usual(robot)
     outputs = [
         output("cable_tension", robot.m, "N", PULL, direct=at_once, nominal=usual, terminal="cables"),

@@ -79,6 +79,10 @@ class Model(ABC):
         """Whether it offers directional derivatives."""
         return False
 
+    def sources(self) -> dict[str, bytes]:
+        """C files by name that it needs beyond those of all, or instead of them."""
+        return {}
+
     @abstractmethod
     def variables(self) -> list[Variable]:
         """All variables in the order of their value references: the number of the numbers before them."""

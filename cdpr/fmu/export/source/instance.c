@@ -159,6 +159,15 @@ static Status tell_pushed(Instance *instance) {
                   plant_asked(plant, i), *plant->field[TIME]);
 }
 
+/* WARNING with a message in the step in which the cables begin not to do what the controller wants. */
+static Status tell_unanswered(Instance *instance) {
+    const bool now = !control_answered(&instance->plant), before = instance->pushed;
+    instance->pushed = now;
+    if (!now || before) return OK;
+    return report(instance, WARNING, "no tensions within the limits were found for the wrench before %.9g s, so others act; "
+                  "this is not said again until some are found", *instance->plant.field[TIME]);
+}
+
 Status instance_step(Instance *instance, double from, double duration) {
     double *time = instance->plant.field[TIME];
     const double tolerance = CLOCK * duration;
@@ -174,14 +183,17 @@ Status instance_step(Instance *instance, double from, double duration) {
     if (misbehaves(instance, from, duration, &status)) return status;
 #endif
     if ((instance->stale & RETUNED) && refresh(instance) != OK) return ERROR;
-    const Status told = tell_pushed(instance);
-    plant_advance(&instance->plant, duration);
+    const bool decides = instance->plant.field[CONTROL_STEP] != NULL;
+    const Status told = decides ? OK : tell_pushed(instance);
+    char message[MESSAGE];
+    if (!decides) plant_advance(&instance->plant, duration);
+    else if (!control_advance(&instance->plant, *time, duration, message)) return report(instance, ERROR, "%s", message);
     instance->stale = 0;
     *time = from + duration;
     if (!plant_sound(&instance->plant))
         return report(instance, ERROR, "the state is not finite at %.17g s: an input is not, or a cable has no length, "
                       "or the loop diverges", *time);
-    return told;
+    return decides ? tell_unanswered(instance) : told;
 }
 
 Status instance_reset(Instance *instance) {
@@ -250,8 +262,8 @@ Status instance_differentiate(Instance *instance, const unsigned *unknown, size_
     Plant *plant = &instance->plant;
     double *along = plant->tangent, *result = along + plant->scalars;
     size_t given = 0, asked = 0;
-    if (!plant->field[MASS] || plant->field[COMMAND])
-        return report(instance, ERROR, "there are no directional derivatives of a plant with winches");
+    if (!plant->field[MASS] || plant->field[COMMAND] || plant->field[CONTROL_STEP])
+        return report(instance, ERROR, "there are no directional derivatives of winches and controllers");
     if (refresh(instance) != OK) return ERROR;
     memset(along, 0, 2 * plant->scalars * sizeof *along);
     for (size_t i = 0; i < n_known; i++) {

@@ -147,7 +147,7 @@ static void publish_platform(Plant *plant) {
 
 void plant_publish(Plant *plant) {
     if (plant->field[MASS]) publish_platform(plant);
-    else actuator_publish(plant);
+    else if (plant->field[CHAIN]) actuator_publish(plant); /* nothing of a controller alone */
 }
 
 /* Before a step: cables that stretch begin as they are commanded. */
@@ -184,7 +184,7 @@ static bool pulls_as_asked(const Plant *plant, size_t i) { return !plant->field[
 
 size_t plant_pushed(const Plant *plant) {
     size_t i = 0;
-    if (*plant->field[UNILATERAL] == 0.0) return plant->cables;
+    if (*plant->field[UNILATERAL] == 0.0 || plant->field[CONTROL_STEP]) return plant->cables;
     while (i < plant->cables && !(pulls_as_asked(plant, i) && plant_asked(plant, i) < 0.0)) i++;
     return i;
 }
@@ -233,6 +233,7 @@ static bool check(const Plant *plant, char *message) {
     }
     if (!positive(plant, MASS)) return fails(message, "mass must be greater than 0 (kg)");
     if (!positive(plant, PHYSICS_STEP)) return fails(message, "physics_step must be greater than 0 (s)");
+    if (!positive(plant, CONTROL_STEP)) return fails(message, "control_step must be greater than 0 (s)");
     return check_parts(plant, message);
 }
 
@@ -308,6 +309,7 @@ bool plant_retune(Plant *plant, char *message) {
 
 bool plant_start(Plant *plant, char *message) {
     memset(plant->state, 0, plant->states * sizeof *plant->state);
+    memset(plant->control, 0, CONTROL_NUMBERS * sizeof *plant->control);
     if (!build(plant, message)) return false;
     if (plant->field[MASS] && !start_platform(plant, message)) return false;
     plant_publish(plant);

@@ -24,6 +24,9 @@ typedef enum {
     GUIDE, /* only of guided platforms: 1 along each free axis (3) and about each (3): those of a hinge, or of a ball */
     COMMAND, CHAIN, DRUM_SPEED, /* of winches; CHAIN is the kinds of winch and span of each cable, see parts.h */
     UNSTRETCHED_LENGTH,         /* where a cable stretches */
+    /* of a controller: control.c */
+    CONTROL_STEP, LAW, BELIEVED, TENSION_MIN, TENSION_MAX, CONTROLLED, POLICY, DESIRED_POSITION, DESIRED_QUATERNION,
+    DESIRED_VELOCITY, DESIRED_ANGULAR_VELOCITY, DESIRED_ACCELERATION, DESIRED_ANGULAR_ACCELERATION,
     FAULT, FAULT_TIME, /* only in tests, with CDPR_FAULTS */
     FIELDS /* and behind them the numbers of parts, in the order of ALL_NUMBERS */
 } Field;
@@ -35,6 +38,8 @@ typedef struct {
     Role role;
     size_t offset, size;
 } Variable;
+
+enum { CONTROL_NUMBERS = 19 }; /* three and LAW_MEMORY: control.c */
 
 #define MESSAGE 256 /* bytes of a message at most */
 #define TOKEN 64    /* bytes of the instantiation token at most */
@@ -65,7 +70,9 @@ typedef struct {
     double *row;      /* (2 PART_NUMBERS cables) what each cable's winch and span take */
     double *state;    /* (states) see plant.c and winch.c */
     double *scratch;  /* (3 states) of the integrator */
+    double *control;  /* (CONTROL_NUMBERS) what a controller remembers: control.c */
     double *work;     /* (9 cables) of the winches */
+    double *decision; /* of a controller while it decides; NULL without one */
     double *tangent;  /* (2 scalars) of the derivatives */
     char token[TOKEN];
 } Plant;
@@ -105,6 +112,12 @@ double plant_asked(const Plant *plant, size_t i);
 
 /* The cable that is asked to push though it cannot, counted from 0; the number of cables if there is none. */
 size_t plant_pushed(const Plant *plant);
+
+/* Let the controller decide whenever it is due from `time` on, and advance the plant, if there is one, by `duration`;
+   false with a message where there is no answer. control.c */
+bool control_advance(Plant *plant, double time, double duration, char *message);
+bool control_answered(const Plant *plant); /* whether the last wrench was distributed as wanted */
+size_t control_room(const Plant *plant);   /* numbers of plant->decision */
 
 /* Whether the state is finite. */
 bool plant_sound(const Plant *plant);
