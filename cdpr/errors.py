@@ -74,6 +74,10 @@ class FmuError(CdprError):
     """An FMU cannot be used: its file is unsound, not trusted, for another machine, or does not fit the robot."""
 
 
+class FormatError(CdprError):
+    """A file of another program is unsound, or says what our parts cannot; the text begins with file and line."""
+
+
 class LogError(CdprError):
     """A run folder or its log cannot be read."""
 

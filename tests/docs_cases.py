@@ -8,7 +8,9 @@ import shlex
 import shutil
 from pathlib import Path
 
+import caspr_cases
 from conftest import ROOT
+from plugin_cases import SUCCESSOR, TRAJECTORY, wirex
 
 PAGES = {
     path.relative_to(ROOT).as_posix(): path.read_text()
@@ -82,5 +84,10 @@ def make_folder(folder: Path) -> None:
     (folder / "my_scenario.yaml").write_text(re.sub(r"duration: 4.0 .*", "duration: 0.02", scenario))
     study = (ROOT / "scenarios/studies/gains.yaml").read_text()
     (folder / "my_study.yaml").write_text(study.replace("../", "scenarios/"))
+    theirs = folder / "theirs"
+    theirs.mkdir()
+    caspr_cases.model(theirs, "CoGiRo", cables_=caspr_cases.cables(default="original", name="original"))
+    for name, text in (("caroca.yaml", SUCCESSOR), ("trajectory.yaml", TRAJECTORY), ("IPAnema.wcrfx", wirex())):
+        (theirs / name).write_text(text)
     hover, _ = re.findall(r"^```python\n(import cdpr\n.*?)^run = ", PAGES["docs/plugins.md"], re.DOTALL | re.MULTILINE)
     (folder / "hover.py").write_text(hover)

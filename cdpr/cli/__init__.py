@@ -47,6 +47,7 @@ COMMANDS = {
     "fmu": "Look at FMUs, map their signals, trust them.",
     "doctor": "Tell what is installed, what works, and what to install for what is missing.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",
+    "import": "Read a robot of CASPR, WireX or the thesis's Gazebo plug-in, and write files of ours.",
     "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
     "repair": "Make the log of a killed run whole again.",
 }

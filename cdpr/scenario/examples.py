@@ -120,6 +120,8 @@ def _needed(path: Path, found: list[Path]) -> list[Path]:
     """Return a file and all that it names, each once, in the order in which they are named."""
     if path not in found:
         found.append(path)
+        if path.suffix != ".yaml":
+            return found
         for text in _texts(yaml.safe_load(path.read_text(encoding="utf-8"))):
             for start in (path.parent, folder()):  # a study's values start at its scenario
                 other = Path(os.path.normpath(start / text))

@@ -91,8 +91,8 @@ def join(times: Array, x: Array, v: Array, a: Array, orientation: Array, spin: A
     segments = np.empty((len(duration), COLUMNS))
     segments[:, 0], segments[:, 1], segments[:, 38:] = times[:-1], duration, orientation[:-1]
     h = duration[:, None]
-    segments[:, 2:20] = _quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])
-    segments[:, 20:38] = _quintic(h, np.zeros_like(turns), turns, spin[:-1], rate, spin_rate[:-1], second)
+    segments[:, 2:20] = quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])
+    segments[:, 20:38] = quintic(h, np.zeros_like(turns), turns, spin[:-1], rate, spin_rate[:-1], second)
     return Trajectory(segments)
 
 
@@ -124,7 +124,7 @@ def _to_body(q: Array, vectors: Array) -> Array:
     return np.asarray(vectors + q[:, :1] * twice + rotations.cross(twice, q[:, 1:]))
 
 
-def _quintic(h: Array, x: Array, step: Array, v0: Array, v1: Array, a0: Array, a1: Array) -> Array:
+def quintic(h: Array, x: Array, step: Array, v0: Array, v1: Array, a0: Array, a1: Array) -> Array:
     """Coefficients (K, 18), lowest power first, of the share of the duration h (K, 1).
 
     From x (K, 3) to x + step, with velocities and accelerations (K, 3) at both ends.

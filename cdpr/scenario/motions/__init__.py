@@ -8,6 +8,7 @@ from pydantic import Field
 
 from cdpr.scenario.motions.circle import Circle, Helix
 from cdpr.scenario.motions.csv import Csv
+from cdpr.scenario.motions.gcode import Gcode
 from cdpr.scenario.motions.hold import Hold
 from cdpr.scenario.motions.jerk_limited import AngularLimits, JerkLimited, Limits, Stop
 from cdpr.scenario.motions.motion import Motion, Pose
@@ -20,6 +21,7 @@ __all__ = [
     "AnyMotion",
     "Circle",
     "Csv",
+    "Gcode",
     "Helix",
     "Hold",
     "JerkLimited",
@@ -35,5 +37,5 @@ __all__ = [
 ]
 
 AnyMotion = Annotated[
-    Hold | Quintic | Waypoints | PickAndPlace | Circle | Helix | JerkLimited | Csv, Field(discriminator="type")
+    Hold | Quintic | Waypoints | PickAndPlace | Circle | Helix | JerkLimited | Csv | Gcode, Field(discriminator="type")
 ]

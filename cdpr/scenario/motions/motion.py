@@ -81,6 +81,10 @@ class Motion(Kind):
     def check_completed(self, report: Report) -> None:
         """Report what is wrong with the completed motion."""
 
+    def remarks(self) -> Iterator[tuple[Path, str]]:
+        """Yield what of the motion, as it was given, is allowed and seldom meant."""
+        yield from ()
+
     def span(self) -> tuple[float | None, float | None]:
         """Return the times at which it begins and ends, s; None where it is at rest there by itself."""
         return None, None

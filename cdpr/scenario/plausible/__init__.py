@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from cdpr.problems import Path, Problem
 from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
-from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, taken_by_the_guide
+from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
 from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
@@ -33,6 +33,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     too_weak,
     gravity,
     after_the_end,
+    of_the_motion,
     cut_short,
     taken_by_the_guide,
 )

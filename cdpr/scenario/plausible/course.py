@@ -43,6 +43,12 @@ def after_the_end(setup: Setup) -> Iterator[Finding]:
         )
 
 
+def of_the_motion(setup: Setup) -> Iterator[Finding]:
+    """What the motion says of itself, such as words of its file that are passed over."""
+    for path, text in setup.motion.remarks() if setup.motion else ():
+        yield ("trajectory", *path), text
+
+
 def cut_short(setup: Setup) -> Iterator[Finding]:
     """Motions that go on after the run, by a control step or more: what ends between two samples ends with the last.
 

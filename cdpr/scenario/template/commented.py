@@ -26,12 +26,20 @@ def commented(model: type[BaseModel], data: dict[str, Any], plugins: Registry, h
     """
 
     def told(path: Path) -> str:
+        if isinstance(path[-1], int):
+            return ""  # what items are is told above the list
         place = look(model, path, data)
         if len(path) == 2 and path[0] in CORE_KEYS and path[1] not in CORE_KEYS[path[0]]:
             place = _of_plugin(str(path[0]), path[1:], data[path[0]], plugins)
         return place.description + (f" [{place.unit}]" if place.unit else "")
 
-    return "\n".join([*_comment(head, ""), *_mapping(data, (), told)]) + "\n"
+    return with_comments(data, told, head)
+
+
+def with_comments(data: dict[str, Any], told: Told, head: str) -> str:
+    """Return YAML of `data` after the comment `head`, with what is `told` of each key and item of a list, if any."""
+    lines = [line for part in head.split("\n") for line in _comment(part, "")]
+    return "\n".join([*lines, *_mapping(data, (), told)]) + "\n"
 
 
 def _of_plugin(role: Any, path: Path, section: dict[str, Any], plugins: Registry) -> Place:
@@ -49,16 +57,20 @@ def _mapping(data: dict[str, Any], path: Path, told: Told) -> Iterator[str]:
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             yield from _comment(told(here), indent)
             for name in value[0]:
-                yield from _comment(f"  {name}: {told((*here, 0, name))}", indent)
+                if text := told((*here, 0, name)):
+                    yield from _comment(f"  {name}: {text}", indent)
             yield f"{indent}{key}:"
-            yield from (f"{indent}- {flow(item)}" for item in value)
+            for i, item in enumerate(value):
+                yield from _line(f"{indent}- {flow(item)}", told((*here, i)), indent)
         else:
             yield from _line(f"{indent}{key}: {flow(value)}", told(here), indent)
 
 
 def _line(text: str, comment: str, indent: str) -> Iterator[str]:
     """Yield a line with its comment behind it, or above it where both are too long for one."""
-    if len(text) + len(comment) + 4 <= WIDTH:
+    if not comment:
+        yield text
+    elif len(text) + len(comment) + 4 <= WIDTH:
         yield f"{text}  # {comment}"
     else:
         yield from _comment(comment, indent)

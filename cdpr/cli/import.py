@@ -1,0 +1,77 @@
+"""`cdpr import`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cdpr.cli.names import OutPath
+from cdpr.errors import CdprError, ExitCode
+
+if TYPE_CHECKING:
+    from cdpr.formats.read.bring import Taken
+
+
+@click.command("import")
+@click.argument("file", metavar="FILE|DIR", type=click.Path())
+@click.option("--out", type=OutPath(path_type=Path), default=Path("."), help="Folder to write into. [.]")
+@click.option("--cable-set", metavar="NAME", help="Of a CASPR model; its default unless said.")
+@click.option("--trajectory", type=click.Path(), metavar="FILE", help="That belongs to a robot of the Gazebo plug-in.")
+@click.option("--force", is_flag=True, help="Replace files that are there.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def command(file: str, out: Path, cable_set: str | None, trajectory: str | None, force: bool, as_json: bool) -> None:
+    """Read a robot, and its motions, of CASPR, WireX or the Gazebo plug-in, and write robot and scenario files.
+
+    FILE is recognised by its content. Of a folder all that can be read is, and a table tells what could not, and why.
+    Every number says where it came from; what was left out stands at the head of the file.
+    """
+    from cdpr.formats.read.bring import import_file, import_folder, write
+
+    path = Path(file)
+    if path.is_dir():
+        if trajectory is not None:
+            raise click.UsageError("--trajectory belongs to one robot: name its file, not a folder")
+        every = list(import_folder(path, cable_set=cable_set))
+        if not every:
+            raise CdprError(f"{file}: this folder holds no file with an ending that is known")
+    else:
+        every = [import_file(path, cable_set=cable_set, trajectory=trajectory)]
+    _apart(every)
+    rows = []
+    for each in every:
+        written = write(each, out, force=force)
+        rows.append({**vars(each), "files": [str(name) for name in written]})
+        if not as_json:
+            _tell(each, written)
+    if as_json:
+        click.echo(json.dumps(rows, indent=1))
+    elif len(every) > 1:
+        failed = sum(bool(each.error) for each in every)
+        click.echo(f"{len(every) - failed} of {len(every)} could be read")
+    if all(each.error for each in every):
+        raise click.exceptions.Exit(ExitCode.BAD_INPUT)
+
+
+def _apart(every: list[Taken]) -> None:
+    """Two robots of one name in a folder would be one file: the later ones are told."""
+    taken: dict[str, str] = {}
+    for each in every:
+        twice = next((name for name in each.files if name in taken), None)
+        if twice is not None:
+            each.error = f"{each.source}: makes {twice}, as {taken[twice]} does: import it alone, to another --out"
+            each.files = {}
+        taken |= dict.fromkeys(each.files, each.source)
+
+
+def _tell(each: Taken, written: list[Path]) -> None:
+    if each.error:
+        click.echo(f"not read: {each.error}")
+        return
+    click.echo(f"{each.source}: {', '.join(map(str, written))}")
+    for text in each.warnings:
+        click.echo(f"warning: {text}", err=True)
+    for text in each.left_out:
+        click.echo(f"left out: {text}", err=True)

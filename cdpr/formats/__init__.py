@@ -1,0 +1,14 @@
+"""Files of other programs, in and out: nothing here computes, and nothing else knows a format."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cdpr.formats.read.bring import import_file as import_file
+else:
+    from cdpr.lazy import lazily
+
+    __getattr__ = lazily(__name__, {"import_file": "cdpr.formats.read.bring"})
+
+__all__ = ["import_file"]

@@ -1,0 +1,178 @@
+"""From files of other programs to robot and scenario files that load: recognised, read, checked, written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from cdpr.errors import CdprError, FormatError, OutputError
+from cdpr.formats.read import FORMATS
+from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.imported import Imported, Motion
+from cdpr.log.files import unwritable
+from cdpr.scenario.files import UnreadableError
+from cdpr.scenario.files import read as read_bytes
+from cdpr.scenario.loader import load_robot, load_scenario
+from cdpr.scenario.template.commented import with_comments
+
+MOST_BYTES = 16 * 2**20
+MOST_FILES = 10_000
+ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
+
+
+@dataclass
+class Taken:
+    """What became of one source.
+
+    Attributes:
+        source: the file.
+        files: name and content of what is written of it; empty where it could not be read.
+        left_out, warnings: as `Imported` has them.
+        error: why it could not be read; "" where it was.
+    """
+
+    source: str
+    files: dict[str, str] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    error: str = ""
+
+
+def import_file(path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None) -> Taken:
+    """Return robot and scenarios of a file of another program, as YAML that loads.
+
+    Args:
+        path: of the file; others of the same model are found beside it.
+        cable_set: of CASPR, its default unless said.
+        trajectory: a file that belongs to a robot of the Gazebo plug-in.
+
+    Raises CdprError, FormatError among them, with file and line, where it is not known, unsound, or says what our
+    robots cannot.
+    """
+    file = Path(path)
+    content = content_of(file)
+    reader = _reader(file, content)
+    choice = Choice(cable_set, None if trajectory is None else Path(trajectory))
+    return _taken(file, reader.read(file, content, choice))
+
+
+def import_folder(path: str | os.PathLike[str], *, cable_set: str | None = None) -> Iterator[Taken]:
+    """Yield what became of each robot in a folder and those within; errors are told, not raised."""
+    for file in _files(Path(path)):
+        try:
+            content = content_of(file)
+            reader = _reader(file, content)
+            if reader.leads(file, content):
+                yield _taken(file, reader.read(file, content, Choice(cable_set)))
+        except CdprError as error:
+            yield Taken(str(file), error=str(error).splitlines()[0])
+
+
+def write(taken: Taken, folder: Path, *, force: bool) -> list[Path]:
+    """Write files into a folder, which is made. Raises OutputError; nothing that is there is written over."""
+    there = [folder / name for name in taken.files if (folder / name).exists()]
+    if there and not force:
+        raise OutputError(f"'{there[0]}' is there already: it is not written over; choose another --out, or --force")
+    written = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in taken.files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+            written.append(folder / name)
+    except OSError as error:
+        raise unwritable(folder, error) from error
+    return written
+
+
+def content_of(path: Path) -> bytes:
+    """Return what is in a file. Raises FormatError."""
+    try:
+        content = read_bytes(str(path), MOST_BYTES, ENDINGS)
+    except UnreadableError as error:
+        raise FormatError(str(error)) from None
+    if len(content) > MOST_BYTES:
+        raise FormatError(f"{path}: is larger than {MOST_BYTES // 2**20} MiB, and no robot")
+    return content
+
+
+def _reader(path: Path, content: bytes) -> ModuleType:
+    for each in FORMATS:
+        module = import_module(each.module)
+        if module.recognise(content):
+            return module
+    names = ", ".join(each.name for each in FORMATS)
+    raise FormatError(f"{path}: is in no format that is known; there are {names}")
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    """All files of a folder and those within whose ending some format has, in the order of their names."""
+    count = 0
+    for above, folders, names in os.walk(folder):
+        folders.sort()
+        for name in sorted(names):
+            if name.lower().endswith(ENDINGS):
+                count += 1
+                if count > MOST_FILES:
+                    raise FormatError(f"{folder}: holds more than {MOST_FILES} files; name one of its folders")
+                yield Path(above) / name
+
+
+def _taken(path: Path, found: Imported) -> Taken:
+    """Write texts, and load them: what our own checks refuse is told with its source."""
+    robot, comments = f"{found.name}.yaml", found.comments
+    taken = Taken(str(path), {}, found.left_out, found.warnings)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        motions = [_scenario(found, motion, robot, f"{path.parent}{os.sep}") for motion in found.motions]
+        taken.files[robot] = with_comments(found.robot, lambda key: comments.get(key, ""), _head(found, path.parent))
+        (folder / robot).write_text(taken.files[robot], encoding="utf-8")
+        try:
+            load_robot(folder / robot)
+        except CdprError as error:
+            raise FormatError(f"{path}: it makes no robot that our checks accept: {_first(error)}") from None
+        for motion, files in zip(found.motions, motions, strict=True):
+            for each, text in files.items():
+                (folder / each).write_text(text, encoding="utf-8")
+            try:
+                load_scenario(folder / next(iter(files)))
+            except CdprError as error:
+                taken.left_out.append(f"{path}: motion '{motion.name}': our checks refuse it: {_first(error)}")
+            else:
+                taken.files |= files
+    head = _head(found, path.parent)  # now that all is known that is left out
+    taken.files[robot] = with_comments(found.robot, lambda key: comments.get(key, ""), head)
+    return taken
+
+
+def _first(error: CdprError) -> str:
+    """What the first line of an error says, without the file that is about to be written."""
+    return str(error).splitlines()[0].partition(": ")[2]
+
+
+def _scenario(found: Imported, motion: Motion, robot: str, above: str) -> dict[str, str]:
+    """A scenario, and the files that it names."""
+    name = f"{found.name}_{motion.name}"
+    tables = {f"{found.name}_{key}": value for key, value in motion.tables.items()}
+    data: dict[str, Any] = {
+        "robot": robot,
+        "simulation": {"duration": motion.duration},
+        "initial": motion.initial,
+        "trajectory": {**motion.trajectory, **({"file": next(iter(tables))} if tables else {})},
+        **({} if motion.controller is None else {"controller": motion.controller}),
+    }
+    head = f"Motion '{motion.name}' of {found.source}.\nController and solver are ours.".replace(above, "")
+    return {f"{name}.yaml": with_comments(data, lambda key: "", head), **tables}
+
+
+def _head(found: Imported, folder: Path) -> str:
+    """What stands above a robot, with names of files as they are in their folder: the same bytes wherever that is."""
+    lines = [f"Imported from {found.source}.", *found.warnings]
+    if found.left_out:
+        lines += ["Left out:", *(f"- {each}" for each in found.left_out)]
+    return "\n".join(lines).replace(f"{folder}{os.sep}", "")

@@ -1,0 +1,166 @@
+"""Models of CASPR: bodies, cables, trajectories and operational spaces, each an XML file of its own.
+
+The format is that of CASPR's own readers (D. Lau et al., "CASPR: A comprehensive cable-robot analysis and simulation
+platform for the research of cable-driven parallel robots", IROS 2016): attachments from the joint or the centre of
+mass, inertias about either, joints that move a body from where its parent puts it. World z is up, as here, and gravity
+is along -z, whichever plane a joint keeps to.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cdpr.errors import CdprError
+from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions
+from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.imported import Imported, slug
+from cdpr.formats.read.inertia import about_centre, filled
+from cdpr.formats.read.xml import Element, parse, root_of
+from cdpr.scenario.files import UnreadableError
+from cdpr.scenario.files import read as read_bytes
+
+BODIES, CABLES, MOTIONS, SPACES = "bodies_system", "cables", "trajectories", "operational_spaces"
+SUFFIXES = {BODIES: "bodies", CABLES: "cables", MOTIONS: "trajectories", SPACES: "operational_spaces"}
+MOST_BYTES = 16 * 2**20
+
+
+def recognise(content: bytes) -> bool:
+    """Whether this is one of the files of a model."""
+    return root_of(content)[0] in SUFFIXES
+
+
+def leads(path: Path, content: bytes) -> bool:
+    """Whether a model is read from here: from its bodies, and from others where there are none."""
+    return root_of(content)[0] == BODIES or _beside(path, content, BODIES) is None
+
+
+def read(path: Path, content: bytes, choice: Choice) -> Imported:
+    """Read a model from any of its files; `choice` may name the set of cables. Raises CdprError."""
+    roots: dict[str, Element | None] = {}
+    for kind in SUFFIXES:
+        file = path if root_of(content)[0] == kind else _beside(path, content, kind)
+        roots[kind] = None if file is None else parse(content if file == path else load(file), str(file))
+    bodies, cables = roots[BODIES], roots[CABLES]
+    for kind, root in ((BODIES, bodies), (CABLES, cables)):
+        if root is None:
+            text = f"{path}:1: a model needs a file of its {SUFFIXES[kind]} as well, {_prefix(path, content)}"
+            raise CdprError(f"{text}_{SUFFIXES[kind]}.xml in the same folder")
+    assert bodies is not None
+    assert cables is not None
+    return _model(path, bodies, cables, roots[MOTIONS], roots[SPACES], choice.cable_set)
+
+
+def load(path: Path) -> bytes:
+    """Return what is in a file. Raises CdprError."""
+    try:
+        content = read_bytes(str(path), MOST_BYTES, (".xml",))
+    except UnreadableError as error:
+        raise CdprError(str(error)) from None
+    if len(content) > MOST_BYTES:
+        raise CdprError(f"{path}: is larger than {MOST_BYTES // 2**20} MiB, and no robot")
+    return content
+
+
+def _model(
+    path: Path, bodies: Element, cables: Element, motions: Element | None, spaces: Element | None, chosen: str | None
+) -> Imported:
+    link = _only_link(bodies)
+    joint = caspr_joints.joint(link)
+    physical = link.child("physical")
+    mass, centre = physical.child("mass").number(), physical.child("com_location").vector(3)
+    given = physical.child("inertia")
+    about = given.attribute("ref")
+    if about not in ("com", "joint"):
+        raise given.wrong(f"ref of <inertia>: com or joint is expected, got '{about}'")
+    xx, yy, zz, xy, xz, yz = (given.child(f"I{name}").number() for name in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    inertia = (xx, yy, zz, xy, xz, yz)
+    if about == "joint":
+        inertia = about_centre(inertia, mass, centre)
+    set_, rows, comments, left_out = caspr_cables.cables(cables, chosen, centre)
+    name = slug(_prefix(path, b""), "robot")
+    found = Imported(name, f"CASPR: {bodies.file} and {cables.file}, cable set '{set_}'", {}, left_out=left_out)
+    try:
+        body, told = filled(inertia, mass, np.array([row["platform"] for row in rows]) - centre, joint.turns > 1)
+    except ValueError as error:
+        raise given.wrong(str(error)) from None
+    if joint.turns == 1:  # of a plane: that about its normal is enough
+        body, told = inertia, ""
+        if inertia["xyz".index(joint.dof[-1][1])] <= 0.0:
+            body, told = filled((0.0,) * 6, mass, np.array([row["platform"] for row in rows]) - centre, True)
+    if told:
+        found.warnings.append(f"{given.file}:{given.line}: {told}")
+    platform = {"mass": mass, **({} if body is None else {"inertia": list(body)}), "center_of_mass": centre}
+    home = joint.pose(joint.initial)
+    found.robot = {
+        "name": name,
+        "dof": list(joint.dof),
+        "platform": platform,
+        "tension": _shared(*zip(*(row["tension"] for row in rows), strict=True)),
+        "home": home,
+        "cables": [{key: value for key, value in row.items() if key != "tension"} for row in rows],
+    }
+    found.comments = {
+        ("dof",): f"joint {joint.type}, {link.file}:{link.line}",
+        ("platform", "mass"): f"kg, {_at(physical.child('mass'))}",
+        ("platform", "inertia"): f'kg m^2 about the centre of mass, from ref="{about}", {_at(given)}',
+        ("platform", "center_of_mass"): f"m from the joint, {_at(physical.child('com_location'))}",
+        ("tension", "min"): "N, force_min",
+        ("tension", "max"): "N, force_max",
+        ("home",): f"q_initial, {_at(link.child('joint'))}",
+        ("cables",): f"m; attachments of {_at(cables)}",
+        **comments,
+    }
+    for word in ("q_min", "q_max"):
+        if word in link.child("joint").attributes:
+            found.left_out.append(f"{_at(link.child('joint'))}: {word}: our robots have no limits of joints")
+    if motions is not None:
+        found.motions, skipped = caspr_motions.motions(motions, joint)
+        found.left_out += skipped
+    if spaces is not None:
+        found.left_out += [
+            f"{_at(each)}: operational set '{each.attributes.get('id', '')}': our robots have no tool points"
+            for each in spaces.all("operational_set")
+        ]
+    return found
+
+
+def _only_link(bodies: Element) -> Element:
+    links = bodies.child("links")
+    moving = [each for each in links.children if each.name.startswith("link_")]
+    if not moving:
+        raise links.wrong("a <link_rigid> is expected within <links>, got none")
+    if len(moving) > 1:
+        second = moving[1]
+        raise second.wrong(
+            f"link {second.attributes.get('num', '?')} '{second.attributes.get('name', '')}' is a second moving body; "
+            "robots of one platform alone can be described here"
+        )
+    if moving[0].name != "link_rigid":
+        raise moving[0].wrong(f"a <{moving[0].name}> is no rigid body; <link_rigid> alone can be described here")
+    return moving[0]
+
+
+def _shared(lows: tuple[float, ...], highs: tuple[float, ...]) -> dict[str, object]:
+    """One number where all cables have the same limit."""
+    both = {"min": lows, "max": highs}
+    return {key: values[0] if len(set(values)) == 1 else list(values) for key, values in both.items()}
+
+
+def _at(element: Element) -> str:
+    return f"{Path(element.file).name}:{element.line}"
+
+
+def _prefix(path: Path, content: bytes) -> str:
+    """What the files of a model have in common: `ROBOT` of ROBOT_bodies.xml."""
+    for suffix in SUFFIXES.values():
+        if path.stem.lower().endswith(f"_{suffix}"):
+            return path.stem[: -len(suffix) - 1]
+    return path.stem
+
+
+def _beside(path: Path, content: bytes, kind: str) -> Path | None:
+    """The file of another kind of the same model, whatever the case of its name."""
+    wanted = f"{_prefix(path, content)}_{SUFFIXES[kind]}.xml".lower()
+    return next((other for other in sorted(path.parent.iterdir()) if other.name.lower() == wanted), None)

@@ -1,0 +1,113 @@
+"""Sets of cables of CASPR."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from cdpr.cables.pulley import Pulley
+from cdpr.fields import MAX_DISTANCE
+from cdpr.formats.read.imported import slug, unique
+from cdpr.formats.read.xml import Element
+from cdpr.nearest import did_you_mean
+from cdpr.problems import Path as Key
+from cdpr.problems import shown
+
+SPRING = "cable_linear_spring"
+TAUT = ("cable_ideal", SPRING)
+REFUSED = {
+    "cable_passive_linear_spring": "a passive spring, which nobody commands, is none of our cables",
+    "cable_vsd_torsion_spring": "a stiffness that depends on the tension is none that our cables have",
+    "cable_vsd_flexure_linear": "a stiffness that depends on the tension is none that our cables have",
+    "cable_vsd_polynomial": "a stiffness that depends on the tension is none that our cables have",
+}
+SCREWED = "screw_base_rotating_pulley"
+PULLEY = "base_rotating_pulley"
+PULLEYS = {"pulley_radius": "radius", "cable_entry_vector": "axis", "fixed_location": "frame"}
+
+
+def cables(
+    root: Element, chosen: str | None, centre: list[float]
+) -> tuple[str, list[dict[str, Any]], dict[Key, str], list[str]]:
+    """Return the name of the set, its cables as a robot file has them with `tension`, comments, and what is left out.
+
+    `centre` is the centre of mass (3,) from the joint, from which some attachments count. Raises FormatError.
+    """
+    sets = {each.attributes.get("id", ""): each for each in root.all("cable_set")}
+    wanted = chosen if chosen is not None else root.attributes.get("default_cable_set", "")
+    if wanted not in sets:
+        which = f"cable set {shown(wanted)}" + ("" if chosen is not None else ", the default,")
+        raise root.wrong(f"{which} is not there; {did_you_mean(wanted, sets)}there are {', '.join(sets)}")
+    rows: list[dict[str, Any]] = []
+    comments: dict[Key, str] = {}
+    left_out: list[str] = []
+    found = sets[wanted].children
+    if not found:
+        raise sets[wanted].wrong(f"cable set '{wanted}' holds no cable")
+    names = unique([slug(each.attributes.get("name", ""), "cable") for each in found])
+    for k, (element, name) in enumerate(zip(found, names, strict=True)):
+        rows.append(_cable(element, name, centre))
+        comments["cables", k] = f"{Path(element.file).name}:{element.line}"
+        force_error = element.child("properties").find("force_error")
+        if force_error is not None:
+            left_out.append(f"{force_error.file}:{force_error.line}: force_error of cable '{name}'")
+    return wanted, rows, comments, left_out
+
+
+def _cable(element: Element, name: str, centre: list[float]) -> dict[str, Any]:
+    called = f"cable '{element.attributes.get('name', '')}'"
+    if element.name in REFUSED:
+        raise element.wrong(f"{called} is a {element.name}: {REFUSED[element.name]}")
+    if element.name not in TAUT:
+        raise element.wrong(f"{called} is a <{element.name}>, which is not known; {' and '.join(TAUT)} are")
+    reference = element.attribute("attachment_reference")
+    if reference not in ("com", "joint"):
+        raise element.wrong(f"attachment_reference of {called}: com or joint is expected, got '{reference}'")
+    ends = element.child("attachments").children
+    if len(ends) != 2:
+        raise element.wrong(
+            f"{called} has {len(ends)} attachments; cables here have two, on the frame and the platform"
+        )
+    properties = element.child("properties")
+    row: dict[str, Any] = {"name": name}
+    shift = centre if reference == "com" else [0.0, 0.0, 0.0]
+    for end in ends:
+        row |= _end(end, called, shift)
+    if not {"frame", "platform"} <= set(row):
+        raise element.wrong(f"{called} has both attachments on one body; one on the world, link 0, is expected")
+    low, high = properties.child("force_min").number(), properties.child("force_max").number()
+    row["tension"] = (low, high)
+    if element.name == SPRING:
+        row["axial_stiffness"] = properties.child("K").number()  # CASPR divides it by the length: it is E A, N
+    diameter = properties.find("diameter") or element.find("diameter")
+    if diameter is not None and diameter.number() > 0.0:
+        row["diameter"] = diameter.number()
+    return row
+
+
+def _end(end: Element, called: str, shift: list[float]) -> dict[str, Any]:
+    """One end of a cable: `frame` or `platform`, and `exit` of a pulley."""
+    if end.name == SCREWED:
+        raise end.wrong(f"{called} winds on a {SCREWED}, which moves its exit along the drum: none of our parts does")
+    if end.name == PULLEY:
+        given = {key: end.child(word) for word, key in PULLEYS.items()}
+        exit_ = {"type": Pulley.kind(), "radius": given["radius"].number(), "axis": given["axis"].vector(3)}
+        return {"frame": _place(given["frame"], called), "exit": exit_}
+    if end.name != "attachment":
+        raise end.wrong(f"{called} ends in a <{end.name}>, which is not known; attachment and {PULLEY} are")
+    link = end.child("link").number()
+    if link == 0.0:
+        return {"frame": _place(end.child("location"), called)}
+    if link != 1.0:
+        raise end.wrong(f"{called} ends on link {link:g}, and there is one moving body, 1")
+    place = _place(end.child("location"), called)
+    return {"platform": [a + b for a, b in zip(place, shift, strict=True)]}
+
+
+def _place(element: Element, called: str) -> list[float]:
+    place = element.vector(3)
+    if max(map(abs, place)) > MAX_DISTANCE:
+        raise element.wrong(
+            f"{called} ends {max(map(abs, place)):g} m away, beyond {MAX_DISTANCE:g} m: no anchor is there"
+        )
+    return place

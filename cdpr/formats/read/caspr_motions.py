@@ -1,0 +1,229 @@
+"""Trajectories of CASPR in joint space, as motions of the platform.
+
+Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Quintic
+splines of joints that do not turn, or about one axis alone, are our waypoints with all their derivatives. All others
+are evaluated at their own time step, coordinate by coordinate, into a table: of attitudes with three angles CASPR
+itself interpolates quaternions, so that between two points it does not go quite the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import CdprError
+from cdpr.formats.read.caspr_joints import Joint
+from cdpr.formats.read.imported import Motion, refuse, slug, unique
+from cdpr.formats.read.xml import Element
+from cdpr.model.robot import Array
+from cdpr.scenario.files import UnreadableError
+from cdpr.scenario.files import read as read_bytes
+from cdpr.scenario.motions import Csv, Waypoints
+from cdpr.scenario.motions.table import MAX_ROWS
+
+HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
+MOST_BYTES = 32 * 2**20
+SUFFIX = "_trajectory"
+QUINTIC = "quintic_spline_trajectory"
+FILE = "file_trajectory"
+
+# Coordinates, rates and second rates, each (k, n), of a point, of the next, for times (k,) after it, of T s between.
+Between = Callable[[Array, Array, Array, float, float], tuple[Array, Array, Array]]
+
+
+def motions(root: Element, joint: Joint) -> tuple[list[Motion], list[str]]:
+    """Return the motions of a file of trajectories, and what was left out and why."""
+    found, left_out = [], []
+    for group in root.children:
+        for element in group.children if group.name.endswith("_trajectories") else [group]:
+            name, place = element.attributes.get("id", ""), f"{element.file}:{element.line}"
+            if group.name == "operational_trajectories":
+                left_out.append(f"{place}: trajectory '{name}' is of operational space, which our robots do not have")
+                continue
+            try:
+                found.append((name, _motion(element, joint)))
+            except CdprError as error:
+                left_out.append(f"{error} (trajectory '{name}')")
+    names = unique([slug(name, "motion") for name, _ in found])
+    for name, (_, motion) in zip(names, found, strict=True):
+        motion.name = name
+        motion.tables = {f"{name}.csv": text for text in motion.tables.values()}
+        if motion.tables:
+            motion.trajectory["file"] = f"{name}.csv"
+    return [motion for _, motion in found], left_out
+
+
+def _motion(element: Element, joint: Joint) -> Motion:
+    if element.name == FILE:
+        return _tabled(_of_file(element, joint), joint)
+    if element.name not in BETWEEN:
+        raise element.wrong(f"<{element.name}> is not known; there are {', '.join([*BETWEEN, FILE])}")
+    points = element.child("points").all("point")
+    if len(points) < 2:
+        raise element.wrong(f"two or more points are expected, got {len(points)}")
+    times, n = _times(element, points), len(joint.dof)
+    q = np.array([point.child("q").vector(n) for point in points])
+    if element.name == QUINTIC and (joint.turns < 2 or not np.any(np.array([joint.parts(row)[1] for row in q]))):
+        return _passed(points, times, q, joint)
+    step = element.attribute_number("time_step")
+    count = times[-1] / step if step > 0.0 else np.inf
+    if not count < MAX_ROWS:
+        raise element.wrong(f"time_step: {step:g} s makes more than {MAX_ROWS} points, or none, of {times[-1]:g} s")
+    return _tabled(_sampled(element, points, times, q, step), joint)
+
+
+def _times(element: Element, points: list[Element]) -> Array:
+    """When points are reached, (k,), s, from 0."""
+    definition = element.attributes.get("time_definition", "relative")
+    if definition not in ("absolute", "relative"):
+        raise element.wrong(f"time_definition: absolute or relative is expected, got '{definition}'")
+    given = np.array([0.0, *(point.attribute_number("time") for point in points[1:])])
+    times = np.cumsum(given) if definition == "relative" else given
+    late = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(late):
+        raise points[late[0] + 1].wrong(f"time: this point comes {np.diff(times)[late[0]]:g} s after the one before it")
+    return np.asarray(times)
+
+
+def _passed(points: list[Element], times: Array, q: Array, joint: Joint) -> Motion:
+    """Waypoints with their derivatives."""
+    n, rows = len(joint.dof), []
+    for point, time, at in zip(points, times.tolist(), q.tolist(), strict=True):
+        rate, second = point.child("q_dot").vector(n), point.child("q_ddot").vector(n)
+        (velocity, _), (acceleration, _) = joint.parts(rate), joint.parts(second)
+        row: dict[str, Any] = {"time": time, **joint.pose(at)}
+        row["orientation"] = row.get("orientation", {"rpy": [0.0, 0.0, 0.0]})
+        turn, turned = joint.turning(at, rate, second)
+        row |= {"velocity": velocity.tolist(), "acceleration": acceleration.tolist()}
+        rows.append(row | {"angular_velocity": turn.tolist(), "angular_acceleration": turned.tolist()})
+    first = {key: rows[0][key] for key in ("position", "orientation")}
+    return Motion("", {"type": Waypoints.kind(), "points": rows}, float(times[-1]), first)
+
+
+def _sampled(element: Element, points: list[Element], times: Array, q: Array, step: float) -> list[Array]:
+    """Times (k, 1), coordinates, rates and second rates, each (k, n)."""
+    n = q.shape[1]
+    rates = np.zeros_like(q)
+    seconds = np.zeros_like(q)
+    blend = np.zeros(len(points))
+    if element.name == "parabolic_blend_trajectory":
+        default = element.attribute_number("blend_time_default", 0.0)
+        blend = np.array([point.attribute_number("blend_time", default) for point in points])
+    elif element.name == "cubic_spline_average_velocity_trajectory":
+        slopes = np.diff(q, axis=0) / np.diff(times)[:, None]
+        rates[1:-1] = 0.5 * (slopes[:-1] + slopes[1:])
+        rates[0], rates[-1] = (points[k].child("q_dot").vector(n) for k in (0, -1))
+    elif element.name != "linear_spline_trajectory":
+        rates = np.array([point.child("q_dot").vector(n) for point in points])
+        if element.name == QUINTIC:
+            seconds = np.array([point.child("q_ddot").vector(n) for point in points])
+    parts: list[list[Array]] = [[], [], [], []]
+    for k in range(len(points) - 1):
+        T = float(times[k + 1] - times[k])
+        count = max(1, round(T / step))
+        t = np.linspace(0.0, T, count + 1)[(1 if k else 0) :]
+        if 2.0 * blend[k + 1] > T:
+            raise points[k + 1].wrong(f"blend_time: {blend[k + 1]:g} s twice is longer than the {T:g} s of this move")
+        ends = np.stack([q[k], rates[k], seconds[k]]), np.stack([q[k + 1], rates[k + 1], seconds[k + 1]])
+        found = BETWEEN[element.name](*ends, t, T, float(blend[k + 1]))
+        for part, new in zip(parts, (times[k] + t[:, None], *found), strict=True):
+            part.append(new)
+    return [np.concatenate(part) for part in parts]
+
+
+def _straight(a: Array, b: Array, t: Array, T: float, _: float) -> tuple[Array, Array, Array]:
+    slope = (b[0] - a[0]) / T
+    return a[0] + t[:, None] * slope, np.tile(slope, (len(t), 1)), np.zeros((len(t), len(slope)))
+
+
+def _polynomial(conditions: int) -> Between:
+    """Of so many derivatives at both ends, 2 or 3: the cubic or the quintic."""
+
+    def between(a: Array, b: Array, t: Array, T: float, _: float) -> tuple[Array, Array, Array]:
+        order = 2 * conditions
+        powers = np.array([[_derivative(p, d, x) for p in range(order)] for x in (0.0, T) for d in range(conditions)])
+        c = np.linalg.solve(powers, np.concatenate([a[:conditions], b[:conditions]]))
+        rows = [np.array([[_derivative(p, d, x) for p in range(order)] for x in t.tolist()]) @ c for d in range(3)]
+        return rows[0], rows[1], rows[2]
+
+    return between
+
+
+def _derivative(power: int, times: int, x: float) -> float:
+    """The derivative of x^power, so many times."""
+    factor = 1.0
+    for k in range(times):
+        factor *= power - k
+    return factor * x ** (power - times) if power >= times else 0.0
+
+
+def _blended(a: Array, b: Array, t: Array, T: float, blend: float) -> tuple[Array, Array, Array]:
+    """A straight move that begins and ends with a parabola of `blend` s."""
+    if blend <= 0.0:
+        return _straight(a, b, t, T, 0.0)
+    way = b[0] - a[0]
+    top = way / (T - blend)
+    x = t[:, None]
+    begins, ends = x < blend, x > T - blend
+    at = np.where(begins, 0.5 * top / blend * x**2, top * (x - 0.5 * blend))
+    at = np.where(ends, way - 0.5 * top / blend * (T - x) ** 2, at)
+    rate = np.where(begins, top / blend * x, np.where(ends, top / blend * (T - x), top))
+    return a[0] + at, rate, np.where(begins, top / blend, np.where(ends, -top / blend, 0.0))
+
+
+BETWEEN: dict[str, Between] = {
+    "linear_spline_trajectory": _straight,
+    "cubic_spline_trajectory": _polynomial(2),
+    "cubic_spline_average_velocity_trajectory": _polynomial(2),
+    QUINTIC: _polynomial(3),
+    "parabolic_blend_trajectory": _blended,
+}
+
+
+def _of_file(element: Element, joint: Joint) -> list[Array]:
+    """Of a .traj file: each row names its columns, `t,TIME,p,...,v,...,a,...`."""
+    n, path = len(joint.dof), Path(element.file).parent / element.attribute("filename")
+    try:
+        text = read_bytes(str(path), MOST_BYTES, (".traj",)).decode("utf-8")
+    except (UnreadableError, UnicodeDecodeError) as error:
+        raise element.wrong(f"filename: {error}") from None
+    rows: list[list[float]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = [word.strip() for word in line.split(",")]
+        if not line.strip() or words[0] == "time_step":
+            continue
+        width = n + 1
+        expected = 2 + 3 * width
+        labels = [words[k] for k in range(2, min(len(words), expected), width)]
+        try:
+            if words[0] != "t" or len(words) < expected or labels[1:] != ["v", "a"] or labels[0] not in ("p", "q"):
+                raise ValueError
+            rows.append([float(word) for k, word in enumerate(words[1:expected]) if (k - 1) % width or k == 0])
+        except (ValueError, IndexError):
+            text = f"t,TIME,p,...,v,...,a,... with {n} numbers each is expected, got '{line[:60]}'"
+            raise refuse(str(path), number, text) from None
+        if len(rows) > MAX_ROWS:
+            raise refuse(str(path), number, f"{MAX_ROWS} points at most are taken")
+    table = np.array(rows)
+    if len(rows) < 2 or not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0.0).any():
+        raise refuse(str(path), 1, "two or more points of finite numbers are expected, at times that rise")
+    table[:, 0] -= table[0, 0]
+    return [table[:, :1], *(table[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))]
+
+
+def _tabled(parts: list[Array], joint: Joint) -> Motion:
+    """A table of the platform's poses and rates."""
+    lines = [HEAD]
+    for (time,), q, rate, second in zip(*(part.tolist() for part in parts), strict=True):
+        place = np.array(joint.at) + joint.parts(q)[0]
+        velocity, acceleration = joint.parts(rate)[0], joint.parts(second)[0]
+        turn = joint.turning(q, rate, second)[0]
+        row = [time, *place, *joint.quaternion(q), *velocity, *turn, *acceleration]
+        lines.append(",".join(repr(float(value)) for value in row))
+    first = joint.pose(parts[1][0].tolist())
+    first["orientation"] = first.get("orientation", {"rpy": [0.0, 0.0, 0.0]})
+    table = "\n".join(lines) + "\n"
+    return Motion("", {"type": Csv.kind(), "file": ""}, float(parts[0][-1, 0]), first, tables={"": table})

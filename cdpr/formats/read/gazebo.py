@@ -1,0 +1,191 @@
+"""Robots of the Gazebo plug-in for cable robots: the thesis's dialect, all below `model`, and its successor's.
+
+Both give anchors A_i in the world and B_i in platform axes, m, the limits of tension as `min` and `effort` of the
+actuated joint, N, and an initial pose with roll, pitch, yaw about fixed axes, rad. The successor's inertia is about the
+centre of mass, which is the origin; the thesis's generator takes that of the box from `lower` to `upper`, whatever
+`inertial` says, and so does this.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdpr import defaults
+from cdpr.fields import COLOURS
+from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.imported import Imported, Motion, slug
+from cdpr.formats.read.inertia import filled
+from cdpr.formats.read.plain import Node, document_of
+from cdpr.scenario.motions import Quintic
+from cdpr.scenario.robot_schema import Inertia
+
+CENTRED = 1e-9  # of its size, how far the middle of a box may be from the origin: files are rounded
+FRAMES = {"box": "box", "poles": "posts"}
+WITHOUT_EFFECT = {
+    "controllers": "gains of the plug-in's joints; our controllers have their own",
+    "sim_cables": "whether Gazebo simulates cables as legs",
+    "filepath": "a path of its author's machine",
+    "global_frame": "the plug-in does not read it either: anchors are in the world",
+}
+
+
+def recognise(content: bytes) -> bool:
+    """Whether it names points of cables, or the times and places of a trajectory."""
+    return (b"points:" in content and b"actuated" in content) or _is_motion(content)
+
+
+def _is_motion(content: bytes) -> bool:
+    return all(word in content for word in (b"time:", b"position:", b"t4:")) and b"points:" not in content
+
+
+def leads(path: Path, content: bytes) -> bool:
+    """Whether a robot is read from here; a trajectory is not read alone."""
+    return not _is_motion(content)
+
+
+def read(path: Path, content: bytes, choice: Choice) -> Imported:
+    """Read a robot. Raises CdprError."""
+    top = document_of(content, str(path))
+    if _is_motion(content):
+        raise top.wrong(f"this is a trajectory: import its robot with --trajectory {path}")
+    thesis = "model" in top
+    root = top / "model" if thesis else top
+    dialect = "the thesis's dialect" if thesis else "oKermorgant/cdpr's dialect"
+    name = slug(path.stem, "robot")
+    found = Imported(name, f"Gazebo plug-in for cable robots, {dialect}: {path.name}", {"name": name})
+    points = (root / "points").items()
+    frames = [(point / "frame").vector(3) for point in points]
+    anchors = [(point / "platform").vector(3) for point in points]
+    platform, limits = root / "platform", root / "joints" / "actuated"
+    mass = (platform / "mass").number()
+    robot: dict[str, Any] = {"name": name, "platform": {"mass": mass}}
+    inertia, shape = _body(found, platform, mass, np.array(anchors), thesis)
+    robot["platform"]["inertia"] = list(inertia)
+    if shape is not None:
+        robot["platform"]["shape"] = {"box": shape}
+    if (colour := _colour(found, platform)) is not None:
+        robot["platform"]["colour"] = colour
+    robot["tension"] = {"min": (limits / "min").number(), "max": (limits / "effort").number()}
+    place, turned = platform / "position" / "xyz", platform / "position" / "rpy"
+    robot["home"] = {"position": place.vector(3)}
+    if turned.value is not None and any(turned.vector(3)):
+        robot["home"]["orientation"] = {"rpy": turned.vector(3)}
+    if "frame" in root:
+        robot["frame"] = _frame(found, root / "frame")
+    radius = root / "cable" / "radius"
+    if radius.value is not None and radius.number() > 0.0:
+        robot["cable"] = {"diameter": 2.0 * radius.number()}
+        found.comments["cable", "diameter"] = f"m, twice {radius.at}"
+    robot["cables"] = [{"frame": a, "platform": b} for a, b in zip(frames, anchors, strict=True)]
+    found.robot = robot
+    found.comments |= {
+        ("platform", "mass"): f"kg, {(platform / 'mass').at}",
+        ("tension", "min"): f"N, {(limits / 'min').at}",
+        ("tension", "max"): f"N, {(limits / 'effort').at}",
+        ("home", "position"): f"m, {place.at}",
+        ("cables",): "m: A_i in the world, B_i on the platform, of points",
+    }
+    found.comments |= {("cables", k): f"line {point.line}" for k, point in enumerate(points)}
+    for key, why in WITHOUT_EFFECT.items():
+        for node in (top / key, root / key):
+            if node.value is not None and node.path not in [(other,) for other in ("model",)]:
+                text = f"{path}:{node.line}: {key}: {why}"
+                found.left_out += [text] if text not in found.left_out else []
+    for node, why in (
+        (root / "cable" / "mass", "cables here have a linear_density, and the plug-in does not read it either"),
+        (root / "joints" / "passive", "damping of joints that stand for the cables' ends, which are free here"),
+        (limits / "damping", "damping of the joint that stands for a cable"),
+        (limits / "velocity", "a limit of Gazebo's joint, which its engine does not hold it to"),
+    ):
+        if node.value is not None:
+            found.left_out.append(f"{path}:{node.line}: {'.'.join(map(str, node.path))}: {why}")
+    found.motions = [_motion(found, choice.trajectory, robot["home"])] if choice.trajectory is not None else []
+    return found
+
+
+def _body(
+    found: Imported, platform: Node, mass: float, anchors: Any, thesis: bool
+) -> tuple[Inertia, list[float] | None]:
+    """Inertia about the centre of mass, kg m^2, and the sizes of the box that is drawn."""
+    if not thesis:
+        xx, yy, zz, xy, xz, yz = (platform / "inertia").vector(6)
+        found.comments["platform", "inertia"] = f"kg m^2, {(platform / 'inertia').at}"
+        shape = (platform / "size").vector(3) if "size" in platform else None
+        return _sound(found, platform / "inertia", (xx, yy, zz, xy, xz, yz), mass, anchors), shape
+    if "lower" in platform and "upper" in platform:
+        low, high = (platform / "lower").vector(3), (platform / "upper").vector(3)
+        a, b, c = (end - begin for begin, end in zip(low, high, strict=True))
+        inertia = (mass / 12 * (b * b + c * c), mass / 12 * (a * a + c * c), mass / 12 * (a * a + b * b), 0.0, 0.0, 0.0)
+        found.comments["platform", "inertia"] = "kg m^2, of the box from lower to upper, as the thesis's generator"
+        if "inertial" in platform:
+            node = platform / "inertial"
+            found.left_out.append(f"{platform.document.source}:{node.line}: inertial: its generator does not read it")
+        centred = all(abs(low[k] + high[k]) <= CENTRED * (high[k] - low[k]) for k in range(3))
+        return _sound(found, platform / "lower", inertia, mass, anchors), [a, b, c] if centred else None
+    node = platform / "inertial"
+    parts = [(node / key).number() for key in ("xx", "yy", "zz", "xy", "xz", "yz")] if node.value else [0.0] * 6
+    xx, yy, zz, xy, xz, yz = parts
+    found.comments["platform", "inertia"] = "kg m^2, inertial"
+    return _sound(found, node, (xx, yy, zz, xy, xz, yz), mass, anchors), None
+
+
+def _sound(found: Imported, node: Node, inertia: Inertia, mass: float, anchors: Any) -> Inertia:
+    try:
+        whole, told = filled(inertia, mass, anchors, turning=True)
+    except ValueError as error:
+        raise node.wrong(str(error)) from None
+    if told:
+        found.warnings.append(f"{node.document.source}:{node.line}: {told}")
+    assert whole is not None
+    return whole
+
+
+def _frame(found: Imported, node: Node) -> dict[str, Any]:
+    kind = (node / "type").value
+    drawn: dict[str, Any] = {"lower": (node / "lower").vector(3), "upper": (node / "upper").vector(3)}
+    if kind in FRAMES:
+        drawn["shape"] = FRAMES[kind]
+    else:
+        found.left_out.append(f"{node.document.source}:{node.line}: frame.type: {kind!r}; boxes and posts are drawn")
+    if (colour := _colour(found, node)) is not None:
+        drawn["colour"] = colour
+    return drawn
+
+
+def _colour(found: Imported, node: Node) -> str | None:
+    value = (node / "color").value
+    if value is None:
+        return None
+    if str(value).lower() in COLOURS:
+        return str(value).lower()
+    found.left_out.append(f"{node.document.source}:{(node / 'color').line}: color: {value!r} is none that we know")
+    return None
+
+
+def _motion(found: Imported, path: Path, home: dict[str, Any]) -> Motion:
+    """The move from A to B of a trajectory file."""
+    from cdpr.formats.read.bring import content_of
+
+    top = document_of(content_of(path), str(path))
+    begins, ends = (top / "time" / "t0").number(), (top / "time" / "t4").number()
+    if not begins < ends:
+        raise (top / "time" / "t4").wrong(f"a time after t0, {begins:g} s, is expected, got {ends:g}")
+    first, last = (top / "position" / "A").vector(3), (top / "position" / "B").vector(3)
+    turned = {"orientation": home.get("orientation", {"rpy": [0.0, 0.0, 0.0]})}
+    move = {"type": Quintic.kind(), "start": max(begins, 0.0), "duration": ends - begins, "to": {"position": last}}
+    controller = None
+    gains = {key: top / "gain" / name for key, name in (("kp", "Kp"), ("kd", "Kd"))}
+    if all(node.value is not None for node in gains.values()):
+        controller = {"type": defaults.CONTROLLER, **{key: node.number() for key, node in gains.items()}}
+    found.warnings.append(
+        f"{path}:{(top / 'position').line}: which of its nodes plays a trajectory does not stand in "
+        "its file: this is the straight quintic move from A at t0 to B at t4"
+    )
+    for section in ("position", "time", "parameter"):
+        for key in (top / section).value or {}:
+            if key not in ("A", "B", "t0", "t4"):
+                found.left_out.append(f"{path}:{(top / section / key).line}: {section}.{key}: of other nodes' curves")
+    return Motion(slug(path.stem, "motion"), move, ends, {"position": first, **turned}, controller)

@@ -1,0 +1,80 @@
+"""What was found in a file of another program, as our own files have it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from cdpr.errors import FormatError
+from cdpr.problems import Path
+
+
+@dataclass
+class Motion:
+    """One motion of a source: a scenario is made of it.
+
+    Attributes:
+        name: of it, in the source.
+        trajectory: the section of a scenario.
+        duration: s.
+        initial: the section of a scenario.
+        controller: the section of a scenario, where the source has one.
+        tables: files that it names, with their content.
+    """
+
+    name: str
+    trajectory: dict[str, Any]
+    duration: float
+    initial: dict[str, Any]
+    controller: dict[str, Any] | None = None
+    tables: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Imported:
+    """A robot, and motions of it, from another program's files.
+
+    Attributes:
+        name: of the robot, as our files take it.
+        source: what it was, such as "CASPR, robot_bodies.xml": the first line of what is written.
+        robot: as a robot file has it.
+        comments: where numbers came from, by their path in it.
+        motions: of the source.
+        left_out: what the source says and our files do not, and why.
+        warnings: what was filled in or guessed.
+    """
+
+    name: str
+    source: str
+    robot: dict[str, Any]
+    comments: dict[Path, str] = field(default_factory=dict)
+    motions: list[Motion] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def slug(text: str, otherwise: str) -> str:
+    """Return a name as our files take it: letters, digits, `_` and `-`, beginning with a letter."""
+    kept = "".join(char if char.isascii() and (char.isalnum() or char in "_-") else "_" for char in text.strip())
+    kept = "_".join(part for part in kept.split("_") if part)[:60]
+    if not kept:
+        return otherwise
+    return kept if kept[0].isalpha() else f"{otherwise}_{kept}"
+
+
+def unique(names: list[str]) -> list[str]:
+    """Return names of which those that stood there before get a number."""
+    taken: set[str] = set()
+    found = []
+    for name in names:
+        new, count = name, 2
+        while new in taken:
+            new, count = f"{name}_{count}", count + 1
+        taken.add(new)
+        found.append(new)
+    return found
+
+
+def refuse(file: str, line: int, text: str) -> FormatError:
+    """Return the error of a place."""
+    return FormatError(f"{file}:{line}: {text}")

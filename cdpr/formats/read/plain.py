@@ -1,0 +1,79 @@
+"""YAML of other programs, key by key: what is missing or of the wrong kind is told with file, line and key."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from cdpr.errors import FormatError
+from cdpr.fields import MAX_MAGNITUDE
+from cdpr.formats.read.imported import refuse
+from cdpr.problems import Path, dotted, shown
+from cdpr.scenario.document import Document
+from cdpr.scenario.problems import Problems
+from cdpr.scenario.yaml_nodes import parse
+
+
+@dataclass(frozen=True)
+class Node:
+    """A value of a document, and where it stands."""
+
+    document: Document
+    path: Path = ()
+
+    @property
+    def value(self) -> Any:
+        """The plain value; None where there is none."""
+        return self.document.get(self.path)
+
+    @property
+    def line(self) -> int:
+        """Its line, or that of the section where it is missing."""
+        return self.document.key_mark(self.path).line
+
+    @property
+    def at(self) -> str:
+        """Its key and line, for comments."""
+        return f"{dotted(self.path)}, line {self.line}"
+
+    def __contains__(self, key: str | int) -> bool:
+        return (self / key).value is not None
+
+    def __truediv__(self, key: str | int) -> Node:
+        return Node(self.document, (*self.path, key))
+
+    def number(self) -> float:
+        """Return a finite number. Raises FormatError."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float) or not _moderate(self.value):
+            raise self.wrong(f"a number of at most {MAX_MAGNITUDE:g} is expected, got {shown(self.value)}")
+        return float(self.value)
+
+    def vector(self, count: int) -> list[float]:
+        """Return so many finite numbers. Raises FormatError."""
+        if not isinstance(self.value, list) or len(self.value) != count:
+            raise self.wrong(f"{count} numbers are expected, got {shown(self.value)}")
+        return [(self / k).number() for k in range(count)]
+
+    def items(self) -> list[Node]:
+        """Return the items of a list. Raises FormatError."""
+        if not isinstance(self.value, list) or not self.value:
+            raise self.wrong(f"a list with one item or more is expected, got {shown(self.value)}")
+        return [self / k for k in range(len(self.value))]
+
+    def wrong(self, text: str) -> FormatError:
+        """Return an error of this place."""
+        return refuse(self.document.source, self.line, f"{dotted(self.path)}: {text}")
+
+
+def document_of(content: bytes, file: str) -> Node:
+    """Return the top of a document. Raises ScenarioError where it cannot be read."""
+    problems = Problems()
+    found = parse(content, file, problems)
+    problems.raise_any()
+    assert found is not None
+    return Node(found)
+
+
+def _moderate(value: float) -> bool:
+    return math.isfinite(value) and abs(value) <= MAX_MAGNITUDE

@@ -1,0 +1,169 @@
+"""XML as trees whose elements know their line. Entities are never resolved, and nothing is ever fetched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from cdpr.errors import FormatError
+from cdpr.fields import MAX_MAGNITUDE
+from cdpr.formats.read.imported import refuse
+from cdpr.problems import shown
+
+MAX_DEPTH = 64
+MAX_ELEMENTS = 200_000
+
+
+@dataclass
+class Element:
+    """One element.
+
+    Attributes:
+        name: without a prefix of a namespace.
+        file, line: where it begins.
+        attributes: as they stand there.
+        children: elements within.
+        text: all text directly within, without what stands in children.
+    """
+
+    name: str
+    file: str
+    line: int
+    attributes: dict[str, str]
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+    def all(self, name: str) -> list[Element]:
+        """Return the children of a name."""
+        return [child for child in self.children if child.name == name]
+
+    def find(self, name: str) -> Element | None:
+        """Return the first child of a name, if there is one."""
+        return next(iter(self.all(name)), None)
+
+    def child(self, name: str) -> Element:
+        """Return the one child of a name. Raises FormatError where there is none, or several."""
+        found = self.all(name)
+        if len(found) != 1:
+            raise self.wrong(f"one <{name}> is expected within <{self.name}>, got {len(found)}")
+        return found[0]
+
+    def everywhere(self) -> Iterator[Element]:
+        """Yield it and all within, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.everywhere()
+
+    def attribute(self, name: str) -> str:
+        """Return an attribute. Raises FormatError where it is missing or empty."""
+        value = self.attributes.get(name, "").strip()
+        if not value:
+            raise self.wrong(f"<{self.name}> has no attribute '{name}'")
+        return value
+
+    def number(self) -> float:
+        """Return its text as a finite number. Raises FormatError."""
+        return self.vector(1)[0]
+
+    def vector(self, count: int | None = None) -> list[float]:
+        """Return its text as finite numbers with blanks or commas between. Raises FormatError."""
+        return self._numbers(self.text, f"<{self.name}>", count)
+
+    def attribute_number(self, name: str, otherwise: float | None = None) -> float:
+        """Return an attribute as a finite number, or another value where it is missing. Raises FormatError."""
+        if otherwise is not None and not self.attributes.get(name, "").strip():
+            return otherwise
+        return self._numbers(self.attribute(name), f"{name} of <{self.name}>", 1)[0]
+
+    def attribute_vector(self, name: str, count: int | None = None) -> list[float]:
+        """Return an attribute as finite numbers. Raises FormatError."""
+        return self._numbers(self.attribute(name), f"{name} of <{self.name}>", count)
+
+    def wrong(self, text: str) -> FormatError:
+        """Return an error of this place."""
+        return refuse(self.file, self.line, text)
+
+    def _numbers(self, text: str, what: str, count: int | None) -> list[float]:
+        words = text.replace(",", " ").split()
+        try:
+            found = [float(word) for word in words if "_" not in word]
+        except ValueError:
+            found = []
+        sound = len(found) == len(words) and all(math.isfinite(x) and abs(x) <= MAX_MAGNITUDE for x in found)
+        if not sound or not found or count not in (None, len(found)):
+            many = "numbers are" if count is None else "a number is" if count == 1 else f"{count} numbers are"
+            raise self.wrong(f"{what}: {many} expected, of at most {MAX_MAGNITUDE:g}, got {shown(text.strip())}")
+        return found
+
+
+def parse(content: bytes, file: str) -> Element:
+    """Return the root of a document. Raises FormatError where it is none, is too deep, or declares entities."""
+    tree = _Tree(file)
+    tree.feed(content)
+    return tree.root
+
+
+def root_of(content: bytes) -> tuple[str, dict[str, str]]:
+    """Return name and attributes of the first element, "" where there is none; whatever follows is not looked at."""
+    parser = expat.ParserCreate()
+    found: list[tuple[str, dict[str, str]]] = []
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        found.append((name, attributes))
+        raise StopIteration
+
+    parser.StartElementHandler = start
+    with suppress(StopIteration, expat.ExpatError, ValueError, LookupError):
+        parser.Parse(content, True)
+    return found[0] if found else ("", {})
+
+
+class _Tree:
+    def __init__(self, file: str) -> None:
+        self.file, self.open, self.count = file, list[Element](), 0
+        self.root = Element("", file, 1, {})
+        self.parser = expat.ParserCreate()
+        self.parser.buffer_text = True
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._text
+        self.parser.EntityDeclHandler = self._entity
+        skipped: Callable[[str, bool], None] = self._skipped
+        self.parser.SkippedEntityHandler = skipped
+
+    def feed(self, content: bytes) -> None:
+        try:
+            self.parser.Parse(content, True)
+        except expat.ExpatError as error:
+            raise self._wrong(f"this is no sound XML: {expat.ErrorString(error.code)}") from None
+        except (ValueError, LookupError) as error:  # an encoding that nobody knows
+            raise self._wrong(f"this is no sound XML: {error}") from None
+
+    def _wrong(self, text: str) -> FormatError:
+        return refuse(self.file, self.parser.CurrentLineNumber, text)
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        self.count += 1
+        if self.count > MAX_ELEMENTS or len(self.open) >= MAX_DEPTH:
+            raise self._wrong(f"more than {MAX_ELEMENTS} elements, or {MAX_DEPTH} within each other, are no robot")
+        element = Element(name.rpartition(":")[2], self.file, self.parser.CurrentLineNumber, attributes)
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def _end(self, _: str) -> None:
+        self.open.pop()
+
+    def _text(self, text: str) -> None:
+        self.open[-1].text += text
+
+    def _entity(self, name: str, *_: object) -> None:
+        raise self._wrong(f"it declares the entity '{name}': entities are not resolved; write the text itself")
+
+    def _skipped(self, name: str, _: bool) -> None:
+        raise self._wrong(f"it uses the entity '{name}', which is not known: write the text itself")

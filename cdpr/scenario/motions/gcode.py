@@ -1,0 +1,161 @@
+"""Along the path of a G-code file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, PrivateAttr
+
+from cdpr import tolerances, trajectory
+from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3, unit
+from cdpr.problems import Path
+from cdpr.scenario.initial import Initial
+from cdpr.scenario.motions import gcode_path
+from cdpr.scenario.motions.gcode_program import Program, parse_program
+from cdpr.scenario.motions.gcode_words import MAX_BYTES
+from cdpr.scenario.motions.guide import Guide, Posed
+from cdpr.scenario.motions.jerk_limited import Limits, bounds
+from cdpr.scenario.motions.motion import Motion, Place, Report, begins
+from cdpr.scenario.motions.table import TableError
+from cdpr.scenario.orientation import UPRIGHT, Orientation
+
+FILE: Path = ("file",)
+
+WordName = Annotated[str, Field(pattern=r"^(G[0-9]+(\.[0-9]+)?|M[0-9]+|[ABCDHEUVW])$")]
+
+
+class Gcode(Motion):
+    """Along the lines and arcs of a G-code file, from the initial position on, with the initial attitude."""
+
+    files: ClassVar[tuple[str, ...]] = ("file",)
+
+    type: Literal["gcode"] = Field(description="along the lines and arcs of a G-code file")
+    start: NonNegative = begins()
+    file: str = Field(
+        min_length=1,
+        description="name of the file, relative to this one: G0, G1, G2, G3, G4 and what belongs to them",
+    )
+    dialect: Literal["linuxcnc", "reprapfirmware"] = Field(
+        "linuxcnc",
+        description="whose words they are: for linuxcnc G0 is as fast as the limits allow and G4 P is in s, for "
+        "reprapfirmware G0 is G1 and G4 P is in ms",
+    )
+    units: Literal["mm", "inch", "m"] = Field("mm", description="of the file's lengths until a G20 or G21")
+    origin: Position = Field(ZERO, description="where the file's origin lies, world", json_schema_extra=unit("m"))
+    axes: Orientation = Field(UPRIGHT, description="attitude of the file's axes in the world")
+    scale: Positive = Field(1.0, description="factor of the file's lengths, its feeds apart")
+    limits: Limits = Field(description="limits of the translation; a feed beyond `velocity` is kept at it")
+    tolerance: NonNegative = Field(
+        0.0,
+        description="how far corners may be missed to pass them without a stop, where the file has no G61 or G64 P; "
+        "0 stops at each",
+        json_schema_extra=unit("m"),
+    )
+    ignore: list[WordName] = Field(
+        [], description="words to pass over as if they moved nothing, such as G28 or A; with a G word its whole line"
+    )
+    sha256: str | None = Field(
+        None, pattern="^[0-9a-f]{64}$", description="checksum; if given, the file must still have it"
+    )
+    _program: Program | None = PrivateAttr(None)
+    _initial: Initial = PrivateAttr(INITIAL)
+
+    @property
+    def program(self) -> Program:
+        """What the file holds; present after loading."""
+        assert self._program is not None
+        return self._program
+
+    def load(self, report: Report) -> Self | None:
+        """Return a copy that holds what its file does."""
+        content = report.read(FILE, self.file, MAX_BYTES, (".gcode", ".ngc", ".nc", ".g"))
+        if content is None:
+            return None
+        try:
+            program = parse_program(content, self.dialect, self.units, tuple(self.ignore))
+        except TableError as error:
+            self._tell(error, report)
+            return None
+        if self.sha256 not in (None, program.sha256):
+            report.say(("sha256",), f"'{report.path(self.file)}' has changed: its checksum is {program.sha256}")
+        copy = self.model_copy(update={"sha256": program.sha256})
+        copy._program = program
+        return copy
+
+    def poses(self) -> list[tuple[Path, Posed]]:
+        """Return none: they are in the file."""
+        return []
+
+    def places(self, initial: Initial) -> Iterator[Place]:
+        """Yield the points farthest out along each axis."""
+        course = self._path(initial.position).course
+        if course is not None:
+            for point in gcode_path.farthest(course):
+                yield FILE, point, initial.orientation.quaternion()
+
+    def stay(self, guide: Guide, report: Report) -> None:
+        """Report the first piece that leaves the guide."""
+        try:
+            path = self._path((guide.home[0], guide.home[1], guide.home[2]))
+        except TableError:
+            return  # told by `check_completed`
+        if path.course is None or not guide.held[:3].any():
+            return
+        pieces = path.course.pieces
+        every = np.arange(len(pieces))
+        for share in (1.0, 0.25, 0.5, 0.75):
+            away = np.abs(pieces.at(every, share * pieces.length)[0] - guide.home) > tolerances.HELD
+            wrong = np.flatnonzero((guide.held[:3] & away).any(axis=1))
+            if len(wrong):
+                text = f"{guide.free}; see also {len(wrong) - 1} moves more"
+                report.say_of_file(FILE, self.file, int(path.lines[wrong[0]]), 1, text)
+                return
+
+    def complete(self, initial: Initial) -> Self:
+        """Remember the initial pose, from which the first move leads."""
+        copy = self.model_copy()
+        copy._initial = initial
+        return copy
+
+    def check_completed(self, report: Report) -> None:
+        """Report moves that cannot be: arcs without a centre that fits, places that are too far away."""
+        try:
+            path = self._path(self._initial.position)
+        except TableError as error:
+            self._tell(error, report)
+            return
+        if path.course is None:
+            report.say(FILE, "nothing in it leads away from the initial position; to stay, use type: hold")
+
+    def ends(self) -> float:
+        """Return when it ends, s, as its limits let it."""
+        return self.make().end
+
+    def remarks(self) -> Iterator[tuple[Path, str]]:
+        """Yield what is passed over, and feeds that the limits do not allow."""
+        if self.program.passed_over:
+            yield FILE, f"passed over, as it moves nothing: {', '.join(self.program.passed_over)}"
+        feeds = [(step.speed, step.line) for step in self.program.steps if np.isfinite(step.speed)]
+        speed, line = max(feeds, default=(0.0, 0), key=lambda feed: feed[0])
+        if speed > self.limits.velocity * (1.0 + tolerances.TIME):
+            text = f"feeds of up to {speed:.6g} m/s, as in line {line} of {self.file}, are kept at this"
+            yield ("limits", "velocity"), text
+
+    def make(self) -> trajectory.Trajectory:
+        """Return the trajectory."""
+        course = self._path(self._initial.position).course
+        attitude = self._initial.orientation.quaternion()
+        if course is None:
+            return trajectory.hold(np.array(self._initial.position), attitude)
+        delay = self._path(self._initial.position).delay
+        return trajectory.follow(self.start + delay, course, bounds(self.limits), attitude)
+
+    def _path(self, begin: Vector3) -> gcode_path.Path:
+        placing = gcode_path.Placing(self.origin, tuple(self.axes.quaternion().tolist()), self.scale)
+        return gcode_path.lay(self.program, placing, begin, self.tolerance)
+
+    def _tell(self, error: TableError, report: Report) -> None:
+        for line, column, text in error.faults:
+            report.say_of_file(FILE, self.file, line, column or 1, text)

@@ -1,0 +1,264 @@
+"""G-code as a path: where its steps lead from a given beginning, in the world."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr import trajectory
+from cdpr.fields import MAX_DISTANCE
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+from cdpr.scenario.motions.gcode_program import Program, Step
+from cdpr.scenario.motions.table import MAX_FAULTS, TableError
+
+# A centre may be farther from one end of an arc than from the other by the larger of these, m and a share of the
+# radius, as for LinuxCNC: files have three or four decimals. The radius then grows along the arc.
+SPIRAL, SPIRAL_SHARE = 3e-5, 1e-3
+
+# An arc of a smaller angle, rad, than this, with ends so near, is a whole turn.
+FUZZ = 1e-6
+
+NO_WAY = 1e-12  # m; steps shorter than this lead nowhere
+
+ROUNDING = 1e-15  # entries of a rotation matrix below this are zero
+
+
+@dataclass(frozen=True)
+class Placing:
+    """Where the file's coordinates lie.
+
+    Attributes:
+        origin: their origin, m, world.
+        attitude: of their axes, a quaternion, world.
+        scale: of their lengths.
+    """
+
+    origin: tuple[float, float, float]
+    attitude: tuple[float, ...]
+    scale: float
+
+    @cached_property
+    def axes(self) -> Array:
+        """Matrix (3, 3) from their axes to the world's; what is zero but for rounding is: right angles stay right."""
+        matrix = rotations.matrix(np.array(self.attitude))
+        return np.where(np.abs(matrix) < ROUNDING, 0.0, matrix)
+
+    def world(self, points: Array) -> Array:
+        """Return points (K, 3) of the file, m, in the world."""
+        return np.asarray(np.array(self.origin) + self.scale * points @ self.axes.T)
+
+    def file(self, point: Array) -> Array:
+        """Return a point (3,) of the world, m, in the file's coordinates."""
+        return np.asarray(self.axes.T @ (point - self.origin) / self.scale)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A path of N pieces.
+
+    Attributes:
+        course: the pieces; None where nothing moves.
+        lines: of the file, where each piece stands, (N,).
+        delay: pause before the first, s.
+    """
+
+    course: trajectory.Course | None
+    lines: NDArray[np.int64]
+    delay: float
+
+
+@dataclass
+class _Laid:
+    """What is gathered: of each piece its ends or centre, and what it is passed with."""
+
+    lines: list[int] = field(default_factory=list)
+    ends: list[tuple[list[float], list[float]]] = field(default_factory=list)
+    arcs: dict[int, _Arc] = field(default_factory=dict)
+    speed: list[float] = field(default_factory=list)
+    tolerance: list[float] = field(default_factory=list)
+    stop: list[bool] = field(default_factory=list)
+    pause: list[float] = field(default_factory=list)
+    delay: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Arc:
+    """A round piece in the file's coordinates."""
+
+    centre: Array
+    out: Array
+    on: Array
+    radii: tuple[float, float]
+    angle: float
+    climb: Array
+
+
+@lru_cache(maxsize=4)
+def lay(program: Program, placing: Placing, begin: tuple[float, float, float], tolerance: float) -> Path:
+    """Follow a program from a position, m, world; TableError lists what cannot be followed.
+
+    Corners are missed by `tolerance`, m, where the program does not say.
+    """
+    laid = _Laid()
+    faults: list[tuple[int, int, str]] = []
+    here = placing.file(np.array(begin)).tolist()
+    offset, kept = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+    for step in program.steps:
+        if step.kind == "stop":
+            _stop(laid, step.pause)
+        elif step.kind == "offset":
+            for axis, value in enumerate(step.target):
+                if value is not None:
+                    offset[axis] = kept[axis] = here[axis] - value
+        elif step.kind == "forget":
+            offset = [0.0, 0.0, 0.0]
+        elif step.kind == "recall":
+            offset = list(kept)
+        else:
+            there = _target(step, here, offset)
+            if step.kind == "arc":
+                try:
+                    arc = _arc(step, here, there, offset)
+                except ValueError as error:
+                    faults.append((step.line, 0, str(error)))
+                    if len(faults) == MAX_FAULTS:
+                        break
+                    here = there
+                    continue
+                laid.arcs[len(laid.lines)] = arc
+            elif math.dist(here, there) * placing.scale <= NO_WAY:
+                continue
+            laid.lines.append(step.line)
+            laid.ends.append((here, there))
+            laid.speed.append(step.speed)
+            laid.tolerance.append(tolerance if step.tolerance is None else step.tolerance * placing.scale)
+            laid.stop.append(False)
+            laid.pause.append(0.0)
+            here = there
+    faults += _far(laid, placing)
+    if faults:
+        raise TableError(sorted(faults)[:MAX_FAULTS])
+    return Path(_course(laid, placing), np.array(laid.lines, dtype=np.int64), laid.delay)
+
+
+def _stop(laid: _Laid, pause: float) -> None:
+    if laid.lines:
+        laid.stop[-1] = True
+        laid.pause[-1] += pause
+    else:
+        laid.delay += pause
+
+
+def _target(step: Step, here: list[float], offset: list[float]) -> list[float]:
+    """Return where a step leads, in the file's own coordinates, without offset."""
+    there = list(here)
+    for axis, value in enumerate(step.target):
+        if value is None:
+            continue
+        if step.relative:
+            there[axis] = here[axis] + value
+        else:
+            there[axis] = value + (0.0 if step.machine else offset[axis])
+    return there
+
+
+def _arc(step: Step, here: list[float], there: list[float], offset: list[float]) -> _Arc:
+    """Return an arc; ValueError where there is none."""
+    first, second, turn = step.plane
+    begin = np.array([here[first], here[second]])
+    end = np.array([there[first], there[second]])
+    if step.radius is not None:
+        middle = _middle(begin, end, step.radius, step.clockwise)
+    else:
+        given = np.array([step.centre[axis] or 0.0 for axis in step.plane[:2]])
+        base = begin if step.centre_relative else np.array([0.0 if step.machine else offset[k] for k in step.plane[:2]])
+        middle = base + given
+    (x0, y0), (x1, y1) = begin - middle, end - middle
+    r0, r1 = math.hypot(x0, y0), math.hypot(x1, y1)
+    if r0 <= NO_WAY or r1 <= NO_WAY:
+        raise ValueError("the arc's centre is where it begins or ends")
+    if abs(r1 - r0) > max(SPIRAL, SPIRAL_SHARE * r0):
+        raise ValueError(
+            f"no arc: its centre is {r0:.9g} m from where it begins and {r1:.9g} m from where it ends; "
+            f"{max(SPIRAL, SPIRAL_SHARE * r0):.2g} m of difference are allowed"
+        )
+    sense = -1.0 if step.clockwise else 1.0
+    angle = (sense * (math.atan2(y1, x1) - math.atan2(y0, x0))) % (2.0 * math.pi)
+    if angle < FUZZ or 2.0 * math.pi - angle < FUZZ:
+        # With a radius both ends differ, so that a whole turn is never meant.
+        angle = 2.0 * math.pi
+    angle += 2.0 * math.pi * (step.turns - 1)
+    centre, out, on, climb = np.zeros((4, 3))
+    centre[[first, second, turn]] = *middle, here[turn]
+    out[[first, second]] = x0 / r0, y0 / r0
+    on[[first, second]] = -sense * y0 / r0, sense * x0 / r0
+    climb[turn] = there[turn] - here[turn]
+    growth = r1 if abs(r1 - r0) > NO_WAY else r0
+    return _Arc(centre, out, on, (r0, growth), angle, climb)
+
+
+def _middle(begin: Array, end: Array, radius: float, clockwise: bool) -> Array:
+    """Return the centre of an arc of a radius, m: of less than half a turn where it is positive."""
+    chord = end - begin
+    length = float(np.linalg.norm(chord))
+    if length <= NO_WAY:
+        raise ValueError("an arc with a radius R ends where it begins: give its centre instead")
+    away = radius**2 - 0.25 * length**2
+    if away < -max(2.0 * SPIRAL * abs(radius), SPIRAL_SHARE * radius**2):
+        raise ValueError(f"no arc of radius {abs(radius):.9g} m reaches over {length:.9g} m, more than twice of it")
+    left = np.array([-chord[1], chord[0]]) / length
+    # Turning to the left, the centre of the shorter way is on the left.
+    side = (-1.0 if clockwise else 1.0) * (1.0 if radius > 0.0 else -1.0)
+    return np.asarray(begin + 0.5 * chord + side * math.sqrt(max(away, 0.0)) * left)
+
+
+def _far(laid: _Laid, placing: Placing) -> list[tuple[int, int, str]]:
+    """Return the first place that is too far away, as a fault."""
+    if not laid.lines:
+        return []
+    reach = np.abs(placing.world(np.array([there for _, there in laid.ends]))).max(axis=1)
+    for k, arc in laid.arcs.items():
+        reach[k] = max(reach[k], np.abs(placing.world(arc.centre[None])).max() + placing.scale * max(arc.radii))
+    wrong = np.flatnonzero(~(reach <= MAX_DISTANCE))[:1]
+    return [(laid.lines[k], 0, f"leads {reach[k]:.4g} m from the origin, {MAX_DISTANCE:g} m at most") for k in wrong]
+
+
+def _course(laid: _Laid, placing: Placing) -> trajectory.Course | None:
+    count = len(laid.lines)
+    if not count:
+        return None
+    ends = np.array(laid.ends)
+    pieces = trajectory.lines(placing.world(ends[:, 0]), placing.world(ends[:, 1]))
+    if laid.arcs:
+        rows = list(laid.arcs.values())
+
+        def turned(name: str) -> Array:
+            return np.asarray(np.array([getattr(row, name) for row in rows]) @ placing.axes.T)
+
+        round_ones = trajectory.arcs(
+            placing.world(np.array([row.centre for row in rows])),
+            turned("out"),
+            turned("on"),
+            placing.scale * np.array([row.radii for row in rows]),
+            np.array([row.angle for row in rows]),
+            placing.scale * turned("climb"),
+        )
+        pieces.replace(np.array(list(laid.arcs), dtype=np.int64), round_ones)
+    pause = np.array(laid.pause)
+    return trajectory.Course(pieces, np.array(laid.speed), np.array(laid.tolerance), np.array(laid.stop), pause)
+
+
+def farthest(course: trajectory.Course, quarters: int = 4) -> Array:
+    """Return positions (K, 3), m, farthest out along each axis; round pieces are looked at in quarters of a turn."""
+    pieces = course.pieces
+    found = []
+    for share in np.linspace(0.0, 1.0, quarters + 1):
+        found.append(pieces.at(np.arange(len(pieces)), share * pieces.length)[0])
+    points = np.concatenate(found)
+    rows = {*points.argmin(axis=0).tolist(), *points.argmax(axis=0).tolist()}
+    return np.asarray(points[sorted(rows)])

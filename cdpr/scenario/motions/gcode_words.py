@@ -1,0 +1,137 @@
+"""G-code as text: lines of words, a letter and a number each, in the dialects of LinuxCNC and of RepRapFirmware.
+
+Both descend from RS-274 (NIST, Kramer, Proctor and Messina 2000). Spaces within a LinuxCNC line mean nothing; what
+follows an M word in a line for RepRapFirmware belongs to it, and may be any text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from cdpr.problems import shown
+from cdpr.scenario.motions.table import MAX_FAULTS, TableError
+
+LINUXCNC, REPRAPFIRMWARE = "linuxcnc", "reprapfirmware"
+
+MAX_BYTES = 32 * 1024 * 1024
+MAX_LINE = 1000  # characters; controllers take 256
+
+WORD = re.compile(r"([A-Z])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|)\s*")
+COMMENT = re.compile(r"\([^()]*\)")
+COMPUTED = re.compile(r"(IF|ELIF|ELSE|WHILE|BREAK|CONTINUE|VAR|GLOBAL|SET|ABORT)\b")
+SAID = re.compile(r"ECHO\b")
+
+
+class Word(NamedTuple):
+    """A letter and its number; None where there is none, which few words may have."""
+
+    letter: str
+    value: float | None
+
+    @property
+    def name(self) -> str:
+        """As one writes it: G1, M104, X-2.5."""
+        return self.letter if self.value is None else f"{self.letter}{self.value:g}"
+
+
+class LineError(Exception):
+    """What is wrong with a line."""
+
+
+def read_lines(content: bytes, dialect: str) -> Iterator[tuple[int, list[Word] | LineError]]:
+    """Yield number and words of each line that has some, or what is wrong with it; TableError where it is no text."""
+    if len(content) > MAX_BYTES:
+        raise TableError([(1, 0, f"the file is larger than {MAX_BYTES // 1024**2} MiB")])
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise TableError([(line, 0, "this is not a text in UTF-8")]) from None
+    if "\0" in text:
+        raise TableError([(text.count("\n", 0, text.index("\0")) + 1, 0, "this is not a text: it has a zero byte")])
+    percent, faults = 0, 0
+    for number, row in enumerate(text.split("\n"), 1):
+        if row.strip() == "%":
+            percent += 1
+            if percent == 2:
+                return
+            continue
+        try:
+            words = _words(row, dialect)
+        except LineError as fault:
+            yield number, fault
+            faults += 1
+            if faults == MAX_FAULTS:
+                return
+            continue
+        if words:
+            yield number, words
+
+
+def _words(text: str, dialect: str) -> list[Word]:
+    """Return the words of a line, without its number."""
+    line = text.partition(";")[0]
+    if "(" in line:
+        line = COMMENT.sub(" ", line)
+    line = line.strip().upper()
+    if not line:
+        return []
+    if len(line) > MAX_LINE:
+        raise LineError(f"the line has {len(line)} characters, {MAX_LINE} at most are expected")
+    if "(" in line or ")" in line:
+        raise LineError("a comment in brackets must end in its line, and hold no other")
+    if line[0] == "/":
+        raise LineError(
+            "whether lines that begin with '/' are meant depends on a switch: take away the '/', or the line"
+        )
+    if dialect == LINUXCNC:
+        line = line.replace(" ", "").replace("\t", "")
+        if line[0] == "O" or "#" in line or "[" in line:
+            raise LineError("parameters, expressions and O words are not computed here: write out what they come to")
+        return _split(line)
+    star = line.rfind("*")
+    if star >= 0:
+        _check_sum(text, line[star + 1 :])
+        line = line[:star].rstrip()
+    if SAID.match(line):
+        return [Word("M", 118.0)]  # which says something, too
+    if COMPUTED.match(line) or "{" in line:
+        raise LineError("conditions, loops, variables, expressions are not computed here: write out what they come to")
+    begin = re.match(r"N\s*[0-9]+\s*", line)
+    line = line[begin.end() :] if begin else line
+    # What follows an M or a T is its own.
+    free = re.search(r"[MT](?=\s*[-0-9])", line)
+    if free is None:
+        return _split(line)
+    command = WORD.match(line, free.start())
+    assert command is not None
+    own = WORD.match(line, command.end())
+    words = [*_split(line[: free.start()]), Word(command[1], float(command[2]))]
+    return [*words, _word(own)] if own and own[1] == "S" and own[2] else words
+
+
+def _split(line: str) -> list[Word]:
+    words, place = [], 0
+    while place < len(line):
+        match = WORD.match(line, place)
+        if match is None:
+            raise LineError(f"words of a letter and a number are expected, got {shown(line[place : place + 20])}")
+        if match[1] != "N":
+            words.append(_word(match))
+        place = match.end()
+    return words
+
+
+def _word(match: re.Match[str]) -> Word:
+    return Word(match[1], float(match[2]) if match[2] else None)
+
+
+def _check_sum(text: str, given: str) -> None:
+    """Compare the exclusive or of all that stands before the last '*' with what stands after it."""
+    found = 0
+    for byte in text[: text.rfind("*")].lstrip().encode():
+        found ^= byte
+    if not given.strip().isdigit() or int(given) != found:
+        raise LineError(f"the line was changed: its checksum is {found}, {shown(given.strip())} stands there")

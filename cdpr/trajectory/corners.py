@@ -1,0 +1,148 @@
+"""Where one piece of a path meets the next: passed as it is, rounded within a tolerance, or stopped at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.model.robot import Array
+from cdpr.trajectory.curves import PLACES, Curves, Indices, joining, together
+from cdpr.trajectory.jerk_limited import Limits
+
+# Pieces are joined smoothly where their directions differ by less, and their curvatures by less of themselves: points
+# in decimals miss a straight line by rounding. What is left is a step of 1e-9 of the speed.
+SMOOTH = 1e-9
+
+# The share of acceleration and jerk that changes of speed may take on round pieces, and on rounded corners; the rest
+# is for the path's curvature. On the former both are at right angles (0.6^2 + 0.8^2 = 1), on the latter they may add
+# up.
+ROUND, AROUND = 0.6, 0.3
+
+TRIES, SMALLER = 24, 0.5**0.5  # sizes of a rounded corner that are tried; from one to the next by this factor
+CHUNK = 4096  # corners that are worked on at once: memory
+HALVINGS = 60  # of the interval in which a cap is looked for
+
+# A corner that takes less of a piece than this is none.
+LEAST = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """What becomes of N - 1 corners between N pieces.
+
+    Attributes:
+        smooth: whether the pieces join as they are.
+        cut: how much of both pieces is replaced by a rounded corner, m; 0 where none is.
+        rounded: the pieces that do, of those alone.
+    """
+
+    smooth: NDArray[np.bool_]
+    cut: Array
+    rounded: Curves
+
+
+def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> Corners:
+    """Judge the corners between N pieces.
+
+    Args:
+        pieces: one begins where the one before it ends.
+        tolerance: how far the path may miss each corner, m, (N - 1,); 0 for not at all.
+        speed: wanted on each piece, m/s, (N,).
+        limits: of the motion.
+
+    A rounded corner is a quintic that meets place, direction and curvature of both pieces at the same distance from
+    the corner; for straight ones the fastest corner of all polynomials of its degree with continuous acceleration.
+    It is the smallest that is passed at the speed wanted, or else the fastest within the tolerance.
+    """
+    count = len(pieces)
+    before, after = np.arange(count - 1), np.arange(1, count)
+    _, d0, dd0 = pieces.at(before, pieces.length[:-1])
+    _, d1, dd1 = pieces.at(after, np.zeros(count - 1))
+    turn = np.linalg.norm(d1 - d0, axis=1)
+    bend = np.linalg.norm(dd1 - dd0, axis=1)
+    smooth = (turn <= SMOOTH) & (bend <= SMOOTH * (np.linalg.norm(dd0, axis=1) + np.linalg.norm(dd1, axis=1)))
+    cut = np.zeros(count - 1)
+    wanted = np.flatnonzero(~smooth & (tolerance > 0.0))
+    parts: list[Curves] = []
+    for begin in range(0, len(wanted), CHUNK):
+        part = wanted[begin : begin + CHUNK]
+        found, curve = _rounded(pieces, part, turn[part], tolerance[part], speed, limits)
+        cut[part] = found
+        parts.append(curve.take(found > 0.0))
+    nothing = pieces.take(np.zeros(0, dtype=np.int64))
+    return Corners(smooth, cut, together(parts) if parts else nothing)
+
+
+def caps(pieces: Curves, speed: Array, limits: Limits, share: Array) -> Array:
+    """Return the largest speeds (N,), m/s, at which pieces may be passed while the speed changes; 0 where none is.
+
+    `share` (N,) of acceleration and jerk is what the change of speed takes along the path. p = q(s(t)) has
+    p'' = q'' v^2 + q' s'' and p''' = q''' v^3 + 3 q'' v s'' + q' s''', of which the norms are bounded.
+    """
+    k1, k2, k3 = pieces.bounds[:, 0], pieces.bounds[:, 1], pieces.bounds[:, 2]
+    a, j = share * limits.acceleration, share * limits.jerk
+
+    def kept(v: Array) -> NDArray[np.bool_]:
+        inward, along, across = k2 * v**2, k1 * j + k3 * v**3, 3.0 * k2 * v * a
+        second = np.where(pieces.square, np.hypot(a * k1, inward), a * k1 + inward)
+        third = np.where(pieces.square, np.hypot(along, across), along + across)
+        return np.asarray((second <= limits.acceleration) & (third <= limits.jerk))
+
+    high = np.minimum(speed, limits.velocity) / k1
+    whole = kept(high)
+    low = np.zeros_like(high)
+    low[~kept(low)] = np.nan
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        good = kept(middle)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    return np.where(whole, np.minimum(speed, limits.velocity) / k1, np.nan_to_num(low))
+
+
+def _rounded(
+    pieces: Curves, which: Indices, turn: Array, tolerance: Array, speed: Array, limits: Limits
+) -> tuple[Array, Curves]:
+    """Return how much each rounded corner takes of both pieces, (K,), m, and the corners."""
+    wanted = np.minimum(speed[which], speed[which + 1])
+    most = 0.5 * np.minimum(pieces.length[which], pieces.length[which + 1])
+    # Of straight pieces the middle is 3/32 of the whole length times the turn away from the corner.
+    size = np.minimum(most, 16.0 / 3.0 * tolerance / np.maximum(turn, 1e-300))
+    best, cut, curve = np.zeros(len(which)), np.zeros(len(which)), _corner(pieces, which, size)
+    left = np.arange(len(which))
+    for _ in range(TRIES):
+        tried = _corner(pieces, which[left], size[left])
+        cap = caps(tried, wanted[left], limits, np.full(len(left), AROUND))
+        allowed = _missed(pieces, which[left], tried, size[left]) <= tolerance[left] * (1.0 + SMOOTH)
+        allowed &= (size > LEAST * most)[left] & (cap > 0.0)
+        fast = allowed & (cap >= wanted[left] * (1.0 - SMOOTH))
+        # A smaller one that is as fast is nearer to the path.
+        better = fast | (allowed & (cap > best[left]))
+        chosen = left[better]
+        best[chosen], cut[chosen] = cap[better], size[chosen]
+        curve.replace(chosen, tried.take(better))
+        left = left[fast | ~allowed]
+        size[left] *= SMALLER
+        if not len(left):
+            break
+    return cut, curve
+
+
+def _corner(pieces: Curves, which: Indices, size: Array) -> Curves:
+    """Round corners (K,), each from `size` before it to `size` behind it."""
+    return joining(2.0 * size, pieces.at(which, pieces.length[which] - size), pieces.at(which + 1, size))
+
+
+def _missed(pieces: Curves, which: Indices, rounded: Curves, size: Array) -> Array:
+    """Return how far rounded corners are from the path, at the same s, (K,), m: both ways no point is farther."""
+    missed = np.zeros(len(which))
+    index = np.arange(len(which))
+    for share in np.linspace(0.0, 1.0, PLACES + 1):
+        s = 2.0 * share * size
+        if share <= 0.5:
+            place, _, _ = pieces.at(which, pieces.length[which] - size + s)
+        else:
+            place, _, _ = pieces.at(which + 1, s - size)
+        missed = np.maximum(missed, np.linalg.norm(rounded.at(index, s)[0] - place, axis=1))
+    return missed

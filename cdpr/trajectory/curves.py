@@ -1,0 +1,164 @@
+"""Pieces of a path: straight, round (helices and spirals, too), or a polynomial that rounds a corner.
+
+Each is q(s), s from 0 to its length, (3,) m: a quintic of the share w = s / length, and besides a radius, linear in w,
+that turns by an angle, linear in w. |q'(s)| is 1 at most for lines and arcs, and 1 where they are no spirals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.model.robot import Array
+from cdpr.trajectory.knots import quintic
+
+Indices = NDArray[np.int64]
+
+PLACES = (
+    16  # parts of a corner's polynomial, at whose ends it is looked at; with the middle, where a symmetric one is far
+)
+# A norm of polynomials of degree n between two such places exceeds both by about (n / PLACES)^2 / 8 of itself.
+MISSED = 1.01
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """N pieces.
+
+    Attributes:
+        length: range of s, m, (N,).
+        powers: coefficients of the quintic of w, lowest power first, m, (N, 3, 6).
+        side: (N, 2, 3) unit vectors: of the radius at the beginning, and of where it turns to; zero where none turns.
+        radii: of beginning and end, m, (N, 2).
+        angle: by which the radius turns, rad, (N,).
+        bounds: largest norms of the first to sixth derivative of q by s, (N, 6).
+        square: whether q'' is at right angles to q', (N,).
+    """
+
+    length: Array
+    powers: Array
+    side: Array
+    radii: Array
+    angle: Array
+    bounds: Array
+    square: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.length)
+
+    def take(self, which: Indices | NDArray[np.bool_]) -> Curves:
+        """Return some of them."""
+        return Curves(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    def replace(self, which: Indices, others: Curves) -> None:
+        """Put others in the place of some of them."""
+        for field in fields(self):
+            getattr(self, field.name)[which] = getattr(others, field.name)
+
+    def at(self, which: Indices, s: Array) -> tuple[Array, Array, Array]:
+        """Return q, q' and q'' (K, 3) of pieces (K,) at s (K,)."""
+        length = self.length[which][:, None]
+        w = s[:, None] / length
+        c = self.powers[which]
+        c0, c1, c2, c3, c4, c5 = (c[:, :, k] for k in range(6))
+        x = c0 + w * (c1 + w * (c2 + w * (c3 + w * (c4 + w * c5))))
+        d = c1 + w * (2.0 * c2 + w * (3.0 * c3 + w * (4.0 * c4 + w * 5.0 * c5)))
+        dd = 2.0 * c2 + w * (6.0 * c3 + w * (12.0 * c4 + w * 20.0 * c5))
+        radius, growth, angle, out, on = self._turned(which, w)
+        x = x + radius * out
+        d = d + radius * angle * on + growth * out
+        dd = dd - radius * angle**2 * out + 2.0 * growth * angle * on
+        return x, d / length, dd / length**2
+
+    def third(self, which: Indices, s: Array) -> Array:
+        """Return the third derivative (K, 3) of q, of pieces (K,) at s (K,)."""
+        length = self.length[which][:, None]
+        w, c = s[:, None] / length, self.powers[which]
+        radius, growth, angle, out, on = self._turned(which, w)
+        third = 6.0 * c[:, :, 3] + w * (24.0 * c[:, :, 4] + w * 60.0 * c[:, :, 5])
+        return np.asarray((third - radius * angle**3 * on - 3.0 * growth * angle**2 * out) / length**3)
+
+    def way(self, which: Indices, s: Array, ds: Array) -> Array:
+        """Return q(s + ds) - q(s), (K, 3), as precisely as ds is given."""
+        length = self.length[which]
+        w, dw = (s / length)[:, None], (ds / length)[:, None]
+        c, end = self.powers[which], w + dw
+        way = np.zeros((len(s), 3))
+        ladder = np.ones_like(w)  # sum of the products of powers of w and end: (end^k - w^k) / dw
+        power = np.ones_like(w)
+        for k in range(1, 6):
+            way += c[:, :, k] * ladder
+            power = power * w
+            ladder = ladder * end + power
+        radius, growth, angle, out, on = self._turned(which, w)
+        half = 0.5 * angle * dw
+        # Of the unit vector along the radius: 2 sin(half) times the direction on which it moves in the middle.
+        turned = 2.0 * np.sin(half) * (np.cos(half) * on - np.sin(half) * out)
+        return np.asarray(dw * (way + growth * (out + turned)) + radius * turned)
+
+    def _turned(self, which: Indices, w: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Radius, its growth by w, the whole angle, and the unit vectors along the radius and across, at shares w."""
+        radii, angle, side = self.radii[which], self.angle[which][:, None], self.side[which]
+        growth = radii[:, 1:] - radii[:, :1]
+        sine, cosine = np.sin(angle * w), np.cos(angle * w)
+        out, on = cosine * side[:, 0] + sine * side[:, 1], cosine * side[:, 1] - sine * side[:, 0]
+        return radii[:, :1] + growth * w, growth, angle, out, on
+
+
+def lines(begin: Array, end: Array) -> Curves:
+    """Straight pieces between points (N, 3), m."""
+    count = len(begin)
+    powers = np.zeros((count, 3, 6))
+    powers[:, :, 0], powers[:, :, 1] = begin, end - begin
+    length = np.linalg.norm(end - begin, axis=1)
+    bounds = np.zeros((count, 6))
+    bounds[:, 0] = 1.0
+    still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
+    return Curves(length, powers, *still, bounds, np.ones(count, dtype=bool))
+
+
+def arcs(center: Array, out: Array, on: Array, radii: Array, angle: Array, climb: Array) -> Curves:
+    """Round pieces.
+
+    Args:
+        center: (N, 3), m, in the plane of the beginning.
+        out: (N, 3) unit vector from it to the beginning.
+        on: (N, 3) unit vector across: where the radius turns to, for a positive angle.
+        radii: of beginning and end, m, (N, 2).
+        angle: by which the radius turns, rad, (N,), positive.
+        climb: (N, 3) way along the axis, m.
+    """
+    count = len(center)
+    powers = np.zeros((count, 3, 6))
+    powers[:, :, 0], powers[:, :, 1] = center, climb
+    growth, radius = radii[:, 1] - radii[:, 0], radii.max(axis=1)
+    length = np.sqrt((radius * angle) ** 2 + growth**2 + np.sum(climb**2, axis=1))
+    bounds = np.ones((count, 6))
+    for k in range(2, 7):
+        bounds[:, k - 1] = np.hypot(radius * angle**k, k * growth * angle ** (k - 1)) / length**k
+    return Curves(length, powers, np.stack([out, on], axis=1), radii, angle, bounds, growth == 0.0)
+
+
+def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curves:
+    """Quintics of lengths (N,) that meet q, q', q'' (N, 3) of their begin and end."""
+    h = length[:, None]
+    powers = quintic(h, begin[0], end[0] - begin[0], begin[1], end[1], begin[2], end[2]).reshape(-1, 3, 6)
+    count = len(length)
+    bounds = np.zeros((count, 6))
+    left = powers
+    for order in range(1, 6):
+        left = left[:, :, 1:] * np.arange(1, left.shape[2])
+        share = np.linspace(0.0, 1.0, PLACES + 1) ** np.arange(left.shape[2])[:, None]
+        norms = np.linalg.norm(left @ share, axis=1).max(axis=1)
+        # The fourth derivative is linear, the fifth constant: no place is missed.
+        bounds[:, order - 1] = norms * (MISSED if order < 4 else 1.0) / length**order
+    still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
+    return Curves(length, powers, *still, bounds, np.zeros(count, dtype=bool))
+
+
+def together(parts: Sequence[Curves]) -> Curves:
+    """Return the pieces of all, one after the other."""
+    return Curves(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Curves)))

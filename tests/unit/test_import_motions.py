@@ -1,0 +1,161 @@
+"""Trajectories of CASPR: at their points as they stand there, with rates that are those of the poses."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from caspr_cases import HEAD, JOINTS, bodies, evaluated, model, numbers
+
+import cdpr
+from cdpr.errors import CdprError
+from cdpr.formats import import_file
+from cdpr.formats.read.bring import write
+from cdpr.model import rotations
+
+STEP = 1e-5  # s, of central differences
+CLOSE = 2e-6  # of rates so found
+SPLINES = {
+    "linear_spline_trajectory": (),
+    "cubic_spline_trajectory": ("q_dot",),
+    "quintic_spline_trajectory": ("q_dot", "q_ddot"),
+    "cubic_spline_average_velocity_trajectory": ("q_dot",),
+    "parabolic_blend_trajectory": (),
+}
+
+
+class Sample(NamedTuple):
+    position: np.ndarray
+    quaternion: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+
+
+def trajectory(kind, times, q, rates=None, seconds=None, definition="absolute", step=0.01, more=""):
+    points = ""
+    for k, (time, at) in enumerate(zip(times, q, strict=True)):
+        said = f' time="{time}"' if k else ""
+        parts = f"<q>{numbers(at)}</q>"
+        for name, rows in (("q_dot", rates), ("q_ddot", seconds)):
+            if name in SPLINES[kind]:
+                parts += f"<{name}>{numbers(np.zeros(len(at)) if rows is None else rows[k])}</{name}>"
+        points += f"<point{said}>{parts}</point>\n"
+    head = f'<{kind} id="one" time_definition="{definition}" time_step="{step}" blend_time_default="0.3"{more}>'
+    return HEAD.format(root="trajectories") + (
+        f"<trajectories><joint_trajectories>{head}<points>{points}</points></{kind}></joint_trajectories></trajectories>"
+    )
+
+
+def imported(folder, joint, text):
+    taken = import_file(model(folder, bodies_=bodies(joint), trajectories=text))
+    written = write(taken, folder / "out", force=True)
+    scenario = next(name for name in written if name.name == "robot_one.yaml")
+    return cdpr.load_scenario(scenario), taken
+
+
+def at(scenario, time):
+    """Pose and rates that are desired."""
+    found = scenario.desired.sample(time)
+    return Sample(found[:3], found[3:7], found[7:10], found[10:13])
+
+
+@pytest.mark.parametrize("kind", SPLINES)
+@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "T_XYZ", "PLANAR_XZ", "S_FIXED_XYZ"])
+def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
+    rng = np.random.default_rng(5)
+    q = rng.uniform(-0.3, 0.3, (3, len(JOINTS[joint])))
+    times = [0.0, 2.0, 3.5]
+    scenario, _ = imported(tmp_path, joint, trajectory(kind, times, q))
+    assert scenario.simulation.duration == 3.5
+    for time, row in zip(times, q, strict=True):
+        _, _, p, R = evaluated(bodies(joint), "<a><cable_set/></a>", row)
+        found = at(scenario, time)
+        assert np.allclose(found.position, p, atol=1e-9)
+        assert np.allclose(rotations.matrix(found.quaternion), R, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["cubic_spline_trajectory", "quintic_spline_trajectory"])
+@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "S_FIXED_XYZ", "PLANAR_YZ"])
+def test_rates_are_those_of_the_poses(tmp_path, kind, joint):
+    """Between points, with rates that are not zero there."""
+    rng = np.random.default_rng(6)
+    n = len(JOINTS[joint])
+    q, rates, seconds = (rng.uniform(-0.3, 0.3, (3, n)) for _ in range(3))
+    text = trajectory(kind, [0.0, 2.0, 3.5], q, rates, seconds, step=0.002)
+    scenario, _ = imported(tmp_path, joint, text)
+    for time in (0.371, 1.234, 2.5, 3.3):
+        before, here, after = (at(scenario, time + d) for d in (-STEP, 0.0, STEP))
+        assert np.allclose((after.position - before.position) / (2 * STEP), here.velocity, atol=CLOSE)
+        turned = rotations.multiply(after.quaternion, rotations.conjugate(before.quaternion))
+        assert np.allclose(rotations.rotation_vector(turned) / (2 * STEP), here.angular_velocity, atol=CLOSE)
+
+
+def test_quintics_of_points_are_their_polynomials(tmp_path):
+    """Of rests at both ends: q0 + (q1 - q0) (10 s^3 - 15 s^4 + 6 s^5)."""
+    q = np.array([[0.0, 0.0, 1.0], [0.5, -0.2, 1.4]])
+    scenario, _ = imported(tmp_path, "T_XYZ", trajectory("quintic_spline_trajectory", [0.0, 2.0], q))
+    for s in (0.1, 0.4, 0.77):
+        wanted = q[0] + (q[1] - q[0]) * (10 * s**3 - 15 * s**4 + 6 * s**5) + (0.1, 0.2, 0.3)
+        assert np.allclose(at(scenario, 2.0 * s).position, wanted, atol=1e-12)
+
+
+def test_blends_are_parabolas(tmp_path):
+    q = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
+    scenario, _ = imported(tmp_path, "T_XYZ", trajectory("parabolic_blend_trajectory", [0.0, 2.0], q))
+    top = 1.0 / (2.0 - 0.3)
+    for time, x, v in (
+        (0.2, 0.5 * top / 0.3 * 0.04, top / 0.3 * 0.2),
+        (1.0, 0.5, top),
+        (1.9, 1 - top / 0.6 * 0.01, top / 3),
+    ):
+        assert at(scenario, time).position[0] - 0.1 == pytest.approx(x, abs=1e-9)
+        assert at(scenario, time).velocity[0] == pytest.approx(v, abs=1e-9)
+
+
+def test_relative_times_add_up(tmp_path):
+    q = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
+    text = trajectory("quintic_spline_trajectory", [0.0, 2.0, 3.0], q, definition="relative")
+    scenario, _ = imported(tmp_path, "T_XYZ", text)
+    assert scenario.simulation.duration == 5.0
+    assert at(scenario, 2.0).position[0] == pytest.approx(1.1)
+
+
+def test_files_of_trajectories(tmp_path):
+    rows = ["time_step,0.01", *(f"t,{0.01 * k},p,{0.1 * k},0.5,v,10,0,a,0,0" for k in range(20))]
+    (tmp_path / "way.traj").write_text("\n".join(rows))
+    named = '<file_trajectory id="one" filename="way.traj"/>'
+    text = f"<trajectories><joint_trajectories>{named}</joint_trajectories></trajectories>"
+    scenario, _ = imported(tmp_path, "P_XY", text)
+    assert scenario.simulation.duration == pytest.approx(0.19)
+    assert at(scenario, 0.05).position.tolist() == pytest.approx([0.6, 0.7, 0.3])
+    (tmp_path / "way.traj").write_text("\n".join([*rows, "t,0.3,p,1,v,0,a,0"]))
+    taken = import_file(tmp_path / "robot_bodies.xml")
+    assert len(taken.files) == 1
+    assert [text for text in taken.left_out if "way.traj:22: t,TIME,p,...,v,...,a,... with 2 numbers each" in text]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('time="3.5"', 'time="1.5"'), "time: this point comes -0.5 s after the one before it"),
+        (('time_step="0.01"', 'time_step="1e-9"'), "time_step: 1e-09 s makes more than 100000 points"),
+        (("parabolic_blend", "cubic_hermite"), "<cubic_hermite_trajectory> is not known"),
+        (('"absolute"', '"both"'), "time_definition: absolute or relative is expected, got 'both'"),
+        (('blend_time_default="0.3"', 'blend_time_default="2"'), "blend_time: 2 s twice is longer"),
+        (("joint_trajectories", "operational_trajectories"), "is of operational space"),
+    ],
+)
+def test_motions_that_cannot_be_are_left_out(tmp_path, change, said):
+    q = np.random.default_rng(5).uniform(-0.3, 0.3, (3, 6))
+    text = trajectory("parabolic_blend_trajectory", [0.0, 2.0, 3.5], q).replace(*change)
+    taken = import_file(model(tmp_path, trajectories=text))
+    assert list(taken.files) == ["robot.yaml"]
+    assert [each for each in taken.left_out if said in each]
+    assert said in taken.files["robot.yaml"].replace("\n# ", " ")
+
+
+def test_no_motion_alone(tmp_path):
+    (tmp_path / "x_trajectories.xml").write_text("<trajectories/>")
+    with pytest.raises(CdprError, match="a model needs a file of its bodies as well"):
+        import_file(tmp_path / "x_trajectories.xml")
