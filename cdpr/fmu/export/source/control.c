@@ -55,7 +55,7 @@ static size_t balance(const Plant *plant, const double *state, const double *wre
     return n;
 }
 
-static bool finite(const double *numbers, size_t n) {
+static bool all_finite(const double *numbers, size_t n) {
     for (size_t i = 0; i < n; i++)
         if (!isfinite(numbers[i])) return false;
     return true;
@@ -65,7 +65,7 @@ static bool finite(const double *numbers, size_t n) {
 static bool replace(const Plant *plant, const double *answer, bool answered, double *tension, char *message) {
     const int policy = (int)plant->field[POLICY][0];
     const double *low = plant->field[TENSION_MIN], *high = plant->field[TENSION_MAX];
-    const bool clip = policy == BEST_EFFORT && answered && !CHOSEN_RESPECTS_BOUNDS && finite(answer, plant->cables);
+    const bool clip = policy == BEST_EFFORT && answered && !CHOSEN_RESPECTS_BOUNDS && all_finite(answer, plant->cables);
     if (policy != HOLD && !clip) {
         snprintf(message, MESSAGE, "no tensions within the limits were found for the wrench that the controller wants, and "
                  "this FMU ends there; exported with solver.infeasible hold_tension it goes on with those before");
@@ -92,7 +92,7 @@ static bool decide(Plant *plant, char *message) {
                          *plant->field[CONTROL_STEP], control_answered(plant)};
     CHOSEN_LAW(&known, memory, state, desired, wrench);
     const size_t n = balance(plant, state, wrench, W, wanted, weights);
-    if (!finite(wanted, n) || !finite(W, n * m)) {
+    if (!all_finite(wanted, n) || !all_finite(W, n * m)) {
         snprintf(message, MESSAGE, "the controller puts out a wrench that is not finite: an input is not, or it diverges");
         return false;
     }
