@@ -7,33 +7,87 @@ from pathlib import Path
 
 import click
 
-from cdpr.cli.names import OutPath
+from cdpr.cli.names import OutPath, change_keys
+from cdpr.formats.write import TARGETS
+
+TABLES = ("csv", "npz", "mat", "parquet")
 
 
 @click.command("export")
-@click.argument("run", type=click.Path())
+@click.argument("what", metavar="RUN|ROBOT|SCENARIO", type=click.Path())
+@change_keys("Change a key of the robot or scenario; repeatable.")
 @click.option(
     "--to",
-    type=click.Choice(["csv", "npz", "mat", "parquet"]),
+    type=click.Choice([*TABLES, *TARGETS]),
     required=True,
-    help="Format; mat and parquet need the extra `data`.",
+    help="Of a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf.",
 )
-@click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log.")
+@click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
+@click.option("--sdf-version", "version", help="1.9, or 1.6 for readers that know no more. [1.9]")
+@click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def command(run: str, to: str, out: Path | None, force: bool, as_json: bool) -> None:
-    """Convert a run to CSV, NumPy, MATLAB or Parquet.
+def command(
+    what: str,
+    changes: tuple[str, ...],
+    to: str,
+    style: str | None,
+    version: str | None,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Convert a run to CSV, NumPy, MATLAB or Parquet, or a robot to MuJoCo's, Gazebo's or RViz's format.
 
-    RUN is the folder of a run, or a log.
+    A run is its folder or log; a scenario is exported as it begins, a robot at its home.
     """
+    given = {"style": style, "version": version}
+    takes = TARGETS[to].options if to in TARGETS else ()
+    for name, value in given.items():
+        if value is not None and name not in takes:
+            raise click.UsageError(f"--{'sdf-version' if name == 'version' else name} is for --to sdf")
+    if to in TABLES:
+        if changes:
+            raise click.UsageError("--set is for robots and scenarios; a run stays what it was")
+        file, told = _run(what, to, out, force)
+    else:
+        file, told = _robot(what, changes, to, {name: value for name, value in given.items() if value}, out, force)
+    if as_json:
+        click.echo(json.dumps({"file": str(file), "format": to, **told}))
+    else:
+        click.echo(": ".join([str(file), *(f"{value} {name}" for name, value in told.items())]))
+
+
+def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
+    from cdpr.errors import CdprError
     from cdpr.log.export import export
     from cdpr.log.reader import load_run, locate
 
+    if run.endswith((".yaml", ".yml")):
+        raise CdprError(f"{run}: {to} is for runs, and this is a file of a robot or scenario: {', '.join(TARGETS)}")
     log, _ = locate(run)
     out = out or log.with_name(f"run.{to}")
     loaded = load_run(run)
     export(loaded, to, out, force)
-    if as_json:
-        click.echo(json.dumps({"file": str(out), "format": to, "rows": len(loaded.rows)}))
-    else:
-        click.echo(f"{out}: {len(loaded.rows)} rows")
+    return out, {"rows": len(loaded.rows)}
+
+
+def _robot(
+    file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
+) -> tuple[Path, dict[str, int]]:
+    from cdpr.cli.load import load_told
+    from cdpr.errors import CdprError, OutputError
+    from cdpr.formats.write.begin import begin
+    from cdpr.formats.write.subject import Options, export
+    from cdpr.log.files import replace
+
+    if Path(file).is_dir() or file.endswith(".mcap"):
+        raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
+    subject = begin(load_told(file, changes))
+    text = export(subject, to, Options(**given))
+    out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
+    if out.exists() and not force:
+        raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    replace(out, text)
+    return out, {}

@@ -1,0 +1,27 @@
+"""What is written for other programs: one row for each format, with the module whose `write` makes its text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Target:
+    """One format.
+
+    Attributes:
+        module: of `write(subject, options) -> str`.
+        ending: of its files.
+        options: of `Options` that it takes.
+    """
+
+    module: str
+    ending: str
+    options: tuple[str, ...] = ()
+
+
+TARGETS = {
+    "mjcf": Target("cdpr.formats.write.mjcf", ".xml"),
+    "sdf": Target("cdpr.formats.write.sdf", ".sdf", ("style", "version")),
+    "urdf": Target("cdpr.formats.write.urdf", ".urdf"),
+}

@@ -1,0 +1,74 @@
+"""Cables as legs, as the thesis's generator made them: a universal joint, a slide and a ball joint each.
+
+Of its mistakes none is made here: the axes of a leg are those of the leg, not the world's; a leg ends where the cable
+does, also where the platform is turned; slides may go from a length of nothing to twice the way across the frame; each
+link has an inertia that a body of its size can have, and no mass is put in place of what the file says. Legs close
+loops: Gazebo classic (ODE) holds them, DART and PyBullet's reader do not.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from cdpr.errors import FormatError
+from cdpr.formats.write import sdf_parts as sdf
+from cdpr.formats.write.subject import Solid, Subject, colour, only_ideal, words
+from cdpr.model import Cable, rotations
+from cdpr.model.robot import Array
+
+MASS = 0.01  # kg, of each half of a leg
+RADIUS = 0.005  # m, where a robot says no diameter
+CABLE = "#202020"
+FORCE = {"gz-sim-apply-joint-force-system": "gz::sim::systems::ApplyJointForce"}
+
+
+def add(model: ET.Element, subject: Subject, modern: bool) -> None:
+    """Add the legs of all cables. Raises FormatError for held platforms, pulleys, winches and elastic cables."""
+    robot = subject.robot
+    if robot.n < 6:
+        raise FormatError(
+            f"style: legs are for platforms that are free in all six directions; robot '{robot.name}' is not: "
+            "--style platform"
+        )
+    only_ideal(robot, "a leg")
+    R, p = rotations.matrix(subject.state[3:7]), subject.state[:3]
+    across = float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
+    for cable in robot.cables:
+        _leg(model, cable, (cable.frame, p + R @ cable.platform), 2.0 * across)
+        if modern:
+            for file, system in FORCE.items():
+                plugin = ET.SubElement(model, "plugin", filename=file, name=system)
+                sdf.text(plugin, "joint_name", f"{cable.name}_slide")
+
+
+def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: float) -> None:
+    """A leg that lies along z of its links, from its frame anchor to its platform anchor (`ends`, world)."""
+    name, radius = cable.name, RADIUS if cable.diameter is None else cable.diameter / 2
+    way = ends[1] - ends[0]
+    length = float(np.linalg.norm(way))
+    attitude = rotations.from_matrix(_axes(way / length))
+    for part, at, middle in (("lower", ends[0], 0.25), ("upper", ends[1], -0.25)):
+        link = ET.SubElement(model, "link", name=f"{name}_{part}")
+        sdf.text(link, "pose", sdf.pose(at, attitude))
+        centre = np.array([0.0, 0.0, middle * length])
+        across, along = MASS * (3 * radius**2 + (length / 2) ** 2) / 12, MASS * radius**2 / 2
+        sdf.inertial(link, MASS, centre, np.diag([across, across, along]))
+        sdf.visual(link, name, Solid("cylinder", (radius, length / 2), centre), colour(None, CABLE))
+    universal = sdf.joint(model, f"{name}_universal", "universal", "frame", f"{name}_lower")
+    sdf.turning(universal, "axis", np.array([1.0, 0.0, 0.0]))
+    sdf.turning(universal, "axis2", np.array([0.0, 1.0, 0.0]))
+    slide = sdf.joint(model, f"{name}_slide", "prismatic", f"{name}_lower", f"{name}_upper")
+    reach = sdf.turning(slide, "axis", np.array([0.0, 0.0, 1.0]), -length, longest - length)
+    sdf.text(reach, "effort", words([cable.tension_max]))
+    sdf.text(sdf.joint(model, f"{name}_ball", "ball", f"{name}_upper", "platform"), "pose", sdf.pose(cable.platform))
+
+
+def _axes(along: Array) -> Array:
+    """A rotation (3, 3) whose third column is a direction, and whose first lies level."""
+    level = np.cross([0.0, 0.0, 1.0], along)
+    first = level / np.linalg.norm(level) if np.linalg.norm(level) > 1e-6 else np.array([1.0, 0.0, 0.0])
+    first = first - (first @ along) * along
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(along, first), along], axis=1)

@@ -1,0 +1,122 @@
+"""SDF: a world for Gazebo with frame, platform and named anchors; or with cables as legs (`cdpr.formats.write.legs`).
+
+In the style `platform` nothing stands for the cables: gz-sim's own system ApplyLinkWrench pushes the platform by what
+is published as gz.msgs.EntityWrench on /world/NAME/wrench (once) or /world/NAME/wrench/persistent, so that W t of a
+controller outside moves it. Version 1.6 has neither frames nor systems: there anchors are small balls that are drawn.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from cdpr.formats.write import legs
+from cdpr.formats.write.sdf_parts import inertial, joint, pose, text, turning, visual
+from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
+from cdpr.mechanics.guide import Guide
+from cdpr.model import Robot, rotations
+from cdpr.model.robot import Array
+
+FRAMES_SINCE = "1.9"
+BALL = 0.02  # m, of an anchor that is drawn
+TINY = 1e-6  # kg, of a link between two joints of a guide
+TINY_MOMENT = 1e-9  # kg m^2
+
+# What stock gz-sim loads for a world that names no systems; one that names any gets none of these by itself.
+STOCK = {
+    "gz-sim-physics-system": "gz::sim::systems::Physics",
+    "gz-sim-user-commands-system": "gz::sim::systems::UserCommands",
+    "gz-sim-scene-broadcaster-system": "gz::sim::systems::SceneBroadcaster",
+}
+WRENCH = {"gz-sim-apply-link-wrench-system": "gz::sim::systems::ApplyLinkWrench"}
+
+
+def write(subject: Subject, options: Options) -> str:
+    """Return the world. Raises FormatError where legs are asked for of a robot that cannot have them."""
+    robot = subject.robot
+    root = ET.Element("sdf", version=options.version)
+    modern = options.version == FRAMES_SINCE
+    world = ET.SubElement(root, "world", name=robot.name)
+    if modern:
+        for file, name in (STOCK if options.style == "legs" else STOCK | WRENCH).items():
+            ET.SubElement(world, "plugin", filename=file, name=name)
+    physics = ET.SubElement(world, "physics", name="physics", type="ode")
+    text(physics, "max_step_size", words([subject.step]))
+    text(physics, "real_time_factor", "1")
+    text(world, "gravity", words(subject.gravity))
+    light = ET.SubElement(world, "light", name="sun", type="directional")
+    text(light, "direction", "-0.5 0.1 -0.9")
+    if options.style == "legs":  # joints are between links of one model
+        model = ET.SubElement(world, "model", name=robot.name)
+        _frame(model, subject)
+        joint(model, "fixed", "fixed", "world", "frame")
+        _platform(model, subject)
+        legs.add(model, subject, modern)
+    else:
+        stand = ET.SubElement(world, "model", name=f"{robot.name}_frame")
+        text(stand, "static", "true")
+        _frame(stand, subject)
+        _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
+        model = ET.SubElement(world, "model", name=robot.name)
+        _platform(model, subject)
+        _held(model, subject)
+        _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _frame(model: ET.Element, subject: Subject) -> None:
+    """The frame, at the world's origin."""
+    robot = subject.robot
+    link = ET.SubElement(model, "link", name="frame")
+    inertial(link, 1.0, np.zeros(3), np.eye(3))
+    for k, bar in enumerate(bars(robot)):
+        assert robot.frame is not None
+        visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
+
+
+def _platform(model: ET.Element, subject: Subject) -> None:
+    platform = subject.robot.platform
+    link = ET.SubElement(model, "link", name="platform")
+    text(link, "pose", pose(subject.state[:3], subject.state[3:7]))
+    inertial(link, platform.mass, platform.center_of_mass, platform.inertia)
+    visual(link, "platform", drawn(subject.robot), colour(platform.colour, PLATFORM))
+
+
+def _held(model: ET.Element, subject: Subject) -> None:
+    """What holds the directions that the robot does not have: slides along the world's axes, a hinge, or a ball."""
+    robot = subject.robot
+    if robot.n == 6:
+        return
+    guide = Guide(robot)
+    if guide.spherical:
+        joint(model, "guide", "ball", "world", "platform")
+        return
+    steps = [("prismatic", axis) for axis in guide.slides]
+    if guide.hinge is not None:
+        steps.append(("revolute", guide.hinge))
+    R = rotations.matrix(subject.state[3:7])
+    parent = "world"
+    for k, (kind, axis) in enumerate(steps):
+        last = k == len(steps) - 1
+        child = "platform" if last else f"carriage_{k + 1}"
+        if not last:
+            link = ET.SubElement(model, "link", name=child)
+            text(link, "pose", pose(subject.state[:3]))
+            inertial(link, TINY, np.zeros(3), TINY_MOMENT * np.eye(3))
+        along = (R.T if last else np.eye(3)) @ np.eye(3)[axis]
+        turning(joint(model, f"guide_{k + 1}", kind, parent, child), "axis", along)
+        parent = child
+
+
+def _anchors(model: ET.Element, link: str, places: list[Array], robot: Robot, modern: bool) -> None:
+    """Where cables end on a link: named frames, or balls that are drawn."""
+    for cable, place in zip(robot.cables, places, strict=True):
+        name = f"{cable.name}_{link}"
+        if modern:
+            frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
+            text(frame, "pose", pose(place))
+        else:
+            owner = next(each for each in model.iter("link") if each.get("name") == link)
+            visual(owner, name, Solid("sphere", (BALL,), place), colour(None, FRAME))

@@ -1,0 +1,70 @@
+"""Elements of SDF that several styles are made of."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from cdpr.formats.write.subject import Solid, words
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def text(parent: ET.Element, name: str, content: str) -> ET.Element:
+    """Add an element that holds a text."""
+    element = ET.SubElement(parent, name)
+    element.text = content
+    return element
+
+
+def pose(place: Array, attitude: Array = UPRIGHT) -> str:
+    """Return a pose as SDF has it: place, m, and roll, pitch, yaw, rad."""
+    return words([*place, *rotations.to_euler(attitude, "xyz")])
+
+
+def inertial(link: ET.Element, mass: float, centre: Array, inertia: Array) -> None:
+    """Add the inertia (3, 3) about the centre of mass, kg m^2, axes of the link."""
+    element = ET.SubElement(link, "inertial")
+    text(element, "pose", pose(centre))
+    text(element, "mass", words([mass]))
+    parts = ET.SubElement(element, "inertia")
+    for i in range(3):
+        for j in range(i, 3):
+            text(parts, f"i{'xyz'[i]}{'xyz'[j]}", words([inertia[i, j]]))
+
+
+def visual(link: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:
+    """Add a shape that is drawn."""
+    element = ET.SubElement(link, "visual", name=name)
+    text(element, "pose", pose(solid.position, solid.attitude))
+    shape = ET.SubElement(ET.SubElement(element, "geometry"), solid.kind)
+    if solid.kind == "box":
+        text(shape, "size", words(solid.size))
+    else:
+        text(shape, "radius", words(solid.size[:1]))
+    if solid.kind == "cylinder":
+        text(shape, "length", words(solid.size[-1:]))
+    material = ET.SubElement(element, "material")
+    text(material, "ambient", words(rgba))
+    text(material, "diffuse", words(rgba))
+
+
+def joint(model: ET.Element, name: str, kind: str, parent: str, child: str) -> ET.Element:
+    """Add a joint between two links."""
+    element = ET.SubElement(model, "joint", name=name, type=kind)
+    text(element, "parent", parent)
+    text(element, "child", child)
+    return element
+
+
+def turning(element: ET.Element, name: str, direction: Array, lower: float = -1e16, upper: float = 1e16) -> ET.Element:
+    """Add an axis (3,) of a joint, in the axes of its child, and return its limits."""
+    axis = ET.SubElement(element, name)
+    text(axis, "xyz", words(direction))
+    limit = ET.SubElement(axis, "limit")
+    text(limit, "lower", words([lower]))
+    text(limit, "upper", words([upper]))
+    return limit

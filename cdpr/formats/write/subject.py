@@ -1,0 +1,145 @@
+"""What is exported: a robot where it stands, with what other programs can be told of its cables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+
+import numpy as np
+
+from cdpr.cables import COMMANDED, immediate
+from cdpr.errors import FormatError
+from cdpr.formats.write import TARGETS
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
+from cdpr.nearest import did_you_mean
+
+PLATFORM = "#4878a8"  # where a robot names no colour
+FRAME = "#808080"
+EDGE = 0.02  # m, radius of the bars that are drawn of a frame
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is exported.
+
+    Attributes:
+        robot: with its degrees of freedom; those that it does not have are held.
+        gravity: (3,), m/s^2, world.
+        state: (13,), where it stands: of its origin, world axes.
+        step: of the physics, s.
+    """
+
+    robot: Robot
+    gravity: Array
+    state: Array
+    step: float
+
+
+@dataclass(frozen=True)
+class Options:
+    """How.
+
+    Attributes:
+        style: of SDF: "platform", a body that is pushed by a wrench, or "legs", cables as legs that push and pull.
+        version: of SDF.
+    """
+
+    style: str = "platform"
+    version: str = "1.9"
+
+
+STYLES = ("platform", "legs")
+VERSIONS = ("1.9", "1.6")
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A shape to draw, with its place."""
+
+    kind: str  # "box", "sphere" or "cylinder"
+    size: tuple[float, ...]  # m: sides; radius; radius and height
+    position: Array = field(default_factory=lambda: np.zeros(3))  # m
+    attitude: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
+
+
+def export(subject: Subject, to: str, options: Options | None = None) -> str:
+    """Return a robot in a format of `TARGETS`: the same text for the same robot.
+
+    Raises FormatError where the format is not known, or cannot say what the robot is.
+    """
+    if to not in TARGETS:
+        raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
+    given = options or Options()
+    for name, value, known in (("style", given.style, STYLES), ("version", given.version, VERSIONS)):
+        if value not in known:
+            raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {value!r}")
+    text: str = import_module(TARGETS[to].module).write(subject, given)
+    return text
+
+
+def only_ideal(robot: Robot, what: str) -> None:
+    """Raise FormatError for cables that the format cannot say: winches, elasticity, pulleys."""
+    if not immediate(robot):
+        names = [cable.name for cable in robot.cables if (cable.model or robot.cable_model) != COMMANDED]
+        raise FormatError(
+            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(names)} are such: with "
+            "--set robot.cable.model=ideal (cable.model=ideal of a robot file) they are left out"
+        )
+    rolled = [cable.name for cable in robot.cables if cable.exit is not None and cable.exit.kernels]
+    if rolled:
+        raise FormatError(
+            f"robot '{robot.name}': {what} has no swivelling pulleys, and {', '.join(rolled)} leave over such: "
+            "describe the robot with points in their place"
+        )
+
+
+def drawn(robot: Robot) -> Solid:
+    """Return what stands for the platform, platform axes: its shape, or a ball through its anchors."""
+    shape = robot.platform.shape
+    if isinstance(shape, Box):
+        return Solid("box", shape.size)
+    if isinstance(shape, Sphere):
+        return Solid("sphere", (shape.radius,))
+    if isinstance(shape, Cylinder):
+        return Solid("cylinder", (shape.radius, shape.height))
+    if isinstance(shape, Mesh):
+        low, high = np.array(shape.lower), np.array(shape.upper)
+        return Solid("box", tuple((high - low).tolist()), (low + high) / 2)
+    radius = float(np.linalg.norm(robot.anchors[:, 3:], axis=1).mean())
+    return Solid("sphere", (radius or 0.05,))
+
+
+def bars(robot: Robot) -> list[Solid]:
+    """Return the edges of the frame as cylinders, world."""
+    if robot.frame is None:
+        return []
+    found = []
+    for row in robot.frame.edges:
+        way = row[3:] - row[:3]
+        length = float(np.linalg.norm(way))
+        if length > 0.0:
+            found.append(Solid("cylinder", (EDGE, length), (row[:3] + row[3:]) / 2, _along(way / length)))
+    return found
+
+
+def colour(given: str | None, otherwise: str) -> list[float]:
+    """Return red, green, blue and opacity."""
+    text = given or otherwise
+    return [round(int(text[i : i + 2], 16) / 255, 4) for i in (1, 3, 5)] + [1.0]
+
+
+def words(values: Sequence[float] | Array) -> str:
+    """Return numbers with blanks between, each as short as brings back all its bits."""
+    return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in values)
+
+
+def _along(direction: Array) -> Array:
+    """The shortest turn (4,) that takes z into a direction (3,)."""
+    x, y, z = direction.tolist()
+    if z < -1.0 + 1e-12:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    q = np.array([1.0 + z, -y, x, 0.0])
+    return np.asarray(q / np.linalg.norm(q))

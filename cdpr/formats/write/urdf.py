@@ -1,0 +1,70 @@
+"""URDF of frame and platform with a link at each anchor, for RViz and TF.
+
+URDF knows neither cables nor closed loops: the platform hangs on a joint of type floating, which who publishes
+transforms has to move. Each link has an inertia of its own, for readers give a kilogram to one without: the anchors'
+are a millionth of a gram, and the frame's is that of nothing that moves.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+TINY = 1e-9  # kg, of an anchor
+TINY_MOMENT = 1e-12  # kg m^2
+RADIUS = 0.02  # m, of the ball that is drawn at an anchor
+
+
+def write(subject: Subject, options: Options) -> str:
+    """Return the description."""
+    robot = subject.robot
+    platform = robot.platform
+    root = ET.Element("robot", name=robot.name)
+    frame = _link(root, "frame", 1.0, np.zeros(3), np.eye(3))
+    for bar in bars(robot):
+        assert robot.frame is not None
+        _visual(frame, bar, "frame", colour(robot.frame.colour, FRAME))
+    link = _link(root, "platform", platform.mass, platform.center_of_mass, platform.inertia)
+    _visual(link, drawn(robot), "platform", colour(platform.colour, PLATFORM))
+    joint = ET.SubElement(root, "joint", name="platform", type="floating")
+    _joined(joint, "frame", "platform", subject.state[:3], subject.state[3:7])
+    for cable in robot.cables:
+        for parent, place in (("frame", cable.frame), ("platform", cable.platform)):
+            name = f"{cable.name}_{parent}"
+            _visual(_link(root, name, TINY, np.zeros(3), TINY_MOMENT * np.eye(3)), Solid("sphere", (RADIUS,)), parent)
+            fixed = ET.SubElement(root, "joint", name=name, type="fixed")
+            _joined(fixed, parent, name, place, np.array([1.0, 0.0, 0.0, 0.0]))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _link(root: ET.Element, name: str, mass: float, centre: Array, inertia: Array) -> ET.Element:
+    link = ET.SubElement(root, "link", name=name)
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "origin", xyz=words(centre), rpy="0 0 0")
+    ET.SubElement(inertial, "mass", value=words([mass]))
+    parts = {f"i{'xyz'[i]}{'xyz'[j]}": words([inertia[i, j]]) for i in range(3) for j in range(i, 3)}
+    ET.SubElement(inertial, "inertia", parts)
+    return link
+
+
+def _visual(link: ET.Element, solid: Solid, material: str, rgba: list[float] | None = None) -> None:
+    visual = ET.SubElement(link, "visual")
+    ET.SubElement(visual, "origin", xyz=words(solid.position), rpy=words(rotations.to_euler(solid.attitude, "xyz")))
+    shape = {"box": {"size": words(solid.size)}, "sphere": {"radius": words(solid.size[:1])}}
+    shape["cylinder"] = {"radius": words(solid.size[:1]), "length": words(solid.size[-1:])}
+    ET.SubElement(ET.SubElement(visual, "geometry"), solid.kind, shape[solid.kind])
+    made = ET.SubElement(visual, "material", name=material)
+    if rgba is not None:
+        ET.SubElement(made, "color", rgba=words(rgba))
+
+
+def _joined(joint: ET.Element, parent: str, child: str, place: Array, attitude: Array) -> None:
+    ET.SubElement(joint, "parent", link=parent)
+    ET.SubElement(joint, "child", link=child)
+    ET.SubElement(joint, "origin", xyz=words(place), rpy=words(rotations.to_euler(attitude, "xyz")))

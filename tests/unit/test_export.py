@@ -1,0 +1,273 @@
+"""Robots for other programs, each loaded by readers that are not ours."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from command_line import cdpr_here
+from conftest import ROOT
+from docs_cases import PAGES
+
+import cdpr
+from cdpr.errors import FormatError
+from cdpr.formats.write import TARGETS
+from cdpr.formats.write.begin import begin
+from cdpr.formats.write.subject import Options, export
+from cdpr.mechanics.kinematics import lengths
+from cdpr.model import rotations
+
+ROBOTS = ROOT / "scenarios" / "robots"
+# m, over 4 s of replayed tensions: nothing but how often numbers are rounded differs.
+REPLAYED = 1e-12
+NAMES = ["caroca", "off_centre", "planar", "spherical", "point_mass", "carriage", "twelve"]
+CHECKER = shutil.which("ign") or shutil.which("gz")
+
+
+def subject_of(name, **pose):
+    subject = begin(cdpr.load_robot(ROBOTS / f"{name}.yaml"))
+    state = subject.state.copy()
+    if subject.robot.n == 6:
+        state[3:7] = rotations.from_rpy(0.1, -0.2, 0.3)
+    return replace(subject, state=state)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("to", TARGETS)
+def test_the_same_text_for_the_same_robot(name, to):
+    text = export(subject_of(name), to)
+    assert text == export(subject_of(name), to)
+    assert all(not line.rstrip().endswith(" nan") for line in text.splitlines())
+    ET.fromstring(text)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_mujoco_has_the_masses_and_the_lengths(name):
+    mujoco = pytest.importorskip("mujoco")
+    subject = subject_of(name)
+    model = mujoco.MjModel.from_xml_string(export(subject, "mjcf"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    robot = subject.robot
+    assert model.body_mass.sum() == robot.platform.mass
+    assert np.allclose(np.sort(model.body_inertia[1]), np.linalg.eigvalsh(robot.platform.inertia), rtol=1e-9)
+    at = data.site("platform")
+    assert np.allclose(at.xpos, subject.state[:3], atol=1e-12)
+    R = rotations.matrix(subject.state[3:7])
+    assert np.allclose(at.xmat.reshape(3, 3), R, atol=1e-12)
+    assert np.allclose(data.subtree_com[1], subject.state[:3] + R @ robot.platform.center_of_mass, atol=1e-9)
+    assert np.allclose(data.ten_length, lengths(robot, subject.state), atol=1e-12)
+    assert model.nv == robot.n
+    tension = np.linspace(robot.tension_min, robot.tension_max, 3)[1]
+    data.ctrl[:] = tension
+    mujoco.mj_forward(model, data)
+    for cable, value in zip(robot.cables, tension, strict=True):
+        assert data.sensor(f"{cable.name}_tension").data[0] == pytest.approx(value)
+    data.ctrl[:] = 2.0 * robot.tension_max
+    mujoco.mj_forward(model, data)
+    assert data.sensor(f"{robot.cables[0].name}_tension").data[0] == robot.tension_max[0]
+
+
+@pytest.mark.parametrize("name", ["caroca", "planar", "spherical"])
+def test_replayed_tensions_give_the_backends_motion(name):
+    """The tensions of a run on the backend that has the same engine, held open loop over 4 s."""
+    mujoco = pytest.importorskip("mujoco")
+    scenario = cdpr.load_scenario(
+        ROOT / "scenarios" / f"{name}.yaml", backend="mujoco", overrides={"simulation.duration": 4.0}
+    )
+    run = cdpr.simulate(scenario)
+    subject = begin(scenario)
+    model = mujoco.MjModel.from_xml_string(export(subject, "mjcf"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    steps = round(scenario.simulation.control_step / scenario.simulation.physics_step)
+    apart = 0.0
+    for tension, position in zip(run.tension, run.position, strict=True):
+        mujoco.mj_kinematics(model, data)
+        apart = max(apart, float(np.abs(data.site("platform").xpos - position).max()))
+        data.ctrl[:] = tension
+        mujoco.mj_step(model, data, steps)
+    assert apart <= REPLAYED
+
+
+@pytest.mark.parametrize("name", ["caroca", "off_centre", "twelve"])  # it does not know the world as a parent
+@pytest.mark.parametrize("version", ["1.9", "1.6"])
+def test_bullet_reads_the_platform(tmp_path, name, version):
+    bullet = pytest.importorskip("pybullet")
+    subject = subject_of(name)
+    file = tmp_path / "robot.sdf"
+    file.write_text(export(subject, "sdf", Options(version=version)))
+    client = bullet.connect(bullet.DIRECT)
+    try:
+        bodies = bullet.loadSDF(str(file), physicsClientId=client)
+        found = {}
+        for body in bodies:
+            for link in range(-1, bullet.getNumJoints(body, physicsClientId=client)):
+                if link == -1:
+                    called = bullet.getBodyInfo(body, physicsClientId=client)[0]
+                else:
+                    called = bullet.getJointInfo(body, link, physicsClientId=client)[12]
+                found[called.decode()] = bullet.getDynamicsInfo(body, link, physicsClientId=client)[0]
+    finally:
+        bullet.disconnect(client)
+    assert found["platform"] == pytest.approx(subject.robot.platform.mass)
+
+
+@pytest.mark.parametrize("name", ["caroca", "off_centre"])
+def test_dart_reads_mass_inertia_and_pose(tmp_path, name):
+    dart = pytest.importorskip("dartpy")
+    subject = subject_of(name)
+    platform = subject.robot.platform
+    for to, ending in (("sdf", "sdf"), ("urdf", "urdf")):
+        file = tmp_path / f"robot.{ending}"
+        file.write_text(export(subject, to, Options(version="1.6")))
+        if to == "sdf":
+            world = dart.utils.SdfParser.readWorld(f"file://{file}")
+            skeleton = world.getSkeleton(name)
+        else:
+            skeleton = dart.utils.DartLoader().parseSkeleton(f"file://{file}")
+        body = skeleton.getBodyNode("platform")
+        assert body.getMass() == pytest.approx(platform.mass)
+        assert np.allclose(body.getLocalCOM(), platform.center_of_mass)
+        assert np.allclose(body.getInertia().getMoment(), platform.inertia, atol=1e-9)
+        pose = body.getWorldTransform()
+        assert np.allclose(np.asarray(pose.translation()).ravel(), subject.state[:3], atol=1e-9)
+        assert np.allclose(pose.rotation(), rotations.matrix(subject.state[3:7]), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_urdf_has_a_link_at_each_anchor(tmp_path, name):
+    bullet = pytest.importorskip("pybullet")
+    subject = subject_of(name)
+    file = tmp_path / "robot.urdf"
+    file.write_text(export(subject, "urdf"))
+    client = bullet.connect(bullet.DIRECT)
+    try:
+        keep = bullet.URDF_MERGE_FIXED_LINKS * 0 | bullet.URDF_USE_INERTIA_FROM_FILE
+        body = bullet.loadURDF(str(file), useFixedBase=True, flags=keep, physicsClientId=client)
+        count = bullet.getNumJoints(body, physicsClientId=client)
+        links = [bullet.getJointInfo(body, k, physicsClientId=client)[12].decode() for k in range(count)]
+        masses = [bullet.getDynamicsInfo(body, k, physicsClientId=client)[0] for k in range(count)]
+        places = [bullet.getLinkState(body, k, physicsClientId=client)[4] for k in range(count)]
+    finally:
+        bullet.disconnect(client)
+    robot = subject.robot
+    anchors = [f"{cable.name}_{end}" for cable in robot.cables for end in ("frame", "platform")]
+    assert sorted(links) == sorted(["platform", *anchors])
+    assert sum(masses) == pytest.approx(robot.platform.mass, abs=1e-6)
+    R = rotations.matrix(subject.state[3:7])
+    for cable in robot.cables:
+        assert np.allclose(places[links.index(f"{cable.name}_frame")], cable.frame, atol=1e-6)
+        wanted = subject.state[:3] + R @ cable.platform
+        assert np.allclose(places[links.index(f"{cable.name}_platform")], wanted, atol=1e-6)
+
+
+@pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("style", ["platform", "legs"])
+@pytest.mark.parametrize("version", ["1.9", "1.6"])
+def test_libsdformat_finds_nothing_wrong(tmp_path, name, style, version):
+    subject = subject_of(name)
+    if style == "legs" and subject.robot.n < 6:
+        pytest.skip("legs are for platforms that are free")
+    file = tmp_path / "robot.sdf"
+    file.write_text(export(subject, "sdf", Options(style, version)))
+    done = subprocess.run([CHECKER, "sdf", "-k", str(file)], capture_output=True, text=True, check=False)
+    assert "Valid." in done.stdout, done.stdout + done.stderr
+    assert "Warning" not in done.stdout + done.stderr
+
+
+def test_legs_end_where_cables_do():
+    """From the frame's anchor along z of the leg, as long as the cable: none of the generator's axes of the world."""
+    subject = subject_of("caroca")
+    root = ET.fromstring(export(subject, "sdf", Options("legs")))
+    far = lengths(subject.robot, subject.state)
+    R = rotations.matrix(subject.state[3:7])
+    for cable, length in zip(subject.robot.cables, far, strict=True):
+        poses = {}
+        for part in ("lower", "upper"):
+            link = root.find(f".//link[@name='{cable.name}_{part}']")
+            numbers = np.array([float(word) for word in link.find("pose").text.split()])
+            poses[part] = numbers[:3], rotations.matrix(rotations.from_rpy(*numbers[3:]))
+        end = subject.state[:3] + R @ cable.platform
+        assert np.allclose(poses["lower"][0], cable.frame, atol=1e-12)
+        assert np.allclose(poses["upper"][0], end, atol=1e-12)
+        assert np.allclose(poses["lower"][0] + length * poses["lower"][1][:, 2], end, atol=1e-9)
+        for part in ("lower", "upper"):
+            moments = [float(root.find(f".//link[@name='{cable.name}_{part}']//i{a}{a}").text) for a in "xyz"]
+            assert max(moments) <= sum(moments) - max(moments) + 1e-15
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("robots/caroca.yaml", "--to", "sdf", "--style", "sticks"), 2, "style: one of platform, legs is expected"),
+        (
+            ("robots/caroca.yaml", "--to", "sdf", "--sdf-version", "2"),
+            2,
+            "version: one of 1.9, 1.6 is expected",
+        ),
+        (("robots/caroca.yaml", "--to", "mjcf", "--style", "legs"), 2, "--style is for --to sdf"),
+        (
+            ("robots/planar.yaml", "--to", "sdf", "--style", "legs"),
+            2,
+            "in all six directions; robot 'planar' is not",
+        ),
+        (("winch.yaml", "--to", "mjcf"), 2, "MJCF has no winches and no elastic cables, and cable_1, cable_2"),
+        (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "MJCF has no swivelling pulleys"),
+        (("robots/caroca.yaml", "--to", "csv"), 2, "csv is for runs, and this is a file of a robot or scenario"),
+        (("robots/carocca.yaml", "--to", "urdf"), 2, "carocca.yaml': did you mean"),
+        (("robots", "--to", "urdf"), 2, "urdf is for robots and scenarios, and this is a run"),
+    ],
+)
+def test_what_cannot_be_exported_is_told(tmp_path, words, code, said):
+    file, *rest = words
+    done = cdpr_here("export", ROOT / "scenarios" / file, *rest, code=None, cwd=tmp_path)
+    assert done.returncode == code
+    assert said in done.stderr
+    assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_nothing_is_written_over(tmp_path):
+    words = ("export", ROBOTS / "caroca.yaml", "--to", "urdf")
+    assert cdpr_here(*words, cwd=tmp_path).stdout == "caroca.urdf\n"
+    before = (tmp_path / "caroca.urdf").read_bytes()
+    done = cdpr_here(*words, code=8, cwd=tmp_path)
+    assert "'caroca.urdf' is there already" in done.stderr
+    cdpr_here(*words, "--force", cwd=tmp_path)
+    assert (tmp_path / "caroca.urdf").read_bytes() == before
+
+
+def test_winches_may_be_left_out(tmp_path):
+    words = ("export", ROOT / "scenarios" / "winch.yaml", "--to", "mjcf", "--set", "robot.cable.model=ideal")
+    cdpr_here(*words, cwd=tmp_path)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_unknown_formats_are_told():
+    with pytest.raises(FormatError, match="to: 'sfd' is no format: did you mean 'sdf'"):
+        export(subject_of("planar"), "sfd")
+
+
+def test_the_page_on_mujoco_says_what_happens(monkeypatch, tmp_path, capsys):
+    """Its model holds the platform where it is; its replay is the run."""
+    pytest.importorskip("mujoco")
+    held, replayed = re.findall(r"^```python\n(.*?)^```$", PAGES["docs/mujoco.md"], re.DOTALL | re.MULTILINE)
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    found: dict[str, object] = {}
+    exec(held, found)
+    data = found["data"]
+    assert data.sensor("left").data[0] == pytest.approx(10 * 9.81 / np.sqrt(2))
+    assert np.allclose(data.ten_length, np.sqrt(8), atol=1e-9)
+    assert np.allclose(data.body("platform").xpos, (0, 0, 1), atol=1e-9)
+    capsys.readouterr()
+    exec(replayed, {})
+    assert float(capsys.readouterr().out) <= REPLAYED
