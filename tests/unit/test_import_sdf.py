@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
+from conftest import ROOT
 from scipy.spatial.transform import Rotation
 from sdf_cases import ANCHORS, FRAMES, HOME, Dialect, R, joint, link, six, text
 
@@ -136,3 +137,19 @@ def test_from_the_command_line(tmp_path):
     assert cdpr.load_robot(tmp_path / "mine" / "hall.yaml").m == 8
     done = CliRunner().invoke(cli, ["import", str(tmp_path), "--out", str(tmp_path / "all")])
     assert done.exit_code == 0, done.output
+
+
+@pytest.mark.parametrize("version", ["1.6", "1.9"])
+def test_what_is_exported_as_legs_comes_back(tmp_path, version):
+    """At a pose that is turned, so that anchors go through its attitude."""
+    there = tmp_path / "legs.sdf"
+    pose = ["--set", "initial={position: [0.3, 0.2, 1.4], orientation: {rpy: [0.1, -0.2, 0.3]}}"]
+    arguments = ["export", str(ROOT / "scenarios/caroca.yaml"), "--to", "sdf", "--style", "legs", *pose]
+    done = CliRunner().invoke(cli, [*arguments, "--sdf-version", version, "--out", str(there)])
+    assert done.exit_code == 0, done.output
+    back, _ = robot_of(tmp_path, there.read_text())
+    robot = cdpr.load_robot(ROOT / "scenarios/robots/caroca.yaml")
+    np.testing.assert_allclose(back.anchors, robot.anchors, atol=1e-12)
+    np.testing.assert_allclose(back.platform.inertia, robot.platform.inertia, atol=1e-12)
+    assert (back.platform.mass, back.tension_max.tolist()) == (robot.platform.mass, robot.tension_max.tolist())
+    np.testing.assert_allclose(back.home[:3], [0.3, 0.2, 1.4], atol=1e-15)

@@ -238,6 +238,25 @@ def test_any_path_keeps_the_limits(seed):
         np.testing.assert_allclose(x.sum(axis=1), v[:, 0], atol=1e-10)
         rate = (x @ np.arange(6)) / motion.segments[k - 1, 1]
         np.testing.assert_allclose(rate, v[:, 1] / motion.segments[k, 1], atol=1e-6 * limits.velocity)
+    assert jumps(motion).max(initial=0.0) <= 1e-4 * limits.acceleration
+
+
+def jumps(motion):
+    """How far the acceleration jumps between quintics that follow each other, m/s^2."""
+    h = motion.segments[:, 1, None]
+    c = motion.segments[:, 2:20].reshape(-1, 3, 6)
+    begin, end = 2 * c[:, :, 2] / h**2, (c @ np.array([0, 0, 2, 6, 12, 20])) / h**2
+    return np.linalg.norm(end[:-1] - begin[1:], axis=1)
+
+
+def test_the_last_moment_before_a_stop_belongs_to_what_comes_before_it():
+    """At a jerk so high it takes microseconds, in which the way is less than its rounding."""
+    first = arc(0.55, 5.16, climb=-0.5, center=(-0.55, 0, 0))
+    begin = first.at(np.zeros(1, dtype=int), first.length)[0][0]
+    pieces = together([first, polyline([begin, np.add(begin, [0.3, -0.4, 0.1])])])
+    motion = follow(0.0, course(pieces, 0.1), Limits(2.5, 0.01, 6000.0), UPRIGHT)
+    assert motion.segments[:, 1].min() < 1e-5
+    assert jumps(motion).max() < 1e-6
 
 
 @settings(max_examples=60, deadline=None)

@@ -235,5 +235,6 @@ def _tell(found: Imported, model: Element) -> None:
         )
     first = slides[0].line
     found.left_out.append(f"{model.file}:{first}: masses, damping, speed and range of the legs: our cables have none")
-    for plugin in model.all("plugin"):
-        found.left_out.append(f"{model.file}:{plugin.line}: plugin '{plugin.attributes.get('filename', '')}'")
+    plugins = {plugin.attributes.get("filename", ""): plugin.line for plugin in reversed(model.all("plugin"))}
+    for name, line in sorted(plugins.items(), key=lambda one: one[1]):
+        found.left_out.append(f"{model.file}:{line}: plugin '{name}'")
