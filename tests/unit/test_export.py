@@ -271,3 +271,27 @@ def test_the_page_on_mujoco_says_what_happens(monkeypatch, tmp_path, capsys):
     capsys.readouterr()
     exec(replayed, {})
     assert float(capsys.readouterr().out) <= REPLAYED
+
+
+@pytest.mark.parametrize("to", ["sdf", "urdf"])
+def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
+    rolled = cdpr_here("export", ROBOTS / "cogiro_pulleys.yaml", "--to", to, cwd=tmp_path)
+    assert "left out: pulleys of cable_1, cable_2" in rolled.stderr
+    wound = cdpr_here("export", ROOT / "scenarios" / "winch.yaml", "--to", to, cwd=tmp_path)
+    assert "left out: winches and elasticity of cable_1, cable_2" in wound.stderr
+    assert cdpr_here("export", ROBOTS / "caroca.yaml", "--to", to, cwd=tmp_path).stderr == ""
+
+
+@pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
+@pytest.mark.parametrize("name", ["world", "sun", "__r__", "frame", "platform"])
+@pytest.mark.parametrize("style", ["platform", "legs"])
+def test_names_that_sdf_reserves_are_no_trouble(tmp_path, name, style):
+    subject = subject_of("caroca")
+    names = ["world", "sun", "frame", "a", "a_frame", "platform", "physics", "fixed"]
+    cables = [replace(cable, name=each) for cable, each in zip(subject.robot.cables, names, strict=True)]
+    robot = replace(subject.robot, name=name, cables=tuple(cables))
+    file = tmp_path / "robot.sdf"
+    file.write_text(export(replace(subject, robot=robot), "sdf", Options(style)))
+    done = subprocess.run([CHECKER, "sdf", "-k", str(file)], capture_output=True, text=True, check=False)
+    assert "Valid." in done.stdout, done.stdout + done.stderr
+    assert "Warning" not in done.stdout + done.stderr
