@@ -75,16 +75,17 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
 def _robot(
     file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
 ) -> tuple[Path, dict[str, int]]:
-    from cdpr.cli.load import load_told
+    from cdpr.cli.load import load_told, tell
     from cdpr.errors import CdprError, OutputError
     from cdpr.formats.write.begin import begin
-    from cdpr.formats.write.subject import Options, export
+    from cdpr.formats.write.subject import Options, export, left_out
     from cdpr.log.files import replace
 
     if Path(file).is_dir() or file.endswith(".mcap"):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
     subject = begin(load_told(file, changes))
     text = export(subject, to, Options(**given))
+    tell(f"left out: {each}" for each in left_out(subject.robot))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
         raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")
