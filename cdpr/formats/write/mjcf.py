@@ -39,7 +39,12 @@ def write(subject: Subject, options: Options) -> str:
     _platform(world, subject, frame)
     tendons, actuators, sensors = (ET.SubElement(root, name) for name in ("tendon", "actuator", "sensor"))
     for cable in robot.cables:
-        spatial = ET.SubElement(tendons, "spatial", name=cable.name, width=words([(cable.diameter or 0.01) / 2]))
+        spatial = ET.SubElement(tendons, "spatial", name=cable.name)
+        if cable.diameter is not None:
+            spatial.set("width", words([cable.diameter / 2]))
+        if cable.length_max is not None:  # told, not held: our cables' lengths are no constraints either
+            spatial.set("limited", "false")
+            spatial.set("range", words([cable.length_min or 0.0, cable.length_max]))
         for end in ("frame", "platform"):
             ET.SubElement(spatial, "site", site=f"{cable.name}_{end}")
         limits = words([cable.tension_min, cable.tension_max])

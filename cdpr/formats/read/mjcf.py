@@ -1,0 +1,98 @@
+"""MJCF, MuJoCo's format: one body on spatial tendons, each with a motor whose control is its tension or a multiple.
+
+MuJoCo's compiler itself resolves defaults, angles, frames and inertias of any kind; poses are those of its kinematics.
+The platform's origin and axes are those of the site `platform` of the body, where there is one, else the body's own;
+where the body turns on a ball or a hinge, the origin is the joint's anchor. A tendon's force is positive where it
+pushes: of a motor with control c, gear g and gain k the tension is -g k c.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdpr.formats.read.choice import Choice
+from cdpr.formats.read.imported import Imported, slug
+from cdpr.formats.read.inertia import six
+from cdpr.formats.read.mjcf_body import Body, tidy
+from cdpr.formats.read.mjcf_cables import Cables
+from cdpr.formats.read.mjcf_text import Lines, cleaned, compiled
+from cdpr.formats.read.xml import parse, root_of
+from cdpr.model import rotations
+from cdpr.scenario.schema import World
+
+ROUND = 1e-14  # of the trace: entries of a tensor below it are what turning it left
+
+
+def recognise(content: bytes) -> bool:
+    """Whether it is a model of MuJoCo."""
+    return root_of(content)[0] in ("mujoco", "mujocoinclude")
+
+
+def leads(path: Path, content: bytes) -> bool:
+    """Whether a robot is read from here; parts that others include are not read alone."""
+    return root_of(content)[0] == "mujoco"
+
+
+def read(path: Path, content: bytes, choice: Choice) -> Imported:
+    """Read a robot. Raises FormatError, and PluginError without MuJoCo."""
+    root = parse(content, str(path))
+    if root.name != "mujoco":
+        raise root.wrong("it is a part that other files include: import the file that does")
+    text, lines = cleaned(root)
+    mujoco, model = compiled(text, lines)
+    body = Body(mujoco, model, lines)
+    cables = Cables(mujoco, model, lines, body)
+    name = slug(root.attributes.get("model", ""), slug(path.stem, "robot"))
+    found = Imported(name, f"MJCF: {path.name}, compiled by MuJoCo {mujoco.__version__}", {"name": name})
+    found.left_out = lines.left_out
+    at = f"of body '{body.name}', line {body.line}"
+    found.robot |= {
+        "dof": list(body.dof),
+        **({} if cables.pull else {"unilateral": False}),
+        "platform": _platform(body),
+        "tension": cables.tension,
+        "home": _home(body),
+        "cables": cables.rows,
+    }
+    found.comments = {
+        ("dof",): f"joints {', '.join(body.joints)} {at}",
+        ("platform", "mass"): f"kg, {at}",
+        ("platform", "inertia"): "kg m^2 about the centre of mass, as MuJoCo's compiler has it",
+        ("home",): body.begins,
+        ("cables",): f"m; sites of tendons; origin and axes of the platform: {body.origin}",
+        **cables.comments,
+    }
+    found.warnings = cables.warnings
+    _options(model, mujoco, lines)
+    return found
+
+
+def _platform(body: Body) -> dict[str, Any]:
+    inertia = np.where(np.abs(body.inertia) < ROUND * np.trace(body.inertia), 0.0, body.inertia)
+    given: dict[str, Any] = {"mass": tidy([body.mass])[0], "inertia": tidy(six(inertia))}
+    if any(tidy(body.centre)):
+        given["center_of_mass"] = tidy(body.centre)
+    if (shape := body.shape()) is not None:
+        given |= shape
+    return given
+
+
+def _home(body: Body) -> dict[str, Any]:
+    q = tidy(rotations.from_matrix(body.home[1]))
+    turned = {} if q == [1.0, 0.0, 0.0, 0.0] else {"orientation": {"quaternion": q}}
+    return {"position": tidy(body.home[0]), **turned}
+
+
+def _options(model: Any, mujoco: Any, lines: Lines) -> None:
+    """What belongs to a scenario, or is not here."""
+    usual = list(World().gravity)
+    weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    gravity = [0.0, 0.0, 0.0] if weightless else model.opt.gravity.tolist()
+    if gravity != usual:
+        text = f"gravity {gravity}: it belongs to scenarios, as world.gravity; unless said it is {usual} m/s^2"
+        lines.left_out.append(f"{lines.file}:{lines.first('option')}: {text}")
+    if model.opt.density or model.opt.viscosity:
+        lines.left_out.append(f"{lines.file}:{lines.first('option')}: density, viscosity: platforms move in no medium")

@@ -1,0 +1,158 @@
+"""Tendons and motors of an MJCF model as cables."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cdpr.errors import FormatError
+from cdpr.formats.read.imported import refuse, slug, unique
+from cdpr.formats.read.mjcf_body import Body, tidy
+from cdpr.formats.read.mjcf_text import Lines
+from cdpr.problems import Path as Key
+
+REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
+UNSAID = 0.003  # m, the width that MuJoCo draws a tendon with of which the file says none
+
+
+class Cables:
+    """What the tendons are, in the order of their motors, which is that of MuJoCo's controls.
+
+    Attributes:
+        rows: as a robot file has them.
+        tension: likewise.
+        pull: whether none of them may push.
+        comments, warnings: as `Imported` has them.
+    """
+
+    def __init__(self, mujoco: Any, model: Any, lines: Lines, body: Body) -> None:
+        self._mujoco, self._model, self._lines, self._body = mujoco, model, lines, body
+        self.comments, self.warnings = dict[Key, str](), list[str]()
+        if not model.ntendon:
+            raise refuse(lines.file, lines.root.line, "it has no <spatial> tendon, so no cable")
+        motors = [int(tendon) for tendon, _ in model.actuator_trnid]
+        for tendon in range(model.ntendon):
+            if tendon not in motors:
+                raise self._wrong(tendon, f"no motor pulls it, and nothing says its tensions: {REMEDY}")
+        if (twice := next((k for k, tendon in enumerate(motors) if tendon in motors[:k]), None)) is not None:
+            raise self._wrong(motors[twice], "two motors pull it: one is expected")
+        names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
+        limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
+        self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
+        self.comments = {("cables", k): f"line {self._line(tendon)}" for k, tendon in enumerate(motors)}
+        lows, highs = tidy([low for low, _ in limits]), tidy([high for _, high in limits])
+        self.pull = min(lows) >= 0.0
+        if not self.pull:
+            least = motors[lows.index(min(lows))]
+            text = f"a control may push with {-min(lows):g} N: unilateral is false; cables pull only where it is not"
+            self.warnings.append(f"{lines.file}:{self._line(least)}: tendon '{self._tendon(least)}': {text}")
+        self.tension = {
+            key: values[0] if len(set(values)) == 1 else values for key, values in (("min", lows), ("max", highs))
+        }
+        for key in self.tension:
+            self.comments["tension", key] = "N, of the ranges of motors and forces, times gear and gain"
+
+    def _row(self, tendon: int, name: str) -> dict[str, Any]:
+        model, body = self._model, self._body
+        self._tell(tendon)
+        sites = self._sites(tendon)
+        on = [body.moves(site) for site in sites]
+        if on[0] == on[1]:
+            where = f"on body '{body.name}'" if on[0] else "on the frame"
+            raise self._wrong(tendon, f"both of its sites are {where}: one on each is expected")
+        frame, platform = sites if on[1] else sites[::-1]
+        row: dict[str, Any] = {"name": name, "frame": tidy(body.place(frame)), "platform": tidy(body.place(platform))}
+        drawn, width = self._element(tendon), float(model.tendon_width[tendon])
+        if width > 0.0 and (width != UNSAID or (drawn is not None and "width" in drawn.attributes)):
+            row["diameter"] = tidy([2.0 * width])[0]
+        low, high = tidy(model.tendon_range[tendon])
+        if high > max(low, 0.0):
+            row["length"] = {"min": max(low, 0.0), "max": high}
+        return row
+
+    def _sites(self, tendon: int) -> tuple[int, int]:
+        """The two sites of a tendon. Raises FormatError for other paths."""
+        model, kinds = self._model, self._mujoco.mjtWrap
+        first = int(model.tendon_adr[tendon])
+        path = range(first, first + int(model.tendon_num[tendon]))
+        found = []
+        for k in path:
+            kind = kinds(model.wrap_type[k])
+            if kind in (kinds.mjWRAP_SPHERE, kinds.mjWRAP_CYLINDER):
+                geom = model.geom(model.wrap_objid[k]).name
+                text = f"it is wound around the geom '{geom}': pulleys of ours swivel, and geoms do not; "
+                raise self._wrong(tendon, text + "take a site where it leaves, or write exit: {type: pulley} yourself")
+            if kind == kinds.mjWRAP_PULLEY:
+                raise self._wrong(tendon, "it has a <pulley>, which divides its force: our cables have one line")
+            if kind == kinds.mjWRAP_JOINT:
+                raise self._wrong(tendon, "it is a <fixed> tendon of joints: <spatial> between sites is expected")
+            found.append(int(model.wrap_objid[k]))
+        if len(found) != 2:
+            more = f", and '{model.site(found[2]).name}' is a third" if len(found) > 2 else ""
+            raise self._wrong(tendon, f"it has {len(found)} sites{more}: one on the frame and one on the body")
+        return found[0], found[1]
+
+    def _tension(self, motor: int, tendon: int) -> tuple[float, float]:
+        """Lowest and highest tension, N. Raises FormatError for motors whose force is not a multiple of the control."""
+        model, mujoco = self._model, self._mujoco
+        plain = (
+            model.actuator_gaintype[motor] == mujoco.mjtGain.mjGAIN_FIXED
+            and model.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE
+            and model.actuator_dyntype[motor] == mujoco.mjtDyn.mjDYN_NONE
+        )
+        if not plain:
+            raise self._wrong(tendon, "its actuator has a gain, a bias or a dynamics of its own: a motor is expected")
+        gear, gain = float(model.actuator_gear[motor, 0]), float(model.actuator_gainprm[motor, 0])
+        low, high = -math.inf, math.inf
+        ranges = (
+            (model.actuator_ctrllimited[motor], model.actuator_ctrlrange[motor], -gear * gain),
+            (model.actuator_forcelimited[motor], model.actuator_forcerange[motor], -gear),
+            (model.tendon_actfrclimited[tendon], model.tendon_actfrcrange[tendon], -1.0),
+        )
+        for limited, given, factor in ranges:
+            if limited:
+                ends = sorted(factor * float(end) for end in given)
+                low, high = max(low, ends[0]), min(high, ends[1])
+        if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+            raise self._wrong(tendon, f"neither its control nor its force is limited: {REMEDY}")
+        if high <= 0.0:
+            text = f"with gear {gear:g} and these ranges its tension is {low:g} to {high:g} N: it only pushes; "
+            raise self._wrong(tendon, text + REMEDY)
+        if -gear * gain != 1.0:
+            at = f"{self._lines.file}:{self._line(tendon)}"
+            text = f"a control of 1 is a tension of {-gear * gain:g} N there; commands here are tensions"
+            self.warnings.append(f"{at}: tendon '{self._tendon(tendon)}': {text}")
+        return low + 0.0, high + 0.0
+
+    def _tell(self, tendon: int) -> None:
+        model = self._model
+        if model.tendon_stiffness[tendon].any():
+            text = "it is a spring of itself: describe an elastic cable here, cable.model=elastic and axial_stiffness"
+            raise self._wrong(tendon, text)
+        effects = {
+            "damping": model.tendon_damping[tendon],
+            "frictionloss": model.tendon_frictionloss[tendon],
+            "armature": model.tendon_armature[tendon],
+        }
+        for word, value in effects.items():
+            if value.any():
+                at = f"{self._lines.file}:{self._line(tendon)}"
+                self._lines.left_out.append(f"{at}: {word} of tendon '{self._tendon(tendon)}': ideal cables have none")
+        if model.tendon_limited[tendon]:
+            at = f"{self._lines.file}:{self._line(tendon)}"
+            text = "range of a tendon holds the body there; here it is the cable's `length`, which nothing holds it to"
+            self._lines.left_out.append(f"{at}: {text}")
+
+    def _tendon(self, tendon: int) -> str:
+        return str(self._model.tendon(tendon).name)
+
+    def _element(self, tendon: int) -> Any:
+        tendons = [each for group in self._lines.root.all("tendon") for each in group.children]
+        return tendons[tendon] if tendon < len(tendons) else None
+
+    def _line(self, tendon: int) -> int:
+        element = self._element(tendon)
+        return int(self._lines.root.line if element is None else element.line)
+
+    def _wrong(self, tendon: int, text: str) -> FormatError:
+        return refuse(self._lines.file, self._line(tendon), f"tendon '{self._tendon(tendon)}': {text}")
