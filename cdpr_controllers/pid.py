@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -44,6 +44,7 @@ class Pid(SnapshotOfArrays, Controller):
     def change(self, options: Any) -> None:
         """Take other gains and limits; the integral stays, within the new limits from the next step on."""
         self._pd[:6], self._pd[6:] = options.kp, options.kd
+        self._ki = options.ki
         self._per_step[0] = np.broadcast_to(options.ki, 6) * self.control_step
         self._per_step[1] = options.integral_limit
 
@@ -54,6 +55,11 @@ class Pid(SnapshotOfArrays, Controller):
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the wrench (6,)."""
         self._law(state, desired, out)
+
+    def numbers_in_c(self) -> Mapping[str, Array]:
+        """Return gains and limits."""
+        kp, kd, ki = self._pd[:6], self._pd[6:], np.broadcast_to(self._ki, 6)
+        return {"kp": kp, "kd": kd, "ki": ki, "integral_limit": self._per_step[1]}
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
         """Return the law with these arrays."""

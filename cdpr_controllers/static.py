@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -37,6 +37,10 @@ class Static(SnapshotOfArrays, Controller):
     def control(self, time: float, state: Array, desired: Array, wrench: Array) -> None:
         """Write the wrench (6,)."""
         self._law(state, desired, wrench)
+
+    def numbers_in_c(self) -> Mapping[str, Array]:
+        """Return the gains."""
+        return {"kp": self._gains[:6], "kd": self._gains[6:]}
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:
         """Return the law with these arrays."""

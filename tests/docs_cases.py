@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 import caspr_cases
+import sdf_cases
 from conftest import ROOT
 from plugin_cases import SUCCESSOR, TRAJECTORY, wirex
 
@@ -89,5 +90,6 @@ def make_folder(folder: Path) -> None:
     caspr_cases.model(theirs, "CoGiRo", cables_=caspr_cases.cables(default="original", name="original"))
     for name, text in (("caroca.yaml", SUCCESSOR), ("trajectory.yaml", TRAJECTORY), ("IPAnema.wcrfx", wirex())):
         (theirs / name).write_text(text)
+    (theirs / "hall.sdf").write_text(sdf_cases.text())
     hover, _ = re.findall(r"^```python\n(import cdpr\n.*?)^run = ", PAGES["docs/plugins.md"], re.DOTALL | re.MULTILINE)
     (folder / "hover.py").write_text(hover)

@@ -19,7 +19,18 @@ DEFAULT_STEP = 0.001  # s, of a robot without a scenario
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
 @click.option("--with-winch", is_flag=True, help="Winches and cables inside: commands come in, not tensions.")
 @click.option("--only-winch", is_flag=True, help="Winches and cables alone: commands and lengths in, tensions out.")
+@click.option(
+    "--controller", is_flag=True, help="Controller and solver alone: state and desired motion in, tensions out."
+)
+@click.option("--with-controller", is_flag=True, help="Controller and solver inside, with the plant.")
 @click.option("--source-only", is_flag=True, help="Without a binary: to be compiled where it is used.")
+@click.option(
+    "--platform",
+    "platforms",
+    multiple=True,
+    type=click.Choice(["native", "win64"]),
+    help="What the binaries are for, may be given more than once: this platform, the default, or Windows.",
+)
 @click.option(
     "--step",
     type=AnyReal(),
@@ -35,7 +46,10 @@ def command(
     fmi: str,
     with_winch: bool,
     only_winch: bool,
+    controller: bool,
+    with_controller: bool,
     source_only: bool,
+    platforms: tuple[str, ...],
     step: float | None,
     changes: tuple[str, ...],
     force: bool,
@@ -45,7 +59,8 @@ def command(
 
     Initial state, gravity and step are those of the scenario; for a robot, its home pose at rest, Earth's gravity and
     1 ms. All are parameters of the FMU. The C source is inside; the binary for this platform is made from it by the C
-    compiler, $CC or cc. The FMU joins the list of trusted ones (cdpr fmu trust).
+    compiler, $CC or cc, that for Windows by x86_64-w64-mingw32-gcc. The FMU joins the list of trusted ones (cdpr fmu
+    trust).
     """
     from cdpr.cli.load import load_told
     from cdpr.scenario import Scenario, World
@@ -54,12 +69,20 @@ def command(
     import numpy as np
 
     from cdpr.cables import ACTUATED, with_model
-    from cdpr.fmu.export import Actuator, Plant, write_fmu
+    from cdpr.fmu.export import NATIVE, Actuator, Controller, Model, Plant, write_fmu
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
 
     if with_winch and only_winch:
         raise click.UsageError("--with-winch and --only-winch exclude each other")
+    if controller and (with_controller or with_winch or only_winch):
+        raise click.UsageError("--controller is a controller alone: leave the other --with and --only out")
+    if with_controller and only_winch:
+        raise click.UsageError("--with-controller needs a plant, which --only-winch leaves out")
+    if (controller or with_controller) and not isinstance(loaded, Scenario):
+        raise click.UsageError("a controller is that of a scenario, and this file is a robot")
+    if source_only and platforms:
+        raise click.UsageError("--source-only and --platform exclude each other: there is no binary")
     if step is not None and not 0.0 < step < np.inf:
         raise click.BadParameter(f"a finite number greater than 0 (s) is expected, got {step:g}", param_hint="--step")
     if isinstance(loaded, Scenario):
@@ -71,8 +94,19 @@ def command(
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP
-    model = Actuator(robot, step) if only_winch else Plant(robot, gravity, step, state, winches=with_winch)
-    sha256 = write_fmu(model, int(fmi), out, source_only, force)
+    control = None
+    if isinstance(loaded, Scenario) and (controller or with_controller):
+        from cdpr.simulation.exported import control_of
+
+        control = control_of(loaded)
+    model: Model
+    if control and controller:
+        model = Controller(control)
+    elif only_winch:
+        model = Actuator(robot, step)
+    else:
+        model = Plant(robot, gravity, step, state, winches=with_winch, control=control)
+    sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,))
     if as_json:
         facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}
         click.echo(json.dumps({**facts, "robot": robot.name, "step": step, "binary": not source_only}))

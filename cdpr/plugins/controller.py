@@ -50,6 +50,14 @@ class Controller(ABC):
         """
         return None
 
+    def numbers_in_c(self) -> Mapping[str, Array] | None:
+        """Return its options as the C beside its module takes them, by name and in that order; None without C.
+
+        That file bears the module's name, and its function `NAME_law` does what the kernel of `compiled` does, to the
+        bit: it goes into exported FMUs. cdpr/fmu/export/source/laws.h says what it is given.
+        """
+        return None
+
     def connect(self, report: Array) -> None:  # noqa: B027 - an optional hook
         """Take a live view of what became of the previous output; called once, before the first `control`.
 

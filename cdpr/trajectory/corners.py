@@ -105,7 +105,7 @@ def _rounded(
     pieces: Curves, which: Indices, turn: Array, tolerance: Array, speed: Array, limits: Limits
 ) -> tuple[Array, Curves]:
     """Return how much each rounded corner takes of both pieces, (K,), m, and the corners."""
-    wanted = np.minimum(speed[which], speed[which + 1])
+    wanted = np.minimum(np.minimum(speed[which], speed[which + 1]), limits.velocity)
     most = 0.5 * np.minimum(pieces.length[which], pieces.length[which + 1])
     # Of straight pieces the middle is 3/32 of the whole length times the turn away from the corner.
     size = np.minimum(most, 16.0 / 3.0 * tolerance / np.maximum(turn, 1e-300))
@@ -116,7 +116,7 @@ def _rounded(
         cap = caps(tried, wanted[left], limits, np.full(len(left), AROUND))
         allowed = _missed(pieces, which[left], tried, size[left]) <= tolerance[left] * (1.0 + SMOOTH)
         allowed &= (size > LEAST * most)[left] & (cap > 0.0)
-        fast = allowed & (cap >= wanted[left] * (1.0 - SMOOTH))
+        fast = allowed & (cap * tried.bounds[:, 0] >= wanted[left] * (1.0 - SMOOTH))
         # A smaller one that is as fast is nearer to the path.
         better = fast | (allowed & (cap > best[left]))
         chosen = left[better]

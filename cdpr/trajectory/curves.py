@@ -21,7 +21,7 @@ PLACES = (
     16  # parts of a corner's polynomial, at whose ends it is looked at; with the middle, where a symmetric one is far
 )
 # A norm of polynomials of degree n between two such places exceeds both by about (n / PLACES)^2 / 8 of itself.
-MISSED = 1.01
+MISSED, VARIED = 1.01, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +155,9 @@ def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curv
         norms = np.linalg.norm(left @ share, axis=1).max(axis=1)
         # The fourth derivative is linear, the fifth constant: no place is missed.
         bounds[:, order - 1] = norms * (MISSED if order < 4 else 1.0) / length**order
+        if order == 1:  # it is 1 at both ends, and varies little
+            norms /= length
+            bounds[:, 0] = 1.0 + VARIED * np.maximum(norms - 1.0, 0.0)
     still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
     return Curves(length, powers, *still, bounds, np.zeros(count, dtype=bool))
 

@@ -27,7 +27,10 @@ from cdpr.trajectory.trajectory import COLUMNS, Trajectory, hold
 EXACT, JERK_EXACT = 1e-10, 1e-3
 
 # Phases shorter than this, s, are left out: the motion moves by less than rounding meanwhile.
-SHORTEST = 1e-12
+SHORTEST = 1e-11
+
+# A piece of which less is left than this share of the longest one is used up by its corners.
+USED_UP = 1e-12
 
 # Parts shorter than this, s, are made of their derivatives at the beginning, of which the fourth moves it by less than
 # rounding: from differences between both ends the jerk would be rounding alone.
@@ -78,7 +81,8 @@ def follow(start: float, course: Course, limits: Limits, orientation: Array) -> 
     times = start + np.concatenate([[0.0], np.cumsum(phases[:, 0])[:-1]])
     pauses = np.concatenate([[0.0], np.cumsum(course.pause[path.last])[:-1]])
     times += np.repeat(pauses, np.diff(rows))
-    return _table(path, phases, times, limits.jerk, orientation)
+    chain = np.repeat(np.arange(len(rows) - 1), np.diff(rows))
+    return _table(path, phases, chain, times, limits.jerk, orientation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +123,7 @@ def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Cu
     offset = np.concatenate([begin, np.zeros(len(corner))])[by_order]
     speed = np.concatenate([course.speed, slow[corner]])[by_order]
     # A piece that its corners have used up is none; its chain goes on with the next corner.
-    stays = length > SHORTEST * course.pieces.length.max()
+    stays = length > USED_UP * course.pieces.length.max()
     goes_on = np.concatenate([smooth | (cut > 0.0), [False]])
     new = np.concatenate([[True], ~goes_on[:-1]])[order[by_order] // 2] & (order[by_order] % 2 == 0)
     chain = np.cumsum(new)[stays]
@@ -157,8 +161,8 @@ def _state(phases: Array, time: Array) -> tuple[Array, Array, Array]:
     )
 
 
-def _table(path: _Path, phases: Array, times: Array, jerk: float, orientation: Array) -> Trajectory:
-    """Make the trajectory of phases (P, 5) that begin at times (P,), s."""
+def _table(path: _Path, phases: Array, chain: Indices, times: Array, jerk: float, orientation: Array) -> Trajectory:
+    """Make the trajectory of phases (P, 5) of chains (P,) that begin at times (P,), s."""
     phase, begin = _parts(path.starts, phases)
     following = np.concatenate([phase[1:] == phase[:-1], [False]])
     end = np.where(following, np.concatenate([begin[1:], [0.0]]), phases[phase, 0])
@@ -167,7 +171,9 @@ def _table(path: _Path, phases: Array, times: Array, jerk: float, orientation: A
     if not len(phase):
         return hold(path.curves.at(path.curve[:1], path.offset[:1])[0][0], orientation)
     middle = phases[phase, 1] + _state(phases[phase], 0.5 * (begin + end))[0]
-    section = np.clip(np.searchsorted(path.starts, middle, side="right") - 1, 0, len(path.curve) - 1)
+    section = np.searchsorted(path.starts, middle, side="right") - 1
+    # Near a stop rounding may put it into the next chain, which goes another way.
+    section = np.clip(section, path.chains[chain[phase]], path.chains[chain[phase] + 1] - 1)
     many = _divided(path, phases[phase], begin, end, section, jerk)
     if not many.sum() <= MAX_SEGMENTS:
         raise CdprError(

@@ -170,8 +170,8 @@ def test_parameters_take_effect(case, fmi, tmp_path):
         with Driver(path, early, late) as driver:
             assert np.allclose(driver.at_start, other.state, rtol=0, atol=1e-15)
             assert (open_loop(driver, other, 200) == expected).all()
-            with pytest.raises(FMICallException):  # too late
-                driver.set("mass", 10.0)
+            with pytest.raises(FMICallException):  # too late, unlike what is tunable
+                driver.set("initial_position", np.zeros(3))
 
 
 @FMI

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
@@ -13,6 +13,7 @@ from cdpr.gui.desk import Desk
 from cdpr.gui.desk.fields import every
 from cdpr.plugins.registry import registry
 from cdpr.scenario.events import EVENTS
+from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.robot_schema import CableSection, RobotSection
 from cdpr.scenario.schema import ScenarioSection
 
@@ -124,10 +125,11 @@ def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
         form = desk.form()
         assert [each["path"] for each in form["problems"]] == [f"events[0].{key}" for key in event.files]
         desk.undo()
+    files = {motion.kind(): motion.files for motion in get_args(get_args(AnyMotion)[0])}
     for name in values(fields(desk)["trajectory"]["choices"]):
         desk.edit("trajectory", name)
         paths = [each["path"] for each in desk.form()["problems"]]
-        assert paths == (["trajectory.file"] if name == "csv" else [])
+        assert paths == [f"trajectory.{key}" for key in files[name]]
     assert fields(desk)["trajectory"]["value"] == name
 
 

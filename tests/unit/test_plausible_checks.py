@@ -179,6 +179,7 @@ def test_every_check_has_a_case():
         "initial.orientation": {"rpy": [0, 90, 0]},
     }
     subjects.append(subject(load_scenario(SCENARIOS / "planar.yaml", overrides=planar)))
+    subjects.append(subject(load_scenario(SCENARIOS / "gcode.yaml", overrides={"trajectory.limits.velocity": 0.1})))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 

@@ -12,9 +12,10 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from cdpr.errors import OutputError
-from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description
-from cdpr.fmu.export.library import FLAGS, SOURCE, fmu_cache, keep_newest, library, platform_folder, sources
+from cdpr.errors import CdprError, OutputError
+from cdpr.fmu.export.control import NOBODY
+from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
+from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, fmu_cache, keep_newest, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
 
@@ -25,17 +26,31 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 KEPT = 1000
 
 
-def fmu_bytes(model: Model, fmi: int, source_only: bool = False) -> bytes:
-    """Return the model as an FMU for co-simulation, FMI 2 or 3.
+def fmu_bytes(model: Model, fmi: int, source_only: bool = False, platforms: Sequence[str] = (NATIVE,)) -> bytes:
+    """Return the model as an FMU for co-simulation, FMI 2 or 3, with a binary for each platform (`library.target`).
 
     Raises:
+        CdprError: a plugin's C file bears the name of one that is in all FMUs.
         PluginError: there is no C compiler, it fails, or there are no binaries for this platform.
         OutputError: the user's cache cannot be written.
     """
-    return assemble(model, fmi, sources(), () if source_only else FLAGS)
+    known, own = sources(), model.sources()
+    twice = sorted((set(known) & set(own)) - set(NOBODY))
+    if twice:
+        raise CdprError(
+            f"there is another {twice[0]} in each FMU: call the module of the plugin that brings it otherwise"
+        )
+    return assemble(model, fmi, {**known, **own}, () if source_only else FLAGS, platforms)
 
 
-def write_fmu(model: Model, fmi: int, out: Path, source_only: bool = False, force: bool = False) -> str:
+def write_fmu(
+    model: Model,
+    fmi: int,
+    out: Path,
+    source_only: bool = False,
+    force: bool = False,
+    platforms: Sequence[str] = (NATIVE,),
+) -> str:
     """Write the FMU into the file `out`, put it on the user's list of trusted ones and return its sha256.
 
     Errors as for `fmu_bytes`, and OutputError where something cannot be written.
@@ -44,7 +59,7 @@ def write_fmu(model: Model, fmi: int, out: Path, source_only: bool = False, forc
         raise OutputError(f"{out}: is no regular file; choose another --out")
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; choose another --out or give --force")
-    content = fmu_bytes(model, fmi, source_only)
+    content = fmu_bytes(model, fmi, source_only, platforms)
     _write(out, content)
     sha256 = hashlib.sha256(content).hexdigest()
     if not source_only:
@@ -77,8 +92,10 @@ def _write(out: Path, content: bytes) -> None:
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
 
 
-def assemble(model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence[str]) -> bytes:
-    """Zip everything; with a binary made with the compiler's `flags`, without one if there are none."""
+def assemble(
+    model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence[str], platforms: Sequence[str] = (NATIVE,)
+) -> bytes:
+    """Zip everything; with binaries made with the compilers' `flags`, without any if there are none."""
     variables = model.variables()
     digest = hashlib.sha256(configuration(variables, model.robot.m, "").encode())
     for content in files.values():
@@ -89,11 +106,13 @@ def assemble(model: Model, fmi: int, files: Mapping[str, bytes], flags: Sequence
         "modelDescription.xml": model_description(model, variables, token, fmi, compiled),
         "resources/plant.cfg": configuration(variables, model.robot.m, token).encode(),
         **({"sources/buildDescription.xml": build_description(compiled)} if fmi == 3 else {}),
+        **({"terminalsAndIcons/terminalsAndIcons.xml": terminals(variables)} if fmi == 3 else {}),
         "documentation/licenses/license.txt": (SOURCE / "LICENSE.txt").read_bytes(),
         **{f"sources/{name}": content for name, content in files.items()},
     }
-    if flags:
-        entries[f"binaries/{platform_folder(fmi)}/{IDENTIFIER}.so"] = library(files, flags)
+    for name in dict.fromkeys(platforms) if flags else ():
+        goal = target(name, fmi)
+        entries[f"binaries/{goal.folder}/{IDENTIFIER}{goal.ending}"] = library(files, flags, goal)
     return _zipped(tuple(entries.items()))
 
 

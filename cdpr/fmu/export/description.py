@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -14,6 +15,21 @@ from cdpr.units import BASE_UNITS, si
 
 # Names the library, thus the same for all robots: the binary is generic.
 IDENTIFIER = "cdpr_plant"
+
+# The names are the standard's; source/instance.c knows them, too.
+CATEGORIES = {
+    "logStatusError": "what went wrong, and what to do",
+    "logStatusWarning": "what was asked for and cannot be",
+    "logEvents": "with debug logging on: that a simulation goes on with other parameters",
+    "logAll": "all of these",
+}
+
+TERMINALS = {
+    "desired": "where the controller shall take the platform",
+    "platform": "where the platform is and how it moves, and what else pushes it",
+    "cables": "what the cables do at the platform",
+    "winches": "what the winches are told, and what they do",
+}
 
 # s, only a proposal to the host for how long to simulate.
 STOP_TIME = 1.0
@@ -25,7 +41,9 @@ def configuration(variables: Sequence[Variable], cables: int, token: str) -> str
     lines = [f"cdpr-plant 1 token {token} cables {cables} variables {len(variables)} numbers {numbers}"]
     for reference, variable in _referenced(variables):
         bits = [f"{struct.unpack('>Q', struct.pack('>d', value))[0]:016x}" for value in variable.values]
-        lines.append(" ".join([variable.causality, variable.name, str(reference), str(variable.size), *bits]))
+        fixed = variable.causality == "parameter" and not variable.tunable
+        role = "fixed" if fixed else variable.causality
+        lines.append(" ".join([role, variable.name, str(reference), str(variable.size), *bits]))
     return "\n".join(lines) + "\n"
 
 
@@ -58,6 +76,8 @@ def model_description(
             f"canSerialize{state}": "true",
         },
     )
+    if model.differentiable:
+        simulation.set(f"providesDirectionalDerivative{'' if fmi == 2 else 's'}", "true")
     if fmi == 2:
         simulation.set("canNotUseMemoryManagementFunctions", "true")  # those of the host
         files = SubElement(simulation, "SourceFiles")
@@ -65,8 +85,8 @@ def model_description(
             SubElement(files, "File", name=name)
     _units(root, public)
     categories = SubElement(root, "LogCategories")
-    SubElement(categories, "Category", name="logStatusError", description="what went wrong, and what to do")
-    SubElement(categories, "Category", name="logStatusWarning", description="what was asked for and cannot be")
+    for category, told in CATEGORIES.items():
+        SubElement(categories, "Category", name=category, description=told)
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(STOP_TIME), stepSize=repr(model.physics_step))
     (_variables2 if fmi == 2 else _variables3)(root, public)
     return _text(root)
@@ -79,6 +99,19 @@ def build_description(sources: Sequence[str]) -> bytes:
     files = SubElement(build, "SourceFileSet", language="C99")
     for name in sources:
         SubElement(files, "SourceFile", name=name)
+    return _text(root)
+
+
+def terminals(variables: Sequence[Variable]) -> bytes:
+    """Return terminalsAndIcons.xml of FMI 3: what belongs together, by names that are those of cdpr's signals."""
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    section = SubElement(root, "Terminals")
+    for name in dict.fromkeys(variable.terminal for variable in variables if variable.terminal):
+        terminal = SubElement(section, "Terminal", name=name, matchingRule="plug", description=TERMINALS[name])
+        for variable in variables:
+            if variable.terminal == name:
+                names = {"variableName": variable.name, "memberName": variable.name}
+                SubElement(terminal, "TerminalMemberVariable", {**names, "variableKind": "signal"})
     return _text(root)
 
 
@@ -100,60 +133,66 @@ def _variables2(root: Element, public: list[tuple[int, Variable]]) -> None:
     """One scalar variable for each number; the structure refers to them by their place, from 1."""
     section = SubElement(root, "ModelVariables")
     outputs: list[tuple[str, Variable]] = []
+    places: dict[str, list[str]] = {}
     for reference, variable in public:
         for i, index in enumerate(itertools.product(*(range(1, n + 1) for n in variable.shape))):
             name = variable.name + (f"[{','.join(map(str, index))}]" if index else "")
+            places.setdefault(variable.name, []).append(str(len(section) + 1))
             scalar = SubElement(
                 section, "ScalarVariable", {"name": name, "valueReference": str(reference + i), **_common(variable)}
             )
             start = _start(variable, variable.values[i : i + 1])
-            SubElement(scalar, "Real", {**_unit(variable.unit), **_least(variable), **start})
+            SubElement(scalar, "Real", {**_unit(variable.unit), **_bounds(variable), **start})
             if variable.causality == "output":
                 outputs.append((str(len(section)), variable))
     structure = SubElement(root, "ModelStructure")
     known = SubElement(structure, "Outputs")
     unknown = SubElement(structure, "InitialUnknowns")
     for place, variable in outputs:
-        SubElement(known, "Unknown", {"index": place, **_dependencies(variable)})
-        SubElement(unknown, "Unknown", index=place)
+        SubElement(known, "Unknown", {"index": place, **_dependencies(variable.direct, places)})
+        SubElement(unknown, "Unknown", {"index": place, **_dependencies(variable.initial, places)})
 
 
 def _variables3(root: Element, public: list[tuple[int, Variable]]) -> None:
     section = SubElement(root, "ModelVariables")
     structure = SubElement(root, "ModelStructure")
+    places = {variable.name: [str(reference)] for reference, variable in public}
     outputs = [(str(reference), variable) for reference, variable in public if variable.causality == "output"]
     for reference, variable in public:
         attributes = {"name": variable.name, "valueReference": str(reference), **_common(variable)}
-        more = {**_unit(variable.unit), **_least(variable), **_start(variable, variable.values)}
+        more = {**_unit(variable.unit), **_bounds(variable), **_start(variable, variable.values)}
         element = SubElement(section, "Float64", {**attributes, **more})
         for n in variable.shape:
             SubElement(element, "Dimension", start=str(n))
     for place, variable in outputs:
-        SubElement(structure, "Output", {"valueReference": place, **_dependencies(variable)})
-    for place, _ in outputs:
-        SubElement(structure, "InitialUnknown", valueReference=place)
+        SubElement(structure, "Output", {"valueReference": place, **_dependencies(variable.direct, places)})
+    for place, variable in outputs:
+        SubElement(structure, "InitialUnknown", {"valueReference": place, **_dependencies(variable.initial, places)})
 
 
 def _common(variable: Variable) -> dict[str, str]:
     attributes = {"description": variable.description, "causality": variable.causality}
     if variable.causality == "parameter":
-        return {**attributes, "variability": "fixed", "initial": "exact"}
+        return {**attributes, "variability": "tunable" if variable.tunable else "fixed", "initial": "exact"}
     if variable.causality == "output":
         return {**attributes, "variability": "continuous", "initial": "calculated"}
     return {**attributes, "variability": "continuous"}
 
 
-def _dependencies(variable: Variable) -> dict[str, str]:
-    """Say that an output depends on no input at the same instant, so that hosts see no algebraic loop."""
-    return {} if variable.direct else {"dependencies": ""}
+def _dependencies(known: Sequence[str] | None, places: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Say what an output depends on: hosts then see no algebraic loop where there is none. None is said of all."""
+    if known is None:
+        return {}
+    return {"dependencies": " ".join(place for name in known for place in places[name])}
 
 
 def _unit(unit: str) -> dict[str, str]:
     return {"unit": unit} if unit else {}
 
 
-def _least(variable: Variable) -> dict[str, str]:
-    return {} if variable.least is None else {"min": repr(variable.least)}
+def _bounds(variable: Variable) -> dict[str, str]:
+    said = {"min": variable.least, "max": variable.most, "nominal": variable.nominal}
+    return {name: repr(value) for name, value in said.items() if value is not None and math.isfinite(value)}
 
 
 def _start(variable: Variable, values: Sequence[float]) -> dict[str, str]:

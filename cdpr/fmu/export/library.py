@@ -12,9 +12,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from cdpr.errors import OutputError, PluginError
+from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER
 from cdpr.fmu.export.parts import part_sources
 from cdpr.model.kernel_cache import user_cache
@@ -30,7 +32,15 @@ KEPT = 20  # libraries of other states of the source, or by other compilers
 TIMEOUT = 120.0  # s; it takes about one
 
 # How FMI 2 calls a platform; FMI 3 says MACHINE-linux.
-PLATFORMS = {"x86_64": "linux64", "i686": "linux32"}
+FOLDERS = {"x86_64": "linux64", "i686": "linux32"}
+
+# What there can be binaries for: where the exporter runs, and what it has a cross compiler for.
+NATIVE, WINDOWS = "native", "win64"
+PLATFORMS = (NATIVE, WINDOWS)
+CROSS = "x86_64-w64-mingw32-gcc"
+
+# Windows: numbers read and printed as C99 says, no further library to go with it, no time in it: the same bytes.
+CROSS_FLAGS = ("-D__USE_MINGW_ANSI_STDIO=1", "-static-libgcc", "-s", "-Wl,--no-insert-timestamp")
 
 REMEDY = "give --source-only for an FMU with its C source alone, to be compiled where it is used"
 
@@ -38,19 +48,43 @@ REMEDY = "give --source-only for an FMU with its C source alone, to be compiled 
 def sources() -> dict[str, bytes]:
     """Return all C files and headers by their names, in this order: the plant's, those of parts of cables, a table."""
     own = [path for folder in (SOURCE, STANDARD) for path in folder.iterdir() if path.suffix in (".c", ".h")]
-    return dict(sorted({**{path.name: path.read_bytes() for path in own}, **part_sources()}.items()))
+    return dict(sorted({**{path.name: path.read_bytes() for path in own}, **part_sources(), **NOBODY}.items()))
 
 
-def platform_folder(fmi: int) -> str:
-    """Return the folder for binaries of this platform inside an FMU."""
+@dataclass(frozen=True)
+class Target:
+    """A platform for which there can be a binary.
+
+    Attributes:
+        folder: of its binaries inside an FMU.
+        command: the C compiler, its program as a whole path.
+        flags: what it needs beside those for all.
+    """
+
+    folder: str
+    ending: str
+    command: tuple[str, ...]
+    flags: tuple[str, ...] = ()
+
+
+def target(name: str, fmi: int) -> Target:
+    """Return one of PLATFORMS; PluginError where there is no compiler for it, or FMI has no name for it."""
+    if name == WINDOWS:
+        program = shutil.which(CROSS)
+        if program is None:
+            raise PluginError(
+                f"there is no compiler for {WINDOWS}: '{CROSS}' is not found; install it (such as the package "
+                f"gcc-mingw-w64-x86-64), leave --platform {WINDOWS} out, or {REMEDY}"
+            )
+        return Target("win64" if fmi == 2 else "x86_64-windows", ".dll", (program,), CROSS_FLAGS)
     machine = platform.machine()
-    if sys.platform != "linux" or (fmi == 2 and machine not in PLATFORMS):
+    if sys.platform != "linux" or (fmi == 2 and machine not in FOLDERS):
         raise PluginError(f"FMI {fmi} binaries are not made on {sys.platform} {machine}: {REMEDY}")
-    return PLATFORMS[machine] if fmi == 2 else f"{machine}-linux"
+    return Target(FOLDERS[machine] if fmi == 2 else f"{machine}-linux", ".so", tuple(compiler()))
 
 
 def compiler() -> list[str]:
-    """Return the command of the C compiler, $CC or cc, its program as a whole path."""
+    """Return the command of the C compiler for this platform, $CC or cc, its program as a whole path."""
     given = os.environ.get("CC", "").strip() or "cc"
     try:
         words = shlex.split(given)
@@ -67,18 +101,22 @@ def compiler() -> list[str]:
     return [program, *words[1:]]
 
 
-def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS) -> bytes:
-    """Return the shared library of the C files among `files`, contents by name; from the user's cache if there."""
-    command = [*compiler(), *flags]
+def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Target | None = None) -> bytes:
+    """Return the shared library of the C files among `files`, contents by name; from the user's cache if there.
+
+    It is for this platform unless said; the cache tells compilers apart by their names, flags and machines.
+    """
+    goal = goal or Target("", ".so", tuple(compiler()))
+    command = [*goal.command, *flags, *goal.flags]
     digest = hashlib.sha256(repr((command, platform.machine())).encode())
     for name, content in files.items():
         digest.update(name.encode() + b"\0" + content)
     folder = fmu_cache()
-    cached = folder / f"{IDENTIFIER}-{digest.hexdigest()[:32]}.so"
+    cached = folder / f"{IDENTIFIER}-{digest.hexdigest()[:32]}{goal.ending}"
     if not cached.is_file():
         with tempfile.TemporaryDirectory(dir=folder) as place:
-            os.replace(_compile(command, files, Path(place)), cached)
-        keep_newest(folder, ".so", KEPT)
+            os.replace(_compile(command, files, Path(place), goal.ending), cached)
+        keep_newest(folder, goal.ending, KEPT)
     return cached.read_bytes()
 
 
@@ -104,12 +142,12 @@ def keep_newest(folder: Path, ending: str, number: int) -> None:
             path.unlink()
 
 
-def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path) -> Path:
+def _compile(command: Sequence[str], files: Mapping[str, bytes], folder: Path, ending: str) -> Path:
     """Compile in `folder` under plain names, so that the bytes do not depend on where anything lies."""
     for name, content in files.items():
         (folder / name).write_bytes(content)
     names = [name for name in files if name.endswith(".c")]
-    result = f"{IDENTIFIER}.so"
+    result = f"{IDENTIFIER}{ending}"
     try:
         done = subprocess.run(
             [*command, "-o", result, *names, "-lm"],

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
 from cdpr.cables.exit import Exit
 from cdpr.errors import CdprError
+from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.parts import chain_kinds, exit_kind, numbers_of
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
@@ -18,6 +23,15 @@ from cdpr.model.robot import Array
 
 COMMAND = "tension that the motor of each winch would hold at rest"
 DRUM_SPEED = "speed of each drum, positive where it winds in"
+PULL, LENGTH = "tension of each cable", "distance between the anchors of each cable"
+RATE = "rate of change of cable_length"
+STATE = (
+    ("position", "m", "position of the platform's origin, world"),
+    ("quaternion", "", "attitude, platform to world, w, x, y, z"),
+    ("velocity", "m/s", "velocity of the origin, world axes"),
+    ("angular_velocity", "rad/s", "angular velocity, world axes"),
+)
+GRAVITY = 9.81  # m/s^2, a usual size of accelerations
 UNSTRETCHED = "unstretched length between drum and platform"
 
 
@@ -29,6 +43,7 @@ class Plant(Model):
         gravity: (3,), m/s^2, world.
         state: (13,) initial state, laid out as `cdpr.model` says.
         winches: with the robot's winches, which take commands; without them the plant takes tensions.
+        control: what decides on these inside; they are outputs then.
     """
 
     robot: Robot
@@ -36,6 +51,12 @@ class Plant(Model):
     physics_step: float
     state: Array
     winches: bool = False
+    control: Control | None = None
+
+    @property
+    def differentiable(self) -> bool:
+        """Without winches: what makes the tensions of those is not differentiated."""
+        return not self.winches and self.control is None
 
     @property
     def name(self) -> str:
@@ -59,59 +80,94 @@ class Plant(Model):
             *_times(self.physics_step),
             *self._platform(),
             *(_winches(self.robot) if self.winches else []),
+            *(self.control.parameters() if self.control else []),
+            *(self.control.inputs() if self.control else []),
             *self._inputs(),
             *self._outputs(),
             *self._constants(),
+            *(self.control.constants() if self.control else []),
         ]
+
+    def sources(self) -> dict[str, bytes]:
+        """Those of the controller."""
+        return self.control.sources() if self.control else {}
 
     def _platform(self) -> list[Variable]:
         robot, state = self.robot, self.state
-        platform, m = robot.platform, robot.m
+        platform = robot.platform
         return [
-            parameter("mass", (), "kg", [platform.mass], "mass of the platform"),
+            parameter("mass", (), "kg", [platform.mass], "mass of the platform", least=0.0, nominal=platform.mass),
             parameter(
                 "center_of_mass", (3,), "m", platform.center_of_mass, "centre of mass from the origin, platform axes"
             ),
             parameter("inertia", (3, 3), "kg.m2", platform.inertia, "inertia about the centre of mass, platform axes"),
             parameter("gravity", (3,), "m/s2", self.gravity, "acceleration of gravity, world axes"),
-            parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
-            parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
-            parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world"),
-            parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, w, x, y, z"),
-            parameter("initial_velocity", (3,), "m/s", state[7:10], "velocity of the origin at the start, world axes"),
+            *_anchors(robot),
+            parameter("initial_position", (3,), "m", state[:3], "position of the origin at the start, world", False),
+            parameter("initial_quaternion", (4,), "", state[3:7], "attitude at the start, w, x, y, z", False),
             parameter(
-                "initial_angular_velocity", (3,), "rad/s", state[10:], "angular velocity at the start, world axes"
+                "initial_velocity", (3,), "m/s", state[7:10], "velocity of the origin at the start, world axes", False
+            ),
+            parameter(
+                "initial_angular_velocity",
+                (3,),
+                "rad/s",
+                state[10:],
+                "angular velocity at the start, world axes",
+                False,
             ),
         ]
 
     def _inputs(self) -> list[Variable]:
-        m = self.robot.m
+        m, pulls = self.robot.m, self.robot.unilateral
+        most, usual = _strongest(self.robot), _usual(self.robot)
         if self.winches:
-            pull = entrance("command", m, "N", COMMAND)
-        elif self.robot.unilateral:
-            pull = entrance("cable_tension", m, "N", "tension of each cable; a negative one counts as 0", least=0.0)
+            pull = entrance("command", m, "N", COMMAND, terminal="winches", nominal=usual)
         else:
-            pull = entrance("cable_tension", m, "N", "tension of each leg")
+            told = "tension of each cable; a negative one counts as 0" if pulls else "tension of each leg"
+            least = 0.0 if pulls else None
+            pull = entrance("cable_tension", m, "N", told, least=least, most=most, nominal=usual, terminal="cables")
+        if self.control:
+            told = COMMAND if self.winches else PULL
+            pull = output(pull.name, m, "N", f"{told}, as decided; 0 before the first step", terminal=pull.terminal)
         # Two variables, for an array has one unit.
+        further = "further force on the platform at its origin, world axes"
         return [
             pull,
-            entrance("external_force", 3, "N", "further force on the platform at its origin, world axes"),
-            entrance("external_moment", 3, "N.m", "further moment on the platform, world axes"),
+            entrance("external_force", 3, "N", further, terminal="platform", nominal=_weight(self)),
+            entrance("external_moment", 3, "N.m", "further moment on the platform, world axes", terminal="platform"),
         ]
 
     def _outputs(self) -> list[Variable]:
-        m = self.robot.m
+        m, winches = self.robot.m, self.winches
+        pose, twist = ("initial_position", "initial_quaternion"), ("initial_velocity", "initial_angular_velocity")
+        anchored = (*pose, "frame_anchors", "platform_anchors")
+        push = ("external_force", "external_moment")
+        asked = () if self.control else ("command" if winches else "cable_tension",)
+        direct = push if winches and _stretching(self.robot) else (*asked, *push)
+        body = ("mass", "center_of_mass", "inertia", "gravity")
+        known = None if winches else (*body, *anchored, *twist, *direct)
+        turned, on = "angular acceleration, world axes", "platform"
         outputs = [
-            output("position", 3, "m", "position of the platform's origin, world"),
-            output("quaternion", 4, "", "attitude, platform to world, w, x, y, z"),
-            output("velocity", 3, "m/s", "velocity of the origin, world axes"),
-            output("angular_velocity", 3, "rad/s", "angular velocity, world axes"),
-            output("cable_length", m, "m", "distance between the anchors of each cable"),
-            output("cable_rate", m, "m/s", "rate of change of cable_length"),
+            output("position", 3, "m", "position of the platform's origin, world", terminal=on, initial=pose[:1]),
+            output("quaternion", 4, "", "attitude, platform to world, w, x, y, z", terminal=on, initial=pose[1:]),
+            output("velocity", 3, "m/s", "velocity of the origin, world axes", terminal=on, initial=twist[:1]),
+            output("angular_velocity", 3, "rad/s", "angular velocity, world axes", terminal=on, initial=twist[1:]),
+            output(
+                "acceleration",
+                3,
+                "m/s2",
+                "acceleration of the origin, world axes",
+                nominal=GRAVITY,
+                terminal=on,
+                direct=direct,
+                initial=known,
+            ),
+            output("angular_acceleration", 3, "rad/s2", turned, terminal=on, direct=direct, initial=known),
+            output("cable_length", m, "m", LENGTH, least=0.0, initial=anchored, terminal="cables"),
+            output("cable_rate", m, "m/s", RATE, initial=(*anchored, *twist), terminal="cables"),
         ]
-        if not self.winches:
-            return outputs
-        return [*outputs, *_pulled(self.robot, follows=False)]
+        return [*outputs, *(_pulled(self.robot, (), decided=self.control is not None) if winches else [])]
 
     def _constants(self) -> list[Variable]:
         constants = [_unilateral(self.robot), *_exits(self.robot), *([_chain(self.robot)] if self.winches else [])]
@@ -152,19 +208,79 @@ class Actuator(Model):
         return [
             *_times(self.physics_step),
             *_winches(self.robot),
-            entrance("command", m, "N", COMMAND),
-            entrance("cable_length", m, "m", "distance between the anchors of each cable", start),
-            entrance("cable_rate", m, "m/s", "rate of change of cable_length"),
-            *_pulled(self.robot, follows=True),
+            entrance("command", m, "N", COMMAND, terminal="winches", nominal=_usual(self.robot)),
+            entrance("cable_length", m, "m", LENGTH, start, least=0.0, terminal="cables"),
+            entrance("cable_rate", m, "m/s", RATE, terminal="cables"),
+            *_pulled(self.robot, ("cable_length", "cable_rate")),
             _unilateral(self.robot),
             _chain(self.robot),
         ]
 
 
+@dataclass(frozen=True, eq=False)
+class Controller(Model):
+    """Controller and tension solver without a plant: state and desired motion in, the tension of each cable out."""
+
+    control: Control
+
+    @property
+    def robot(self) -> Robot:  # type: ignore[override]
+        """The one that it is made for."""
+        return self.control.robot
+
+    @property
+    def physics_step(self) -> float:  # type: ignore[override]
+        """The step that is proposed to hosts, s: the control step."""
+        return self.control.control_step
+
+    @property
+    def name(self) -> str:
+        """After the robot's."""
+        return f"{self.robot.name} controller"
+
+    @property
+    def description(self) -> str:
+        """One line on it."""
+        laws = f"controller {self.control.law.stem} with solver {self.control.solve.stem}"
+        return f"{laws} of the cable-driven parallel robot '{self.robot.name}', {self.robot.m} cables"
+
+    def sources(self) -> dict[str, bytes]:
+        """Those of controller and solver."""
+        return self.control.sources()
+
+    def variables(self) -> list[Variable]:
+        """All variables; CdprError where a part lacks C."""
+        robot, control = self.robot, self.control
+        state = zip(STATE, np.split(control.desired[:13], [3, 7, 10]), strict=True)
+        told = "tension that each cable shall have, 0 before the first step"
+        return [
+            Variable("time", "independent", (), "s", (0.0,), "time"),
+            *_anchors(robot),
+            *control.parameters(),
+            *(
+                entrance(name, len(start), unit, text, start, terminal="platform")
+                for (name, unit, text), start in state
+            ),
+            *control.inputs(),
+            output("command", robot.m, "N", told, terminal="winches", nominal=_usual(robot)),
+            _unilateral(robot),
+            *_exits(robot),
+            *control.constants(),
+        ]
+
+
+def _anchors(robot: Robot) -> list[Variable]:
+    m = robot.m
+    return [
+        parameter("frame_anchors", (m, 3), "m", robot.anchors[:, :3], "anchors on the fixed frame, world"),
+        parameter("platform_anchors", (m, 3), "m", robot.anchors[:, 3:], "anchors on the platform, platform axes"),
+    ]
+
+
 def _times(physics_step: float) -> list[Variable]:
     return [
         Variable("time", "independent", (), "s", (0.0,), "time"),
-        parameter("physics_step", (), "s", [physics_step], "step of the integrator"),
+        parameter("physics_step", (), "s", [physics_step], "step of the integrator", least=0.0, nominal=physics_step),
     ]
 
 
@@ -188,18 +304,48 @@ def _require_own_tensions(robot: Robot) -> None:
             )
 
 
-def _pulled(robot: Robot, follows: bool) -> list[Variable]:
-    """Outputs of cables on winches; where tensions follow lengths that come in, they depend on inputs at once."""
+def _stretching(robot: Robot) -> bool:
+    return all(chain.stretches for chain in _chains(robot))
+
+
+def _strongest(robot: Robot) -> float | None:
+    """Return the largest tension that any cable may have, N; None where nothing limits it."""
+    most = float(robot.tension_max.max())
+    return most if math.isfinite(most) else None
+
+
+def _usual(robot: Robot) -> float | None:
+    """Return half of that, which is a usual tension, N."""
+    most = _strongest(robot)
+    return 0.5 * most if most else None
+
+
+def _weight(plant: Plant) -> float | None:
+    """Return the platform's weight, N, a usual size of forces on it."""
+    return plant.robot.platform.mass * float(np.linalg.norm(plant.gravity)) or None
+
+
+def _pulled(robot: Robot, lengths: Sequence[str], decided: bool = False) -> list[Variable]:
+    """Outputs of cables on winches; `lengths` are the inputs that say where the platform is, if there is none."""
     chains = _chains(robot)
     # The inertia of drums that cables carry along reacts to command and wrench at once, and ideal cables to commands.
-    direct = follows or not all(chain.stretches for chain in chains)
+    at_once = lengths if _stretching(robot) else ("external_force", "external_moment") if decided else None
+    usual = _usual(robot)
     outputs = [
-        output("cable_tension", robot.m, "N", "tension of each cable", direct=direct),
-        output("drum_speed", robot.m, "rad/s", DRUM_SPEED),
+        output("cable_tension", robot.m, "N", PULL, direct=at_once, nominal=usual, terminal="cables"),
+        output("drum_speed", robot.m, "rad/s", DRUM_SPEED, terminal="winches", direct=_passed(chains, lengths)),
     ]
     if any(chain.stretches for chain in chains):
-        outputs.append(output("unstretched_length", robot.m, "m", UNSTRETCHED))
+        passed = _passed(chains, lengths)
+        outputs.append(
+            output("unstretched_length", robot.m, "m", UNSTRETCHED, least=0.0, terminal="winches", direct=passed)
+        )
     return outputs
+
+
+def _passed(chains: Sequence[Chain], lengths: Sequence[str]) -> Sequence[str]:
+    """Lengths and rates that come in go out again where a cable does not stretch."""
+    return () if all(chain.stretches for chain in chains) else lengths
 
 
 def _winches(robot: Robot) -> list[Variable]:
@@ -215,6 +361,7 @@ def _winches(robot: Robot) -> list[Variable]:
                 for cable, own in zip(robot.cables, parts, strict=True)
             ],
             number.text,
+            least=0.0 if number.positive else None,
         )
         for number in numbers_of([part for own in parts for part in own])
     ]

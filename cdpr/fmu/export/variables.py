@@ -25,8 +25,13 @@ class Variable:
         shape: () for a scalar.
         unit: that of all its numbers, "" for numbers without unit.
         values: start values, as many as the shape says, row by row; zeros for what is calculated.
-        direct: an output that depends on inputs at the same instant.
+        direct: the inputs that an output depends on at the same instant; None for all.
+        initial: of an output, the parameters and inputs that it depends on before the first step; None for all.
         least: what none of its numbers should be below, None where any may be.
+        most: what none of them should exceed, likewise.
+        nominal: a usual size of theirs, by which hosts scale errors; None for 1.
+        tunable: a parameter that a host may change between steps, too.
+        terminal: name of the terminal that it belongs to, "" for none.
     """
 
     name: str
@@ -35,8 +40,13 @@ class Variable:
     unit: str
     values: tuple[float, ...]
     description: str
-    direct: bool = False
+    direct: tuple[str, ...] | None = ()
+    initial: tuple[str, ...] | None = None
     least: float | None = None
+    most: float | None = None
+    nominal: float | None = None
+    tunable: bool = False
+    terminal: str = ""
 
     @property
     def size(self) -> int:
@@ -64,16 +74,33 @@ class Model(ABC):
     def description(self) -> str:
         """One line on it."""
 
+    @property
+    def differentiable(self) -> bool:
+        """Whether it offers directional derivatives."""
+        return False
+
+    def sources(self) -> dict[str, bytes]:
+        """C files by name that it needs beyond those of all, or instead of them."""
+        return {}
+
     @abstractmethod
     def variables(self) -> list[Variable]:
         """All variables in the order of their value references: the number of the numbers before them."""
 
 
 def parameter(
-    name: str, shape: tuple[int, ...], unit: str, values: Sequence[float] | Array, description: str
+    name: str,
+    shape: tuple[int, ...],
+    unit: str,
+    values: Sequence[float] | Array,
+    description: str,
+    tunable: bool = True,
+    least: float | None = None,
+    nominal: float | None = None,
 ) -> Variable:
-    """Return a parameter, which a host may set until the end of the initialization."""
-    return Variable(name, "parameter", shape, unit, tuple(np.ravel(values).tolist()), description)
+    """Return a parameter, which a host may set until the end of the initialization; a tunable one, between steps."""
+    start = tuple(np.ravel(values).tolist())
+    return Variable(name, "parameter", shape, unit, start, description, least=least, nominal=nominal, tunable=tunable)
 
 
 def entrance(
@@ -82,13 +109,52 @@ def entrance(
     unit: str,
     description: str,
     values: Sequence[float] | Array | None = None,
+    *,
     least: float | None = None,
+    most: float | None = None,
+    nominal: float | None = None,
+    terminal: str = "",
 ) -> Variable:
     """Return an input; it starts at zero unless said."""
     start = np.zeros(size) if values is None else np.asarray(values)
-    return Variable(name, "input", (size,), unit, tuple(start.tolist()), description, least=least)
+    values = tuple(start.tolist())
+    return Variable(
+        name,
+        "input",
+        (size,),
+        unit,
+        values,
+        description,
+        least=least,
+        most=most,
+        nominal=nominal,
+        terminal=terminal,
+    )
 
 
-def output(name: str, size: int, unit: str, description: str, direct: bool = False) -> Variable:
+def output(
+    name: str,
+    size: int,
+    unit: str,
+    description: str,
+    *,
+    direct: Sequence[str] | None = (),
+    initial: Sequence[str] | None = None,
+    least: float | None = None,
+    nominal: float | None = None,
+    terminal: str = "",
+) -> Variable:
     """Return an output."""
-    return Variable(name, "output", (size,), unit, (0.0,) * size, description, direct)
+    return Variable(
+        name,
+        "output",
+        (size,),
+        unit,
+        (0.0,) * size,
+        description,
+        None if direct is None else tuple(direct),
+        None if initial is None else tuple(initial),
+        least=least,
+        nominal=nominal,
+        terminal=terminal,
+    )

@@ -26,4 +26,5 @@ FORMATS = (
     Format("Gazebo plug-in YAML", "cdpr.formats.read.gazebo", (".yaml", ".yml")),
     Format("MJCF", "cdpr.formats.read.mjcf", (".xml", ".mjcf")),
     Format("WireX", "cdpr.formats.read.wirex", (".wcrfx",)),
+    Format("SDF", "cdpr.formats.read.sdf", (".sdf", ".world")),
 )

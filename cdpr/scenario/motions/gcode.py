@@ -13,7 +13,7 @@ from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3,
 from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import gcode_path
-from cdpr.scenario.motions.gcode_program import Program, parse_program
+from cdpr.scenario.motions.gcode_program import IGNORABLE, Program, parse_program
 from cdpr.scenario.motions.gcode_words import MAX_BYTES
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.jerk_limited import Limits, bounds
@@ -23,7 +23,7 @@ from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 FILE: Path = ("file",)
 
-WordName = Annotated[str, Field(pattern=r"^(G[0-9]+(\.[0-9]+)?|M[0-9]+|[ABCDHEUVW])$")]
+WordName = Annotated[str, Field(pattern=f"^({IGNORABLE})$")]
 
 
 class Gcode(Motion):

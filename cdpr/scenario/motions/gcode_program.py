@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -50,6 +51,8 @@ REFUSED = {
 }
 SPEED_FACTOR = 220.0
 SILENT = {LINUXCNC: "STDHLQ", REPRAPFIRMWARE: "STE"}  # letters that move nothing
+
+IGNORABLE = r"G[0-9]+(\.[0-9]+)?|M[0-9]+|[A-EHLOQS-W]"  # words that may be passed over when it is said so
 
 Triple = tuple[float | None, float | None, float | None]
 
@@ -157,7 +160,7 @@ class _Reader:
         if "F" in others:
             self.feed = others.pop("F") * self.metres / 60.0
             if not self.feed >= SLOWEST:
-                raise LineError("F: a feed greater than 0 is expected")
+                raise LineError(f"F: a feed of {SLOWEST:g} m/s or more is expected, got {self.feed:g} m/s")
         if 4.0 in codes:
             self._pause(number, others)
         for code in (92.0, 92.1, 92.2, 92.3):
@@ -167,11 +170,12 @@ class _Reader:
                 self.steps.append(Step(number, kind, target))
         if any(letter in others for letter in AXES + CENTRE + "R") or codes & {2.0, 3.0}:
             self._move(number, others, 53.0 in codes)
-        for name, value in others.items():
-            if name not in SILENT[self.dialect]:
-                raise LineError(f"{name}{value:g} means nothing here{self._way_out(name)}")
-            self.passed_over.add(name)
         self._machine(number, machine_words)
+        for name, value in others.items():
+            if name in SILENT[self.dialect]:
+                self.passed_over.add(name)
+            elif not machine_words:  # to which it may belong
+                raise LineError(f"{name}{value:g} means nothing here{self._way_out(name)}")
 
     def _sorted(self, words: Iterable[Word]) -> tuple[set[float] | None, dict[str, float], list[Word]]:
         """Return the line's G codes, its numbers by their letters, and the M words; no codes where it is ignored."""
@@ -226,8 +230,10 @@ class _Reader:
         self.passed_over.add("G10")
 
     def _way_out(self, name: str) -> str:
-        dialects = f"; the dialect is {self.dialect}"
-        return f"{dialects}; to pass over it, as if it moved nothing, write ignore: [{name}]"
+        dialect = f"; the dialect is {self.dialect}"
+        if not re.fullmatch(IGNORABLE, name):
+            return dialect
+        return f"{dialect}; to pass over it, as if it moved nothing, write ignore: [{name}]"
 
     def _modes(self, codes: set[float], others: dict[str, float]) -> None:
         for code in codes:

@@ -9,8 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "parts.h"
-
 static const double DIAGONAL = 1e-14; /* share of the trace below which an entry beside the diagonal is round-off */
 static const double DEFINITE = 1e-12; /* share of it that each principal moment must exceed */
 static const Vector SIDE = {1.0, 0.59, 0.37}; /* to which principal axes point */
@@ -142,8 +140,7 @@ Motion body_to_platform(const Body *body, Motion at) {
                     multiply(at.attitude, conjugate(quaternion(body->turn)))};
 }
 
-/* What cable i leaves the frame by, NULL where that is its anchor; `row` as exits.h says. */
-static const Exit *exit_of(const Plant *plant, size_t i, double row[NUMBERS + EXIT_NUMBERS]) {
+const Exit *body_exit(const Plant *plant, size_t i, double row[NUMBERS + EXIT_NUMBERS]) {
     const double *own = plant->field[CABLE_EXIT] ? plant->field[CABLE_EXIT] + i * plant->exit : NULL;
     if (!own || own[0] == 0.0) return NULL;
     memset(row, 0, (NUMBERS + EXIT_NUMBERS) * sizeof *row);
@@ -155,7 +152,7 @@ static const Exit *exit_of(const Plant *plant, size_t i, double row[NUMBERS + EX
 /* From platform to frame; b, the lever of its end on the platform; what lies on the exit, unless NULL. */
 static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vector *b, double *wound) {
     double row[NUMBERS + EXIT_NUMBERS];
-    const Exit *exit = exit_of(plant, i, row);
+    const Exit *exit = body_exit(plant, i, row);
     *b = rotate(at->attitude, vector(plant->body->anchor + 3 * i));
     const Vector P = add(at->position, *b);
     if (wound) *wound = 0.0;
@@ -166,7 +163,7 @@ static Vector cable_vector(const Plant *plant, const Motion *at, size_t i, Vecto
 /* Velocity of the point where cable i leaves the frame; b is the lever of its other end, which moves with V. */
 static Vector exit_velocity(const Plant *plant, const Motion *at, size_t i, Vector b, Vector V) {
     double row[NUMBERS + EXIT_NUMBERS];
-    const Exit *exit = exit_of(plant, i, row);
+    const Exit *exit = body_exit(plant, i, row);
     return exit ? exit->carry(row, add(at->position, b), V) : (Vector){0.0, 0.0, 0.0};
 }
 

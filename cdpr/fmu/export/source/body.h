@@ -2,6 +2,7 @@
 #ifndef CDPR_BODY_H
 #define CDPR_BODY_H
 
+#include "parts.h"
 #include "plant.h"
 #include "vector.h"
 
@@ -29,6 +30,9 @@ Motion body_from_platform(const Body *body, Motion platform);
 Motion body_to_platform(const Body *body, Motion at);
 
 Line body_cable(const Plant *plant, const Motion *at, size_t i);
+
+/* What cable i leaves the frame by, NULL where that is its anchor; `row` as parts.h says. */
+const Exit *body_exit(const Plant *plant, size_t i, double row[NUMBERS + EXIT_NUMBERS]);
 
 /* Second rate of a cable's length for a platform that does not accelerate. */
 double body_swing(const Plant *plant, const Motion *at, size_t i, const Line *line);

@@ -21,15 +21,15 @@ const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    (void)on, (void)n, (void)categories; /* errors and warnings are told, always */
     REQUIRE(ANY, "fmi2SetDebugLogging");
-    return fmi2OK;
+    return (fmi2Status)instance_tell(c, on != fmi2False, n, categories);
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
-    (void)visible, (void)logging;
+    (void)visible;
     const Instance host = {.log = say, .callbacks = functions, .name = (char *)name,
+                           .told = logging ? TELL_ALL : TELL_STATUS,
                            .environment = functions->componentEnvironment};
     if (type != fmi2CoSimulation) {
         report(&host, ERROR, "this FMU offers co-simulation only, no model exchange");
@@ -76,6 +76,12 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
     REQUIRE(INSTANTIATED | INITIALISING | STEPPING, "fmi2SetReal");
     return (fmi2Status)instance_set(c, vr, n, false, value, n);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference u[], size_t nu,
+                                        const fmi2ValueReference k[], size_t nk, const fmi2Real dk[], fmi2Real du[]) {
+    REQUIRE(INITIALISING | STEPPING | TERMINATED, "fmi2GetDirectionalDerivative");
+    return (fmi2Status)instance_differentiate(c, u, nu, k, nk, false, dk, nk, du, nu);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) { return (fmi2Status)instance_save(c, state); }
@@ -163,8 +169,6 @@ UNUSED_TYPE(String)
 #ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #endif
-REFUSED(fmi2GetDirectionalDerivative, const fmi2ValueReference u[], size_t nu, const fmi2ValueReference k[], size_t nk,
-        const fmi2Real dk[], fmi2Real du[])
 REFUSED(fmi2SetRealInputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[])
 REFUSED(fmi2GetRealOutputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], fmi2Real v[])
 REFUSED(fmi2NewDiscreteStates, fmi2EventInfo *info)

@@ -20,9 +20,8 @@ static void say(const Instance *instance, Status status, const char *message) {
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-    (void)on, (void)n, (void)categories; /* errors and warnings are told, always */
     REQUIRE(ANY, "fmi3SetDebugLogging");
-    return fmi3OK;
+    return (fmi3Status)instance_tell(instance, on, n, categories);
 }
 
 static const void *callback(fmi3LogMessageCallback log) { return *(const void **)&log; }
@@ -32,8 +31,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          const fmi3ValueReference intermediate[], size_t n_intermediate,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback update) {
-    (void)visible, (void)logging, (void)early_return, (void)intermediate, (void)n_intermediate, (void)update;
-    const Instance host = {.log = say, .callbacks = callback(log), .environment = environment};
+    (void)visible, (void)early_return, (void)intermediate, (void)n_intermediate, (void)update;
+    const Instance host = {.log = say, .callbacks = callback(log), .environment = environment,
+                           .told = logging ? TELL_ALL : TELL_STATUS};
     if (event_mode) {
         report(&host, ERROR, "this FMU has no event mode: instantiate it with eventModeUsed = false");
         return NULL;
@@ -72,6 +72,13 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], 
                           size_t count) {
     REQUIRE(INSTANTIATED | INITIALISING | STEPPING, "fmi3SetFloat64");
     return (fmi3Status)instance_set(instance, vr, n, true, values, count);
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference u[], size_t nu,
+                                        const fmi3ValueReference k[], size_t nk, const fmi3Float64 seed[], size_t ns,
+                                        fmi3Float64 sensitivity[], size_t n) {
+    REQUIRE(INITIALISING | STEPPING | TERMINATED, "fmi3GetDirectionalDerivative");
+    return (fmi3Status)instance_differentiate(instance, u, nu, k, nk, true, seed, ns, sensitivity, n);
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
@@ -166,8 +173,6 @@ REFUSED(fmi3SetClock, References vr, size_t n, const fmi3Clock values[])
 REFUSED(fmi3GetNumberOfVariableDependencies, fmi3ValueReference vr, size_t *n)
 REFUSED(fmi3GetVariableDependencies, fmi3ValueReference vr, size_t element[], fmi3ValueReference independent[],
         size_t elements[], fmi3DependencyKind kinds[], size_t n)
-REFUSED(fmi3GetDirectionalDerivative, References u, size_t nu, References k, size_t nk, Constants seed, size_t ns,
-        fmi3Float64 sensitivity[], size_t n)
 REFUSED(fmi3GetAdjointDerivative, References u, size_t nu, References k, size_t nk, Constants seed, size_t ns,
         fmi3Float64 sensitivity[], size_t n)
 REFUSED(fmi3GetIntervalDecimal, References vr, size_t n, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])

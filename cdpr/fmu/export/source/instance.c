@@ -6,11 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PATH 4096 /* bytes of the configuration's path at most */
+#include "file.h"
 
 static const double CLOCK = 1e-6; /* share of a step by which host and plant may disagree on the time: round-off */
 
-const char *category(Status status) { return status == WARNING ? "logStatusWarning" : "logStatusError"; }
+static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusError", "logEvents"};
+
+static int category_of(Status status) { return status == OK ? 2 : status == WARNING ? 0 : 1; }
+
+const char *category(Status status) { return CATEGORIES[category_of(status)]; }
 
 Status report(const Instance *instance, Status status, const char *format, ...) {
     char message[2 * MESSAGE];
@@ -18,13 +22,28 @@ Status report(const Instance *instance, Status status, const char *format, ...) 
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    if (instance->log) instance->log(instance, status, message);
+    if (instance->log && (instance->told >> category_of(status) & 1)) instance->log(instance, status, message);
     return status;
 }
 
 Status require(const Instance *instance, int modes, const char *function) {
     if (instance->mode & modes) return OK;
     return report(instance, ERROR, "%s must not be called now: see the state machine of the FMI standard", function);
+}
+
+Status instance_tell(Instance *instance, bool on, size_t n, const char *const categories[]) {
+    unsigned told = on && n > 0 ? 0 : on ? TELL_ALL : TELL_STATUS;
+    for (size_t k = 0; on && k < n; k++) {
+        unsigned i = 0;
+        const char *name = categories[k] ? categories[k] : "";
+        while (i < 3 && strcmp(name, CATEGORIES[i]) != 0) i++;
+        if (i == 3 && strcmp(name, "logAll") != 0)
+            return report(instance, ERROR, "there is no category '%.99s' of messages: see LogCategories in "
+                          "modelDescription.xml", name);
+        told |= i == 3 ? TELL_ALL : 1u << i;
+    }
+    instance->told = told;
+    return OK;
 }
 
 static int digit(char c) {
@@ -62,7 +81,7 @@ static bool configure(Instance *instance, const char *token, const char *resourc
     char path[PATH], message[MESSAGE];
     if (!resources || !locate(resources, path))
         return report(instance, ERROR, "the host gives no folder with the resources of this FMU") == OK;
-    FILE *file = fopen(path, "r");
+    FILE *file = open_file(path);
     if (!file) return report(instance, ERROR, "cannot open %s", path) == OK;
     const bool loaded = plant_load(&instance->plant, file, message);
     fclose(file);
@@ -106,9 +125,12 @@ void instance_free(Instance *instance) {
 static Status refresh(Instance *instance) {
     char message[MESSAGE];
     if (!instance->stale) return OK;
-    if (instance->mode == STEPPING) plant_publish(&instance->plant);
-    else if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
-    instance->stale = false;
+    if (instance->mode == STEPPING && !(instance->stale & RETUNED)) plant_publish(&instance->plant);
+    else if (instance->mode == STEPPING) {
+        if (!plant_retune(&instance->plant, message)) return report(instance, ERROR, "%s", message);
+        report(instance, OK, "other parameters from %.9g s on", *instance->plant.field[TIME]);
+    } else if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
+    instance->stale = 0;
     return OK;
 }
 
@@ -137,6 +159,15 @@ static Status tell_pushed(Instance *instance) {
                   plant_asked(plant, i), *plant->field[TIME]);
 }
 
+/* WARNING with a message in the step in which the cables begin not to do what the controller wants. */
+static Status tell_unanswered(Instance *instance) {
+    const bool now = !control_answered(&instance->plant), before = instance->pushed;
+    instance->pushed = now;
+    if (!now || before) return OK;
+    return report(instance, WARNING, "no tensions within the limits were found for the wrench before %.9g s, so others act; "
+                  "this is not said again until some are found", *instance->plant.field[TIME]);
+}
+
 Status instance_step(Instance *instance, double from, double duration) {
     double *time = instance->plant.field[TIME];
     const double tolerance = CLOCK * duration;
@@ -151,20 +182,24 @@ Status instance_step(Instance *instance, double from, double duration) {
     Status status;
     if (misbehaves(instance, from, duration, &status)) return status;
 #endif
-    const Status told = tell_pushed(instance);
-    plant_advance(&instance->plant, duration);
-    instance->stale = false;
+    if ((instance->stale & RETUNED) && refresh(instance) != OK) return ERROR;
+    const bool decides = instance->plant.field[CONTROL_STEP] != NULL;
+    const Status told = decides ? OK : tell_pushed(instance);
+    char message[MESSAGE];
+    if (!decides) plant_advance(&instance->plant, duration);
+    else if (!control_advance(&instance->plant, *time, duration, message)) return report(instance, ERROR, "%s", message);
+    instance->stale = 0;
     *time = from + duration;
     if (!plant_sound(&instance->plant))
         return report(instance, ERROR, "the state is not finite at %.17g s: an input is not, or a cable has no length, "
                       "or the loop diverges", *time);
-    return told;
+    return decides ? tell_unanswered(instance) : told;
 }
 
 Status instance_reset(Instance *instance) {
     memcpy(instance->plant.number, instance->defaults, instance->plant.count * sizeof(double));
     instance->mode = INSTANTIATED;
-    instance->stale = false;
+    instance->stale = 0;
     instance->pushed = false;
     instance->stop = INFINITY;
     return OK;
@@ -201,16 +236,59 @@ Status instance_set(Instance *instance, const unsigned *reference, size_t n, boo
     for (size_t i = 0; i < n; i++) {
         const Variable *variable = find(instance, reference[i], whole);
         if (!variable) return ERROR;
-        if (variable->role != INPUT && (variable->role != PARAMETER || instance->mode == STEPPING))
-            return report(instance, ERROR, "%s cannot be set now: only inputs can, and before the end of initialization "
-                          "parameters", plant_name(variable->field));
+        const bool now = instance->mode != STEPPING;
+        if (variable->role != INPUT && variable->role != PARAMETER && (variable->role != FIXED || !now))
+            return report(instance, ERROR, "%s cannot be set now: only inputs and tunable parameters can, and before the "
+                          "end of initialization all parameters", plant_name(variable->field));
         const size_t size = whole ? variable->size : 1;
         if (size > count - done) break;
         memcpy(instance->plant.number + reference[i], value + done, size * sizeof *value);
-        instance->stale = true;
+        instance->stale |= variable->role == INPUT ? WRITTEN : RETUNED;
         done += size;
     }
     return done == count ? OK : report(instance, ERROR, "%zu values were given, which is not what the variables have", count);
+}
+
+/* Whether the standard lets the host differentiate with respect to a variable, or one of its numbers, now. */
+static bool known_now(const Instance *instance, const Variable *variable) {
+    return variable->role == INPUT
+           || ((instance->mode & (INSTANTIATED | INITIALISING)) && (variable->role == PARAMETER || variable->role == FIXED)
+               && variable->field != PHYSICS_STEP);
+}
+
+Status instance_differentiate(Instance *instance, const unsigned *unknown, size_t n_unknown, const unsigned *known,
+                              size_t n_known, bool whole, const double *seed, size_t n_seed, double *slope,
+                              size_t n_slope) {
+    Plant *plant = &instance->plant;
+    double *along = plant->tangent, *result = along + plant->scalars;
+    size_t given = 0, asked = 0;
+    if (!plant->field[MASS] || plant->field[COMMAND] || plant->field[CONTROL_STEP])
+        return report(instance, ERROR, "there are no directional derivatives of winches and controllers");
+    if (refresh(instance) != OK) return ERROR;
+    memset(along, 0, 2 * plant->scalars * sizeof *along);
+    for (size_t i = 0; i < n_known; i++) {
+        const Variable *variable = find(instance, known[i], whole);
+        if (!variable) return ERROR;
+        if (!known_now(instance, variable))
+            return report(instance, ERROR, "nothing is differentiated with respect to %s now: only with respect to inputs, "
+                          "and before the end of initialization parameters", plant_name(variable->field));
+        const size_t size = whole ? variable->size : 1;
+        for (size_t k = 0; k < size && given + k < n_seed; k++) along[known[i] + k] += seed[given + k];
+        given += size;
+    }
+    plant_differentiate(plant, along, result);
+    for (size_t i = 0; i < n_unknown; i++) {
+        const Variable *variable = find(instance, unknown[i], whole);
+        if (!variable) return ERROR;
+        if (variable->role != OUTPUT)
+            return report(instance, ERROR, "only outputs are differentiated, not %s", plant_name(variable->field));
+        const size_t size = whole ? variable->size : 1;
+        for (size_t k = 0; k < size && asked + k < n_slope; k++) slope[asked + k] = result[unknown[i] + k];
+        asked += size;
+    }
+    if (given == n_seed && asked == n_slope) return OK;
+    return report(instance, ERROR, "%zu numbers were given and %zu asked for, but the variables have %zu and %zu", n_seed,
+                  n_slope, given, asked);
 }
 
 static size_t snapshot_size(const Instance *instance) {
@@ -239,7 +317,7 @@ Status instance_restore(Instance *instance, const void *snapshot) {
     const Snapshot *saved = snapshot;
     if (check(instance, saved) != OK) return ERROR;
     instance->mode = saved->mode;
-    instance->stale = saved->stale != 0;
+    instance->stale = saved->stale;
     instance->stop = saved->stop;
     memcpy(instance->plant.number, saved->number, instance->plant.count * sizeof(double));
     return OK;

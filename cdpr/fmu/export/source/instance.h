@@ -8,6 +8,11 @@
 /* Numbered as fmi2Status and fmi3Status. */
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 
+enum { WRITTEN = 1, RETUNED = 2 };
+
+/* Categories of messages, by the names of the standard. Others than of debugging are told from the beginning. */
+enum { TELL_WARNING = 1, TELL_ERROR = 2, TELL_EVENTS = 4, TELL_ALL = 7, TELL_STATUS = TELL_WARNING | TELL_ERROR };
+
 typedef enum { INSTANTIATED = 1, INITIALISING = 2, STEPPING = 4, TERMINATED = 8 } Mode;
 
 typedef struct Instance Instance;
@@ -16,7 +21,8 @@ typedef void Logger(const Instance *instance, Status status, const char *message
 struct Instance {
     Plant plant;
     Mode mode;
-    bool stale; /* a variable was set since the outputs were computed */
+    int stale; /* bits: what was set since the outputs were computed, WRITTEN variables or RETUNED parameters */
+    unsigned told; /* categories of messages that the host wants: bits, as CATEGORIES says */
     bool pushed; /* in the last step a cable was asked to push, which is said once until none is */
     double stop;
     double *defaults; /* (plant.count) the numbers as configured, for reset */
@@ -45,6 +51,9 @@ const char *category(Status status);
 /* Say something to the host and return the status. */
 Status report(const Instance *instance, Status status, const char *format, ...);
 
+/* Choose the messages that the host wants: all where no categories are given; those of statuses where it is off. */
+Status instance_tell(Instance *instance, bool on, size_t n, const char *const categories[]);
+
 /* ERROR with a message unless the instance is in one of the modes. */
 Status require(const Instance *instance, int modes, const char *function);
 
@@ -57,6 +66,11 @@ Status instance_reset(Instance *instance);
 Status instance_get(Instance *instance, const unsigned *reference, size_t n, bool whole, double *value, size_t count);
 Status instance_set(Instance *instance, const unsigned *reference, size_t n, bool whole, const double *value,
                     size_t count);
+
+/* Derivatives of outputs along `seed`, one number for each known, as for `instance_get` and `instance_set`. */
+Status instance_differentiate(Instance *instance, const unsigned *unknown, size_t n_unknown, const unsigned *known,
+                              size_t n_known, bool whole, const double *seed, size_t n_seed, double *slope,
+                              size_t n_slope);
 
 Status instance_save(const Instance *instance, void **snapshot);
 Status instance_restore(Instance *instance, const void *snapshot);

@@ -14,6 +14,17 @@ Motion winch_motion(const double *y);
 void winch_slope(Plant *plant, const double *y, double *dy);
 void winch_publish(Plant *plant); /* tensions, unwound lengths, drum speeds */
 
+/* Of a platform, free or guided: dynamics.c. `free` (6) is 1 along each direction in which it moves, 0 where the guide
+   holds it; the lower half of M is its mass matrix about a frame's origin, world axes, that of the identity there. */
+void free_directions(const Plant *plant, double *free);
+void mass_matrix(const double *center, const double *inertia, double mass, Quaternion q, const double *free,
+                 double M[6][6]);
+void mass_solve(double M[6][6], const double *b, double *x); /* M x = b; M is overwritten, NaN where it is singular */
+
+/* Acceleration (6) of the body frame's origin and about it, under the tensions, the external wrench and gravity. */
+void accelerate(const Plant *plant, const Motion *at, const double *free, double M[6][6], double *acceleration);
+void accelerate_body(const Plant *plant, const Motion *at, const double *free, double *acceleration); /* M is made */
+
 /* Winches and spans: chain.c. `y` holds the states of cables that stretch; `at` is where the platform is, NULL for
    winches alone, to which lengths and rates are given. */
 bool chain_stretches(const Plant *plant, size_t i);

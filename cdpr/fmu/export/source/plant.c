@@ -136,11 +136,18 @@ static void publish_platform(Plant *plant) {
         plant->field[CABLE_RATE][i] = line.rate;
     }
     if (plant->field[COMMAND]) winch_publish(plant);
+    double free[6], acceleration[6];
+    free_directions(plant, free);
+    accelerate_body(plant, &at, free, acceleration);
+    const Vector a = vector(acceleration), alpha = vector(acceleration + 3), w = at.omega;
+    const Vector r = rotate(at.attitude, vector(plant->body->offset)); /* the platform's origin lies at -r */
+    store(subtract(subtract(a, cross(alpha, r)), cross(w, cross(w, r))), plant->field[ACCELERATION]);
+    store(alpha, plant->field[ANGULAR_ACCELERATION]);
 }
 
 void plant_publish(Plant *plant) {
     if (plant->field[MASS]) publish_platform(plant);
-    else actuator_publish(plant);
+    else if (plant->field[CHAIN]) actuator_publish(plant); /* nothing of a controller alone */
 }
 
 /* Before a step: cables that stretch begin as they are commanded. */
@@ -177,7 +184,7 @@ static bool pulls_as_asked(const Plant *plant, size_t i) { return !plant->field[
 
 size_t plant_pushed(const Plant *plant) {
     size_t i = 0;
-    if (*plant->field[UNILATERAL] == 0.0) return plant->cables;
+    if (*plant->field[UNILATERAL] == 0.0 || plant->field[CONTROL_STEP]) return plant->cables;
     while (i < plant->cables && !(pulls_as_asked(plant, i) && plant_asked(plant, i) < 0.0)) i++;
     return i;
 }
@@ -219,13 +226,14 @@ static bool check_parts(const Plant *plant, char *message) {
 static bool check(const Plant *plant, char *message) {
     for (size_t i = 0; i < plant->scalars; i++) {
         const Variable *variable = plant->variable + plant->owner[i];
-        if (variable->role == PARAMETER && !isfinite(plant->number[i])) {
+        if ((variable->role == PARAMETER || variable->role == FIXED) && !isfinite(plant->number[i])) {
             snprintf(message, MESSAGE, "%s is not finite", plant_name(variable->field));
             return false;
         }
     }
     if (!positive(plant, MASS)) return fails(message, "mass must be greater than 0 (kg)");
     if (!positive(plant, PHYSICS_STEP)) return fails(message, "physics_step must be greater than 0 (s)");
+    if (!positive(plant, CONTROL_STEP)) return fails(message, "control_step must be greater than 0 (s)");
     return check_parts(plant, message);
 }
 
@@ -270,7 +278,6 @@ static void start_free(Plant *plant, Motion at) {
 
 static bool start_platform(Plant *plant, char *message) {
     const double *q = plant->field[INITIAL_QUATERNION], *guide = plant->field[GUIDE];
-    if (!body_build(plant)) return fails(message, "inertia must be symmetric and positive definite (kg m2)");
     if (!(fabs(sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0) <= UNIT))
         return fails(message, "initial_quaternion (w, x, y, z) must have length 1 within 0.001");
     const Motion platform = initial(plant), at = body_from_platform(plant->body, platform);
@@ -280,10 +287,30 @@ static bool start_platform(Plant *plant, char *message) {
     return true;
 }
 
-bool plant_start(Plant *plant, char *message) {
-    memset(plant->state, 0, plant->states * sizeof *plant->state);
+static bool build(Plant *plant, char *message) {
     if (!check(plant, message)) return false;
     chain_build(plant);
+    if (plant->field[MASS] && !body_build(plant))
+        return fails(message, "inertia must be symmetric and positive definite (kg m2)");
+    return true;
+}
+
+bool plant_retune(Plant *plant, char *message) {
+    const bool platform = plant->field[MASS] != NULL;
+    Motion before;
+    if (platform) before = body_to_platform(plant->body, motion(plant, plant->state));
+    if (!build(plant, message)) return false;
+    /* The body frame of a hinged platform is that of the platform, whatever the parameters. */
+    if (platform && (!plant->field[GUIDE] || plant_on_ball(plant)))
+        start_free(plant, body_from_platform(plant->body, before));
+    plant_publish(plant);
+    return true;
+}
+
+bool plant_start(Plant *plant, char *message) {
+    memset(plant->state, 0, plant->states * sizeof *plant->state);
+    memset(plant->control, 0, CONTROL_NUMBERS * sizeof *plant->control);
+    if (!build(plant, message)) return false;
     if (plant->field[MASS] && !start_platform(plant, message)) return false;
     plant_publish(plant);
     if (!plant_sound(plant)) return fails(message, "the initial state is not finite");

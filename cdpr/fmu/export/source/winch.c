@@ -7,64 +7,7 @@
 
 #include "model.h"
 
-static const double SINGULAR = 1e-13; /* share of a pivot below which what is left of it is round-off */
-
 Motion winch_motion(const double *y) { return (Motion){vector(y + P), vector(y + V), vector(y + W), quaternion(y + Q)}; }
-
-/* 1 along each of the six directions in which the platform moves, 0 where the guide holds it. */
-static void free_directions(const Plant *plant, double *free) {
-    for (int i = 0; i < 6; i++) free[i] = plant->field[GUIDE] ? plant->field[GUIDE][i] : 1.0;
-}
-
-/* Lower half of the mass matrix about the body frame's origin, world axes; that of the identity where it is held. */
-static void mass_matrix(const Plant *plant, Quaternion q, const double *free, double M[6][6]) {
-    const double mass = *plant->field[MASS];
-    const Vector r = rotate(q, vector(plant->body->center));
-    for (int k = 0; k < 6; k++) {
-        const Vector unit = {k % 3 == 0, k % 3 == 1, k % 3 == 2}, zero = {0.0, 0.0, 0.0};
-        const bool turns = k >= 3;
-        const Vector force = scale(mass, turns ? cross(unit, r) : unit);
-        const Vector euler = turns ? turned_product(plant->body->inertia, q, unit) : zero;
-        double column[6];
-        store(force, column);
-        store(add(euler, cross(r, force)), column + 3);
-        for (int j = k; j < 6; j++) M[j][k] = column[j] * free[j] * free[k];
-        if (free[k] == 0.0) M[k][k] = 1.0;
-    }
-}
-
-/* Solve M x = b by Cholesky's method from the lower half of M, which is overwritten; NaN where M is singular. */
-static void solve(double M[6][6], const double *b, double *x) {
-    for (int k = 0; k < 6; k++)
-        for (int j = 0; j <= k; j++) {
-            const double whole = M[k][j];
-            for (int i = 0; i < j; i++) M[k][j] -= M[k][i] * M[j][i];
-            if (j < k) M[k][j] /= M[j][j];
-            else M[k][k] = M[k][k] > SINGULAR * whole ? sqrt(M[k][k]) : NAN;
-        }
-    for (int k = 0; k < 6; k++) {
-        x[k] = b[k];
-        for (int j = 0; j < k; j++) x[k] -= M[k][j] * x[j];
-        x[k] /= M[k][k];
-    }
-    for (int k = 5; k >= 0; k--) {
-        for (int j = k + 1; j < 6; j++) x[k] -= M[j][k] * x[j];
-        x[k] /= M[k][k];
-    }
-}
-
-/* Acceleration (6) of the body frame's origin and about it, under the tensions, the external wrench and gravity. */
-static void accelerate(const Plant *plant, const Motion *at, const double *free, double M[6][6], double *acceleration) {
-    const Wrench applied = body_wrench(plant, at);
-    const Vector r = rotate(at->attitude, vector(plant->body->center)), w = at->omega;
-    const Vector force = scale(*plant->field[MASS], subtract(cross(w, cross(w, r)), vector(plant->field[GRAVITY])));
-    const Vector gyroscopic = cross(w, turned_product(plant->body->inertia, at->attitude, w));
-    double rest[6];
-    store(subtract(applied.force, force), rest);
-    store(subtract(applied.moment, add(gyroscopic, cross(r, force))), rest + 3);
-    for (int j = 0; j < 6; j++) rest[j] *= free[j];
-    solve(M, rest, acceleration);
-}
 
 /* Take from the tensions what the drums' inertia needs to go with the platform: T = max(0, t - m w . twist'), t without
    it, w = [u ; c]. Which cables pull is found by turns, from the acceleration with those of the last; one turn is enough
@@ -76,7 +19,7 @@ static void share(Plant *plant, const Motion *at, const double *free, const doub
     bool changed = true;
     for (size_t turn = 0; changed && turn < 2 * n + 2; turn++) {
         double M[6][6], acceleration[6];
-        mass_matrix(plant, at->attitude, free, M);
+        mass_matrix(plant->body->center, plant->body->inertia, *plant->field[MASS], at->attitude, free, M);
         for (size_t i = 0; i < n; i++) {
             const double *w = column + 6 * i, m = pulls[i] * mass[i];
             for (int j = 0; j < 6; j++)
@@ -107,11 +50,10 @@ static void tensions(Plant *plant, const Motion *at, const double *free, const d
 
 void winch_slope(Plant *plant, const double *y, double *dy) {
     const Motion at = winch_motion(y);
-    double free[6], M[6][6], acceleration[6];
+    double free[6], acceleration[6];
     free_directions(plant, free);
     tensions(plant, &at, free, y + WINCHES);
-    mass_matrix(plant, at.attitude, free, M);
-    accelerate(plant, &at, free, M, acceleration);
+    accelerate_body(plant, &at, free, acceleration);
     store(at.velocity, dy + P);
     store_quaternion(spin(at.omega, at.attitude), dy + Q);
     memcpy(dy + V, acceleration, sizeof acceleration);

@@ -1,0 +1,219 @@
+"""Controller and solver inside an FMU: the loop is that of `cdpr run` on `reference`."""
+
+from __future__ import annotations
+
+import sys
+
+import fmpy
+import numpy as np
+import pytest
+from conftest import ROOT
+from fmpy.fmi1 import FMICallException
+from fmpy.validation import validate_fmu
+from fmu.cases import ELASTIC, RIGID
+from fmu.driver import Driver
+from spread import spread
+
+from cdpr import load_scenario, simulate
+from cdpr.cli import main
+from cdpr.fmu.export import Controller, Plant, fmu_bytes
+from cdpr.fmu.export.control import DESIRED
+from cdpr.fmu.read.archive import open_archive
+from cdpr.simulation.exported import control_of
+
+FMI = pytest.mark.parametrize("fmi", [2, 3])
+
+# m, rad, m/s, rad/s, and 1e3 N of tensions. Body frames whose origins are not the platform's bring last bits, which
+# the loop keeps small; elsewhere there is no difference.
+CLOSED = 1e-11
+
+HELD = ["solver.type=closed_form", "solver.infeasible=hold_tension"]
+PID = ["controller={type: pid, kp: 100, kd: 20, ki: 50}"]
+CASES = {
+    "caroca": ("caroca", [*HELD, "controller.type=computed_torque"]),  # beyond what the closed form answers, too
+    "pid": ("caroca", [*HELD, *PID]),
+    "static": ("cogiro", [*HELD, "controller.type=static"]),
+    "planar": ("planar", HELD),
+    "clipped": ("caroca", ["solver.type=pseudo_inverse", "robot.tension.min=600"]),
+    "pulleys": ("cogiro_pulleys", ["solver.type=pseudo_inverse"]),
+    "elastic": ("cogiro", [*HELD, *ELASTIC]),
+    "rigid": ("cogiro", [*HELD, *RIGID]),
+    "slower": ("caroca", [*HELD, "simulation.control_step=0.004"]),
+}
+DURATION = 1.0  # s
+
+
+def scenario(case):
+    name, changes = CASES[case]
+    changes = [*changes, f"simulation.duration={DURATION}"]
+    return load_scenario(ROOT / "scenarios" / f"{name}.yaml", overrides=changes)
+
+
+def closed(loaded):
+    winches = loaded.robot.cable_model != "ideal"
+    gravity, step = np.array(loaded.world.gravity), loaded.simulation.physics_step
+    return Plant(loaded.robot, gravity, step, loaded.initial.state(), winches, control_of(loaded))
+
+
+def write(model, fmi, folder, name="closed"):
+    path = folder / f"{name}{fmi}.fmu"
+    path.write_bytes(fmu_bytes(model, fmi))
+    return path
+
+
+def desire(driver, run, k):
+    names = ["position", "orientation", "velocity", "angular_velocity", "acceleration", "angular_acceleration"]
+    for (name, *_), column in zip(DESIRED, names, strict=True):
+        driver.set(name, run[f"desired_{column}"][k])
+
+
+def states(run):
+    return np.concatenate([run[each] for each in ("position", "orientation", "velocity", "angular_velocity")], axis=1)
+
+
+@spread("case, fmi", list(CASES), [2, 3])
+def test_plant_and_controller_in_one_run_as_cdpr_does(case, fmi, tmp_path):
+    loaded = scenario(case)
+    run, step = simulate(loaded), loaded.simulation.control_step
+    path = write(closed(loaded), fmi, tmp_path)
+    assert validate_fmu(str(path)) == []
+    expected, worst = states(run), 0.0
+    pull = "command" if loaded.robot.cable_model != "ideal" else "cable_tension"
+    tension = run["tension"]  # of winches, what they are told
+    with Driver(path) as driver:
+        for k in range(len(expected) - 1):
+            desire(driver, run, k)
+            driver.step(k * step, step)
+            worst = max(worst, np.abs(driver.state() - expected[k + 1]).max())
+            worst = max(worst, np.abs(driver.get(pull) - tension[k]).max() / 1e3)
+    assert worst < CLOSED
+    assert np.abs(expected[-1] - expected[0]).max() > 0.01
+    if case in ("caroca", "clipped"):
+        assert (run["status"] != 0).any()  # the policy is at work, too
+
+
+def test_the_host_may_step_as_it_likes(tmp_path):
+    """It decides once in each control step: many short steps, or one long, are the same as long as desires are."""
+    path = write(closed(scenario("slower")), 3, tmp_path)
+    ends = []
+    for steps, duration in ((8, 0.004), (32, 0.001), (2, 0.016), (1, 0.032)):
+        with Driver(path) as driver:
+            for k in range(steps):
+                driver.step(k * duration, duration)
+            ends.append(np.concatenate([driver.state(), driver.get("cable_tension")]))
+    for end in ends[1:]:
+        assert np.allclose(end, ends[0], rtol=1e-12, atol=1e-14)
+    assert ends[0][13:].min() > 0.0
+
+
+@FMI
+def test_saved_and_reset_it_goes_on_to_the_bit(fmi, tmp_path):
+    loaded = scenario("pid")
+    run, step = simulate(loaded, overrides=None), loaded.simulation.control_step
+    with Driver(write(closed(loaded), fmi, tmp_path)) as driver:
+
+        def go(first, last):
+            for k in range(first, last):
+                desire(driver, run, k)
+                driver.step(k * step, step)
+            return np.concatenate([driver.state(), driver.get("cable_tension")])
+
+        go(0, 30)
+        saved = driver.save()
+        end = go(30, 60)
+        driver.restore(saved)
+        assert (go(30, 60) == end).all()
+        driver.fmu.reset()
+        driver.initialise({}, {})
+        assert (go(0, 60) == end).all()
+
+
+@FMI
+def test_a_controller_alone_drives_cdpr_like_the_one_it_is(fmi, tmp_path):
+    """It is what `controller: {type: fmu}` takes."""
+    loaded = scenario("pid")
+    path = write(Controller(control_of(loaded)), fmi, tmp_path, "controller")
+    assert validate_fmu(str(path)) == []
+    ours = simulate(loaded)
+    given = {"type": "fmu", "file": str(path), "sha256": open_archive(path).sha256}
+    changes = {"simulation.duration": DURATION, "controller": given}
+    theirs = simulate(ROOT / "scenarios" / "caroca.yaml", overrides=changes)
+    assert np.abs(states(theirs) - states(ours)).max() < CLOSED
+    assert (ours["status"] == 0).any()
+
+
+def test_gains_are_tunable(tmp_path):
+    with Driver(write(closed(scenario("planar")), 3, tmp_path)) as driver:
+        start = driver.state()
+        driver.set("desired_position", [start[0] + 0.05, *start[1:3]])
+        driver.step(0.0, 0.01)
+        before = driver.get("cable_tension")
+        driver.set("controller.kp", driver.get("controller.kp") * 2.0)
+        driver.step(0.01, 0.01)
+        assert np.abs(driver.get("cable_tension") - before).max() > 1.0
+        with pytest.raises(FMICallException):
+            driver.set("cable_tension", np.zeros(4))  # it is decided inside
+
+
+def test_what_it_cannot_answer_ends_it_and_is_told(tmp_path, capfd):
+    """No nearest wrench is searched inside; what would be another motion than cdpr's is an error."""
+    loaded = load_scenario(
+        ROOT / "scenarios/caroca.yaml", overrides=["solver.type=closed_form", "controller.type=computed_torque"]
+    )
+    with Driver(write(closed(loaded), 3, tmp_path)) as driver:
+        driver.set("desired_acceleration", [500.0, 0.0, 0.0])
+        with pytest.raises(FMICallException):
+            driver.step(0.0, 0.001)
+    assert "exported with solver.infeasible hold_tension" in capfd.readouterr().out
+    with Driver(write(closed(scenario("caroca")), 3, tmp_path)) as driver:
+        driver.step(0.0, 0.001)
+        driver.set("desired_acceleration", [500.0, 0.0, 0.0])
+        for k in range(1, 4):
+            driver.step(k * 0.001, 0.001)
+        assert capfd.readouterr().out.count("no tensions within the limits") == 1
+        driver.set("desired_acceleration", [np.nan, 0.0, 0.0])
+        with pytest.raises(FMICallException):
+            driver.step(0.004, 0.001)
+    assert "not finite" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["caroca.yaml", "--controller"], "the solver 'qp' has no C beside it"),
+        (["caroca.yaml", "--with-controller"], "these can: closed_form, pseudo_inverse"),
+        (
+            ["caroca.yaml", "--controller", "--set", "controller.type=cable_length"],
+            "the controller 'cable_length' has no C",
+        ),
+        (["robots/caroca.yaml", "--controller"], "a controller is that of a scenario"),
+        (["caroca.yaml", "--controller", "--with-winch"], "a controller alone"),
+        (["caroca.yaml", "--with-controller", "--only-winch"], "needs a plant"),
+        (["believed.yaml", "--controller"], "believed"),
+        (["winch_fmu.yaml", "--with-controller"], "actuators"),
+    ],
+)
+def test_what_cannot_be_exported_is_told(arguments, said, tmp_path, monkeypatch, capsys):
+    file, *rest = arguments
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    command = ["cdpr", "fmu", "export", str(ROOT / "scenarios" / file), "-o", str(tmp_path / "a.fmu"), *rest]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 2
+    assert said in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "a.fmu").exists()
+
+
+def test_its_terminals_and_dependencies(tmp_path):
+    about = fmpy.read_model_description(str(write(closed(scenario("planar")), 3, tmp_path)))
+    at_once = {unknown.variable.name: {v.name for v in unknown.dependencies} for unknown in about.outputs}
+    assert at_once["cable_tension"] == set()  # held from decision to decision
+    assert at_once["acceleration"] == {"external_force", "external_moment"}
+    assert not about.coSimulation.providesDirectionalDerivative
+    opened = open_archive(write(Controller(control_of(scenario("planar"))), 3, tmp_path, "alone"))
+    assert set().union(*(set(each) for each in opened.description.terminals)) >= {
+        "desired_position",
+        "position",
+        "command",
+    }

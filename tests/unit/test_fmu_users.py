@@ -1,0 +1,373 @@
+"""What users of exported FMUs expect: derivatives, bounds, tunable parameters, terminals, logs, other platforms."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.validation import validate_fmu
+from fmu.cases import load, plant_of, scenario, write
+from fmu.driver import STATE, Driver
+from lxml import etree
+from spread import spread
+
+from cdpr.errors import PluginError
+from cdpr.fmu.export import Actuator, fmu_bytes
+from cdpr.fmu.export.library import CROSS, IDENTIFIER
+from cdpr.fmu.read.archive import open_archive
+from cdpr.mechanics.kinematics import wrench_matrix
+
+FMI = pytest.mark.parametrize("fmi", [2, 3])
+
+PLAIN = ["caroca", "cogiro", "planar", "point_mass", "carriage", "spherical", "pulleys"]
+
+# Central differences with steps of 1e-6 of a number's size: their round-off, as a share of the largest derivative.
+DIFFERENCES = 2e-7
+STEP = 1e-6
+
+
+@pytest.fixture
+def moved(tmp_path):
+    """Return an FMU in Initialization Mode, somewhere off its home and turning, as far as its guide lets it."""
+    opened = []
+
+    def make(case, fmi):
+        loaded = scenario(case)
+        driver = Driver(write(plant_of(loaded), fmi, tmp_path))
+        opened.append(driver)
+        driver.fmu.reset()
+        if fmi == 2:
+            driver.fmu.setupExperiment(startTime=0.0)
+        driver.fmu.enterInitializationMode()
+        rng, free = np.random.default_rng(5), np.isin(["x", "y", "z", "rx", "ry", "rz"], loaded.robot.dof)
+        turn = 0.1 * free[3:] * rng.uniform(0.5, 1.0, 3)
+        driver.set("initial_quaternion", [1.0, *turn] / np.sqrt(1.0 + turn @ turn))
+        driver.set("initial_velocity", free[:3] * rng.uniform(-0.5, 0.5, 3))
+        driver.set("initial_angular_velocity", free[3:] * rng.uniform(-0.5, 0.5, 3))
+        command, push = load(plant_of(loaded), 0.1)
+        driver.set("cable_tension", np.abs(command))
+        driver.set("external_force", push[:3])
+        driver.set("external_moment", push[3:])
+        return driver, loaded.robot
+
+    yield make
+    for driver in opened:
+        driver.__exit__(None, None, None)
+
+
+def derivative(driver, unknown, known, seed):
+    unknowns, knowns = driver.references[unknown], driver.references[known]
+    if driver.fmi == 2:
+        return np.array(driver.fmu.getDirectionalDerivative(unknowns, knowns, list(seed)))
+    found = (ctypes.c_double * driver.sizes[unknown])()  # FMPy's own function knows no arrays
+    driver.fmu.fmi3GetDirectionalDerivative(
+        driver.fmu.component,
+        (ctypes.c_uint * len(unknowns))(*unknowns),
+        len(unknowns),
+        (ctypes.c_uint * len(knowns))(*knowns),
+        len(knowns),
+        (ctypes.c_double * len(seed))(*seed),
+        len(seed),
+        found,
+        len(found),
+    )
+    return np.array(found)
+
+
+OUTPUTS = (*STATE, "acceleration", "angular_acceleration", "cable_length", "cable_rate")
+KNOWN = (
+    "mass",
+    "center_of_mass",
+    "inertia",
+    "gravity",
+    "frame_anchors",
+    "platform_anchors",
+    "initial_position",
+    "initial_quaternion",
+    "initial_velocity",
+    "initial_angular_velocity",
+    "cable_tension",
+    "external_force",
+    "external_moment",
+)
+
+
+def seeds(name, driver, robot, rng):
+    """A direction in which the parameter may go at all: inertias are symmetric, guides hold what they hold."""
+    seed = rng.normal(size=driver.sizes[name])
+    free = np.isin(["x", "y", "z", "rx", "ry", "rz"], robot.dof)
+    if name == "inertia":
+        seed = np.ravel(seed.reshape(3, 3) + seed.reshape(3, 3).T)
+    elif name == "initial_velocity":
+        seed *= free[:3]
+    elif name == "initial_angular_velocity":
+        seed *= free[3:]
+    elif name == "initial_quaternion":
+        seed[1:] *= free[3:]
+    return seed
+
+
+@spread("case, fmi", PLAIN, [2, 3])
+def test_derivatives_are_those_of_finite_differences(case, fmi, moved):
+    driver, robot = moved(case, fmi)
+    rng = np.random.default_rng(6)
+    scales = dict.fromkeys(OUTPUTS, 0.0)
+    for known in KNOWN:
+        at, seed = driver.get(known), seeds(known, driver, robot, rng)
+        step = STEP * max(1.0, float(np.abs(at).max()))
+        ends = []
+        for side in (1.0, -1.0):
+            driver.set(known, at + side * step * seed)
+            ends.append({name: driver.get(name) for name in OUTPUTS})
+        driver.set(known, at)
+        for name in OUTPUTS:
+            exact, size = derivative(driver, name, known, seed), np.abs(ends[0][name]).max()
+            rough = (ends[0][name] - ends[1][name]) / (2.0 * step)
+            scales[name] += np.abs(exact).max()
+            assert np.allclose(
+                exact, rough, rtol=0.0, atol=DIFFERENCES * (np.abs(exact).max() + size / step * 1e-7 + 1)
+            )
+    assert min(scales.values()) > 0.0 or robot.n < 6  # nothing is compared with nothing
+
+
+@FMI
+def test_between_steps_accelerations_follow_tensions_by_the_wrench_matrix(fmi, tmp_path):
+    loaded = scenario("caroca")
+    plant = plant_of(loaded)
+    with Driver(write(plant, fmi, tmp_path)) as driver:
+        driver.set("cable_tension", load(plant, 0.0)[0])
+        driver.step(0.0, 0.05)
+        state, robot = driver.state(), loaded.robot
+        W = wrench_matrix(robot, state)
+        M = np.diag([robot.platform.mass] * 3)
+        for i in range(robot.m):
+            seed = np.eye(robot.m)[i]
+            found = derivative(driver, "acceleration", "cable_tension", seed)
+            assert np.allclose(M @ found, W[:3, i], rtol=1e-12, atol=1e-12)
+            assert not derivative(driver, "position", "cable_tension", seed).any()
+        with pytest.raises(FMICallException):  # a parameter is no longer known
+            derivative(driver, "acceleration", "mass", [1.0])
+        with pytest.raises(FMICallException):
+            derivative(driver, "mass", "cable_tension", np.ones(8))
+        if fmi == 3:
+            with pytest.raises(FMICallException):
+                derivative(driver, "acceleration", "cable_tension", np.ones(7))
+    with Driver(write(plant_of(scenario("cogiro_elastic")), fmi, tmp_path)) as driver:
+        about = fmpy.read_model_description(str(driver.folder))
+        assert not about.coSimulation.providesDirectionalDerivative
+        with pytest.raises(FMICallException):
+            derivative(driver, "acceleration", "command", np.ones(8))
+
+
+def described(about):
+    """Names that each output of a model description depends on at the start; None for all."""
+    return {
+        unknown.variable.name: None if unknown.dependencies is None else {v.name for v in unknown.dependencies}
+        for unknown in about.initialUnknowns
+    }
+
+
+@spread("case", PLAIN)
+def test_dependencies_at_the_start_leave_nothing_out(case, moved):
+    driver, robot = moved(case, 3)
+    known = described(fmpy.read_model_description(str(driver.folder)))
+    rng = np.random.default_rng(7)
+    for name in KNOWN:
+        seed = seeds(name, driver, robot, rng)
+        for unknown in OUTPUTS:
+            found = np.abs(derivative(driver, unknown, name, seed)).max()
+            assert name in known[unknown] or found < 1e-12
+    assert known["cable_length"] == {"initial_position", "initial_quaternion", "frame_anchors", "platform_anchors"}
+
+
+@FMI
+def test_scalars_and_arrays_depend_alike(fmi, tmp_path):
+    """FMI 2 counts variables from 1, FMI 3 refers to values."""
+    about = fmpy.read_model_description(str(write(plant_of(scenario("caroca")), fmi, tmp_path)))
+    names = {key.split("[")[0]: {n.split("[")[0] for n in value} for key, value in described(about).items()}
+    assert names["position"] == {"initial_position"}
+    assert names["velocity"] == {"initial_velocity"}
+    assert "cable_tension" in names["acceleration"]
+    for unknown in about.outputs:
+        at_once = {v.name.split("[")[0] for v in unknown.dependencies}
+        expected = (
+            {"cable_tension", "external_force", "external_moment"} if "acceleration" in unknown.variable.name else set()
+        )
+        assert at_once == expected
+
+
+@FMI
+def test_numbers_have_bounds_and_usual_sizes(fmi, tmp_path):
+    loaded = scenario("cogiro")
+    about = fmpy.read_model_description(str(write(plant_of(loaded), fmi, tmp_path)))
+    by_name = {variable.name.split("[")[0]: variable for variable in about.modelVariables}
+    pull, most = by_name["cable_tension"], float(loaded.robot.tension_max.max())
+    assert (float(pull.min), float(pull.max), float(pull.nominal)) == (0.0, most, 0.5 * most)
+    assert float(by_name["mass"].min) == 0.0
+    assert float(by_name["mass"].nominal) == loaded.robot.platform.mass
+    assert by_name["position"].min is None
+    for variable in about.modelVariables:
+        if variable.start is not None and variable.min is not None:
+            assert min(map(float, str(variable.start).split())) >= float(variable.min)
+        assert variable.nominal is None or float(variable.nominal) > 0.0
+
+
+TUNED = {"caroca": "mass", "spherical": "inertia", "planar": "platform_anchors", "cogiro_elastic": "mass"}
+
+
+@spread("case, fmi", list(TUNED), [2, 3])
+def test_tuned_it_goes_on_as_one_that_was_so_from_the_start(case, fmi, tmp_path):
+    """The platform neither jumps nor gets another velocity."""
+    loaded, name = scenario(case), TUNED[case]
+    plant = plant_of(loaded)
+    pull = "command" if plant.winches else "cable_tension"
+    path = write(plant, fmi, tmp_path)
+    with Driver(path) as driver:
+        driver.set(pull, np.abs(load(plant, 0.0)[0]))
+        driver.step(0.0, 0.05)
+        before = driver.state()
+        driver.set(name, driver.get(name) * 1.25)
+        assert np.allclose(driver.state(), before, rtol=0.0, atol=1e-14)
+        tuned = {name: driver.get(name)}
+        if plant.winches:  # those of the other would begin anew
+            assert driver.get("acceleration") @ driver.get("acceleration") > 0.0
+            driver.step(0.05, 0.05)
+            return
+        start = dict(zip([f"initial_{each}" for each in STATE], np.split(before, [3, 7, 10]), strict=True))
+        with Driver(path, {**start, **tuned}) as other:
+            other.set(pull, np.abs(load(plant, 0.0)[0]))
+            for k in range(20):
+                driver.step(0.05 + 0.01 * k, 0.01)
+                other.step(0.01 * k, 0.01)
+            assert np.allclose(driver.state(), other.state(), rtol=0.0, atol=1e-11)
+            assert np.allclose(driver.get("acceleration"), other.get("acceleration"), rtol=0.0, atol=1e-9)
+
+
+@FMI
+def test_unsound_tuning_is_told_and_can_be_mended(fmi, tmp_path, capfd):
+    plant = plant_of(scenario("caroca"))
+    with Driver(write(plant, fmi, tmp_path)) as driver:
+        driver.step(0.0, 0.01)
+        saved = driver.save()
+        driver.set("mass", -1.0)
+        with pytest.raises(FMICallException):
+            driver.step(0.01, 0.01)
+        assert "mass must be greater than 0" in capfd.readouterr().out
+        driver.set("mass", 160.0)
+        at = driver.save()  # between setting and computing
+        driver.step(0.01, 0.01)
+        end = driver.state()
+        driver.restore(at)
+        driver.step(0.01, 0.01)
+        assert (driver.state() == end).all()
+        driver.restore(saved)
+        assert driver.get("mass") == plant.robot.platform.mass
+        with pytest.raises(FMICallException):
+            driver.set("initial_position", np.zeros(3))  # not tunable
+
+
+def told(driver, capfd, on, categories):
+    """What is said of a step with a negative tension, and of other parameters."""
+    driver.fmu.setDebugLogging(on, categories)
+    capfd.readouterr()
+    time = float(driver.get("time")[0])
+    driver.set("cable_tension", np.full(8, 100.0))
+    driver.set("mass", 150.0)
+    driver.step(time, 0.01)
+    driver.set("cable_tension", np.full(8, -5.0))
+    driver.step(time + 0.01, 0.01)
+    said = capfd.readouterr().out
+    return "cannot push" in said, "other parameters" in said
+
+
+def test_messages_come_by_their_categories(tmp_path, capfd):
+    with Driver(write(plant_of(scenario("caroca")), 3, tmp_path)) as driver:
+        assert told(driver, capfd, True, ["logEvents"]) == (False, True)
+        assert told(driver, capfd, True, ["logStatusWarning"]) == (True, False)
+        assert told(driver, capfd, True, ["logAll"]) == (True, True)
+        assert told(driver, capfd, False, []) == (True, False)  # what goes wrong is told in any case
+        assert told(driver, capfd, True, []) == (True, True)
+        with pytest.raises(FMICallException):
+            driver.fmu.setDebugLogging(True, ["logEverything"])
+        assert "no category 'logEverything'" in capfd.readouterr().out
+
+
+def schema():
+    folder = Path(fmpy.__file__).parent / "schema" / "fmi3"
+    return etree.XMLSchema(file=str(folder / "fmi3TerminalsAndIcons.xsd"))
+
+
+@pytest.mark.parametrize("kind", ["plant", "winches inside", "winches alone"])
+def test_terminals_hold_what_belongs_together(kind, tmp_path):
+    loaded = scenario("caroca" if kind == "plant" else "cogiro_elastic")
+    model = plant_of(loaded) if kind != "winches alone" else Actuator(loaded.robot, 1e-3)
+    path = tmp_path / "a.fmu"
+    path.write_bytes(fmu_bytes(model, 3))
+    assert validate_fmu(str(path)) == []
+    with zipfile.ZipFile(path) as packed:
+        content = packed.read("terminalsAndIcons/terminalsAndIcons.xml")
+    schema().assertValid(etree.fromstring(content))
+    names = [terminal.get("name") for terminal in etree.fromstring(content).iter("Terminal")]
+    expected = {"plant": {"platform", "cables"}, "winches alone": {"winches", "cables"}}
+    assert set(names) == expected.get(kind, {"platform", "cables", "winches"})
+    opened = open_archive(path)
+    variables = {variable.name for variable in fmpy.read_model_description(str(path)).modelVariables}
+    assert len(opened.description.terminals) == len(names)
+    for members in opened.description.terminals:
+        assert set(members.values()) <= variables
+    path.write_bytes(fmu_bytes(model, 2))  # there are none in FMI 2
+    with zipfile.ZipFile(path) as packed:
+        assert not [name for name in packed.namelist() if "terminals" in name]
+
+
+def test_cables_of_plant_and_winches_fit_together(tmp_path):
+    """What one gives the other takes, by the same names."""
+    loaded = scenario("cogiro_elastic")
+    roles = []
+    for model in (plant_of(scenario("cogiro")), Actuator(loaded.robot, 1e-3)):
+        cables = {v.name: v.causality for v in model.variables() if v.terminal == "cables"}
+        roles.append(cables)
+    assert set(roles[0]) == set(roles[1]) == {"cable_tension", "cable_length", "cable_rate"}
+    assert all({roles[0][name], roles[1][name]} == {"input", "output"} for name in roles[0])
+
+
+def test_rigid_drums_say_what_acts_at_once(tmp_path):
+    plant = plant_of(scenario("cogiro_rigid"))
+    about = fmpy.read_model_description(str(write(plant, 3, tmp_path)))
+    at_once = {u.variable.name: u.dependencies for u in about.outputs}
+    assert at_once["cable_tension"] is None  # all
+    assert {v.name for v in at_once["acceleration"]} == {"command", "external_force", "external_moment"}
+    assert at_once["position"] == []
+
+
+@pytest.mark.skipif(shutil.which(CROSS) is None, reason="no compiler for Windows")
+def test_windows_gets_the_same_bytes_each_time(tmp_path, monkeypatch):
+    made = []
+    for name in ("one", "another place"):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))
+        made.append(fmu_bytes(plant_of(scenario("caroca")), 3, platforms=("win64",)))
+    assert made[0] == made[1]
+    path = tmp_path / "w.fmu"
+    path.write_bytes(made[0])
+    assert validate_fmu(str(path)) == []
+    assert "win64" in fmpy.supported_platforms(str(path))
+    with zipfile.ZipFile(path) as packed:
+        binary = packed.read(f"binaries/x86_64-windows/{IDENTIFIER}.dll")
+    assert binary.startswith(b"MZ")
+    assert b"fmi3DoStep\0" in binary  # exported by name
+    assert b"libgcc" not in binary  # nothing that Windows does not have
+    two = fmu_bytes(plant_of(scenario("caroca")), 2, platforms=("native", "win64"))
+    path.write_bytes(two)
+    assert {"linux64", "win64"} <= set(fmpy.supported_platforms(str(path)))
+
+
+def test_without_a_compiler_for_windows_its_name_is_told(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(PluginError, match=f"'{CROSS}' is not found"):
+        fmu_bytes(plant_of(scenario("caroca")), 3, platforms=("win64",))
