@@ -286,6 +286,16 @@ def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
     wound = cdpr_here("export", ROOT / "scenarios" / "winch.yaml", "--to", to, cwd=tmp_path)
     assert "left out: winches and elasticity of cable_1, cable_2" in wound.stderr
     assert cdpr_here("export", ROBOTS / "caroca.yaml", "--to", to, cwd=tmp_path).stderr == ""
+    driven = (
+        "export",
+        ROOT / "scenarios" / "winch_fmu.yaml",
+        "--set",
+        "robot.cable.model=ideal",
+        "--to",
+        to,
+        "--force",
+    )
+    assert "left out: actuators" in cdpr_here(*driven, cwd=tmp_path).stderr
 
 
 @pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
