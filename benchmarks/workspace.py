@@ -2,7 +2,8 @@
 
 On one core: the capacity margin with a box of required wrenches, static equilibrium, wrench closure, cable-cable
 clearance; how many times as fast two threads are; and linear programs for one wrench, by HiGHS called directly and by
-scipy. Minima of chunks by turns. Run: python benchmarks/workspace.py [--json].
+scipy; and the facets of what the cables can exert by pycapacity, where that is installed (it brings a library under the
+GPL, so nothing here does). Minima of chunks by turns. Run: python benchmarks/workspace.py [--json].
 """
 
 from __future__ import annotations
@@ -23,6 +24,11 @@ from cdpr.mechanics.clearance import clearance
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.workspace import box, measure, region
+
+try:
+    from pycapacity.algorithms import hyper_plane_shift_method
+except ImportError:
+    hyper_plane_shift_method = None
 
 ROBOTS = Path(__file__).parent.parent / "scenarios" / "robots"
 NAMES = ("cogiro", "caroca", "ipanema_1", "planar")
@@ -63,6 +69,11 @@ class Programs:
         for W, wrench in self.problems:
             linprog(np.zeros(W.shape[1]), A_eq=W, b_eq=wrench, bounds=self.limits)
 
+    def facets(self) -> None:
+        """Ask pycapacity for the facets."""
+        for W, _ in self.problems:
+            hyper_plane_shift_method(W, self.limits[:, 0], self.limits[:, 1])
+
     def direct(self) -> None:
         """Pass each model to HiGHS, and run it."""
         for W, wrench in self.problems:
@@ -100,6 +111,8 @@ def measured(name: str) -> dict[str, float]:
         "HiGHS": (programs.direct, PROGRAMS),
         "linprog": (programs.scipy, PROGRAMS),
     }
+    if hyper_plane_shift_method is not None:
+        jobs["pycapacity"] = programs.facets, PROGRAMS
     least = dict.fromkeys(jobs, np.inf)
     for _ in range(ROUNDS):
         for key, (job, count) in jobs.items():

@@ -7,7 +7,9 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from cdpr.cables import EXITS, MODELS
+from cdpr.columns import Column
 from cdpr.fmu.read.options import FMU, FmuFile
+from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 ALL_EXITS = tuple(kind.kind() for kind in EXITS)
@@ -138,6 +140,21 @@ class FmuOptions(PluginOptions, FmuFile):
         return {"order": 0, "scheme": ""} if self.file is not None else {}
 
 
+class RemoteOptions(PluginOptions, PeerOptions):
+    """Options of the backend `remote`."""
+
+    program: FileName | None = Field(
+        None, description="a program to start, relative to this file; it talks through its standard input and output"
+    )
+    real_time: bool = Field(
+        False, description="let each step take as long as it simulates, and count those that come too late"
+    )
+
+    def declares(self) -> dict[str, Any]:
+        """A plant that keeps its own time is not the same twice."""
+        return {"deterministic": not self.real_time}
+
+
 @hookimpl
 def cdpr_backends() -> list[PluginInfo]:
     """Return the built-in backends."""
@@ -206,5 +223,13 @@ def cdpr_backends() -> list[PluginInfo]:
             extra="cdpr[fmu]",
             properties={"order": 4, "snapshot": True, "exits": ALL_EXITS, "scheme": "rk4"},
             options=FmuOptions,
+        ),
+        PluginInfo(
+            name=REMOTE,
+            factory="cdpr_backends.remote:RemoteBackend",
+            summary="a plant in another process: a robot's own computer, or another simulator (docs/remote.md)",
+            properties={"order": 0, "exits": ALL_EXITS, "scheme": "", "deterministic": True, "live": True},
+            options=RemoteOptions,
+            columns=(Column("step_late", 1, "s", "how late the last step was by the wall clock; of real time alone"),),
         ),
     ]

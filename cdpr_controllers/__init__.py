@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from cdpr.fmu.read.options import FMU, FmuFile
+from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0)]
@@ -100,6 +102,26 @@ class FmuOptions(PluginOptions, FmuFile):
     file: FileName = Field(description="the FMU, relative to this file")
 
 
+class RemoteOptions(PluginOptions, PeerOptions):
+    """Options of the controller `remote`."""
+
+    program: FileName | None = Field(
+        None, description="a program to start, relative to this file; it talks through its standard input and output"
+    )
+    output: Literal["wrench", "command"] = Field(
+        "wrench", description="what it answers: the wrench on the platform, or the command of each cable"
+    )
+    lockstep: bool = Field(
+        True,
+        description="wait for the answer to each step; false lets it run freely and takes its newest answer, with "
+        "which no two runs are the same",
+    )
+
+    def declares(self) -> Mapping[str, object]:
+        """Tell its output, and whether two runs are the same."""
+        return {"output": self.output, "deterministic": self.lockstep}
+
+
 @hookimpl
 def cdpr_controllers() -> list[PluginInfo]:
     """Return the built-in controllers."""
@@ -144,5 +166,12 @@ def cdpr_controllers() -> list[PluginInfo]:
             extra="cdpr[fmu]",
             properties={"output": "wrench or command"},
             options=FmuOptions,
+        ),
+        PluginInfo(
+            name=REMOTE,
+            factory="cdpr_controllers.remote:RemoteController",
+            summary="a controller in another process, in lock-step or free-running (docs/remote.md)",
+            properties={"output": "wrench", "deterministic": True, "live": True},
+            options=RemoteOptions,
         ),
     ]

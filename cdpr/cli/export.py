@@ -11,6 +11,7 @@ from cdpr.cli.names import OutPath, change_keys
 from cdpr.formats.write import TARGETS
 
 TABLES = ("csv", "npz", "mat", "parquet")
+PACKAGE = "ros2"  # a folder of packages, not a file
 
 
 @click.command("export")
@@ -18,9 +19,10 @@ TABLES = ("csv", "npz", "mat", "parquet")
 @change_keys("Change a key of the robot or scenario; repeatable.")
 @click.option(
     "--to",
-    type=click.Choice([*TABLES, *TARGETS]),
+    type=click.Choice([*TABLES, *TARGETS, PACKAGE]),
     required=True,
-    help="Of a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf.",
+    help="Of a run csv, npz, mat or parquet (the last two need the extra `data`); of a robot mjcf, sdf or urdf; of a "
+    "scenario ros2, a folder of packages.",
 )
 @click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
 @click.option("--sdf-version", "version", help="1.9, or 1.6 for readers that know no more. [1.9]")
@@ -46,7 +48,9 @@ def command(
     for name, value in given.items():
         if value is not None and name not in takes:
             raise click.UsageError(f"--{'sdf-version' if name == 'version' else name} is for --to sdf")
-    if to in TABLES:
+    if to == PACKAGE:
+        file, told = _packages(what, changes, out)
+    elif to in TABLES:
         if changes:
             raise click.UsageError("--set is for robots and scenarios; a run stays what it was")
         file, told = _run(what, to, out, force)
@@ -72,19 +76,33 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
     return out, {"rows": len(loaded.rows)}
 
 
+def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
+    from cdpr.cli.load import load_told
+    from cdpr.errors import CdprError
+    from cdpr.formats.write.ros2 import write_ros2
+    from cdpr.scenario import Scenario
+
+    loaded = load_told(file, changes)
+    if not isinstance(loaded, Scenario):
+        raise CdprError(f"{file}: {PACKAGE} is for scenarios, for a node runs one, and this is a robot")
+    out = out or Path(f"{loaded.name}_ros2")
+    return out, {"files": len(write_ros2(loaded, out))}
+
+
 def _robot(
     file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
 ) -> tuple[Path, dict[str, int]]:
-    from cdpr.cli.load import load_told
+    from cdpr.cli.load import load_told, tell
     from cdpr.errors import CdprError, OutputError
     from cdpr.formats.write.begin import begin
-    from cdpr.formats.write.subject import Options, export
+    from cdpr.formats.write.subject import Options, export, left_out
     from cdpr.log.files import replace
 
     if Path(file).is_dir() or file.endswith(".mcap"):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
     subject = begin(load_told(file, changes))
     text = export(subject, to, Options(**given))
+    tell(f"left out: {each}" for each in left_out(subject.robot))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
         raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")

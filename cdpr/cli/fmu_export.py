@@ -68,7 +68,7 @@ def command(
     loaded = load_told(file, changes)
     import numpy as np
 
-    from cdpr.cables import ACTUATED, with_model
+    from cdpr.cables import ACTUATED, immediate, with_model
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Model, Plant, write_fmu
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
@@ -99,6 +99,10 @@ def command(
         from cdpr.simulation.exported import control_of
 
         control = control_of(loaded)
+        if loaded.events:
+            click.echo(f"{file}: its events do not go along, {len(loaded.events)} in number", err=True)
+        if not (controller or with_winch or immediate(robot)):
+            click.echo(f"{file}: its winches do not go along without --with-winch: tensions act at once", err=True)
     model: Model
     if control and controller:
         model = Controller(control)

@@ -21,6 +21,7 @@ from cdpr.errors import CdprError, ScenarioError
 from cdpr.jobs.pool import Case, Outcome, run_cases
 from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.repeatable import check_repeatable
 
 Found = TypeVar("Found")
 
@@ -62,6 +63,8 @@ def save(
     """
     chosen: Sequence[str | None] = backends or [None]
     scenarios = [load_scenario(path, overrides=overrides, backend=backend) for path in paths for backend in chosen]
+    for scenario in scenarios:
+        check_repeatable(scenario, "a baseline")
 
     def keep(k: int, made: Made) -> Baseline | CdprError:
         if made.run is None or not made.complete:

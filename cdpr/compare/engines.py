@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from cdpr.errors import CdprError
+from cdpr.errors import CdprError, PluginError
 from cdpr.scenario import Scenario
 
 # By which an engine is judged:
@@ -65,7 +65,14 @@ def field(scenario: Scenario, names: Sequence[str] | None) -> Field:
             absent[name] = f"not installed: {entry.remedy}"
         elif entry.missing:
             entry.load()  # says what is missing and how to get it
-    here = [engine_of(scenario, name) for name in found.names("backend") if not found.get("backend", name).missing]
+    here = []
+    for name in found.names("backend"):
+        if not found.get("backend", name).missing:
+            try:
+                here.append(engine_of(scenario, name))
+            except PluginError:  # it needs options that the scenario does not give
+                if names is not None and name in names:
+                    raise
     # By what it can, not by the scheme that the scenario has it run.
     judge = min(here, key=lambda one: (-_order(found.get("backend", one.name).info.properties), -len(one.schemes)))
     wanted = [engine.name for engine in here] if names is None else list(dict.fromkeys(names))

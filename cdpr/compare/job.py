@@ -20,6 +20,7 @@ from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import plain
 from cdpr.scenario import load_scenario
 from cdpr.scenario.problems import judged
+from cdpr.scenario.repeatable import check_repeatable
 
 RUNS = "runs"
 RESERVED = "compare.json.tmp"  # makes a folder ours until compare.json takes its place
@@ -78,6 +79,7 @@ def compare_scenario(
     scenario = load_scenario(path, overrides=list(changes))
     for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):
         say(note)
+    check_repeatable(scenario, "a comparison")
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))
     for name in names:

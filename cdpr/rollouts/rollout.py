@@ -32,6 +32,7 @@ from cdpr.rollouts.result import Rollouts
 from cdpr.rollouts.vary import check_count, values_of
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.overrides import plain_value
+from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.build import build, plugins_of, versions_of
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.loop import Loop
@@ -92,6 +93,7 @@ def rollout(
     n = check_count(n)
     values = values_of(vary, n, seed, overrides or {})
     base = _loaded(scenario, overrides, backend, solver, controller)
+    check_repeatable(base, "a rollout")
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
     compiled = _compiled(plan, [given[0] for given in values.values()])
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):

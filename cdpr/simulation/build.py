@@ -87,6 +87,7 @@ def build(scenario: Scenario) -> Parts:
             output=_output(chosen["controller"], controller),
             events=scenario.events,
             obstacles=scenario.obstacles,
+            live=frozenset(role for role, entry in chosen.items() if entry.info.properties.get("live", False)),
             ideal_cables=scenario.ideal_cables,
             columns=columns_of(scenario),
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),

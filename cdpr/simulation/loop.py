@@ -110,26 +110,17 @@ class Loop:
         try:
             self._first()
             self.sample(0.0)
-            self.out[:] = np.nan
-            parts.controller.control(0.0, self.given_state, self.given_desired, self.out)
-            if np.isnan(self.out).all():
-                raise PluginError(
-                    f"the controller wrote no {parts.output}: `control` must write into the array it is given"
-                )
-            self.stage.distribute()
-            if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
-                raise PluginError(
-                    f"solver '{parts.solver_name}' wrote no tensions, or NaN: `solve` must write "
-                    "into the array it is given"
-                )
+            if "controller" not in parts.live:
+                self._try_control()
             if real_time:
                 self.stage.warm_up_policy()
                 self.program.warm_up()
             self.schedule.warm_up()
-            parts.backend.command[...] = self.tension
-            parts.backend.read_tension(self.tension)
-            parts.backend.step(parts.substeps)
-            perform(self._looking)
+            if "backend" not in parts.live:
+                parts.backend.command[...] = self.tension
+                parts.backend.read_tension(self.tension)
+                parts.backend.step(parts.substeps)
+                perform(self._looking)
         except BackendDied:
             raise  # it would only die again, or hang as long again
         except SimulationStopped:
@@ -142,6 +133,20 @@ class Loop:
         parts.solver.reset()
         parts.backend.command[...] = 0.0
         parts.backend.reset(start)
+
+    def _try_control(self) -> None:
+        parts = self.parts
+        self.out[:] = np.nan
+        parts.controller.control(0.0, self.given_state, self.given_desired, self.out)
+        if np.isnan(self.out).all():
+            raise PluginError(
+                f"the controller wrote no {parts.output}: `control` must write into the array it is given"
+            )
+        self.stage.distribute()
+        if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
+            raise PluginError(
+                f"solver '{parts.solver_name}' wrote no tensions, or NaN: `solve` must write into the array it is given"
+            )
 
     def begin(self, rows: Array, last: int) -> None:
         """Look at sample 0, at the backend's present state; from then on `decide` and `advance` make a step.

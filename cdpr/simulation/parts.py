@@ -10,6 +10,7 @@ from cdpr.model import Robot
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
+from cdpr.plugins.info import Role
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.settings import Settings
 from cdpr.tension.policy import Policy
@@ -38,4 +39,7 @@ class Parts:
     columns: tuple[Column, ...] = LATER  # what a row holds beyond `cdpr.columns.FIRST`
     settings: Settings | None = None  # options that may change
     obstacles: tuple[Obstacle, ...] = ()  # what cables may touch beside each other and their platform
+    live: frozenset[Role] = (
+        frozenset()
+    )  # of whom nothing is tried before the run: what they do is not undone by a reset
     believed: Robot | None = None  # as controller and solver know it, where that is not the robot

@@ -20,6 +20,7 @@ from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.loader import file_name
 from cdpr.scenario.overrides import Change, Overrides, read_overrides
 from cdpr.scenario.problems import MAX_PROBLEMS, Problems
+from cdpr.scenario.repeatable import check_repeatable
 from cdpr.scenario.source import open_document, stem
 from cdpr.scenario.validation import report_nulls, validate
 from cdpr.simulation.build import plugins_of, versions_of
@@ -244,6 +245,7 @@ def _case(
         if before.given == given and here(before.plugins) == computed_by:
             return StudyCase(key, grid.name, point.labels, grid.scenario.source, "", here(before.plugins), before)
     scenario = grid.scenario.with_changes(changes)
+    check_repeatable(scenario, "a study")
     plugins, text = plugins_of(scenario), scenario.resolved_yaml()
     found = Checked(given, _digest(text), plugins)
     return StudyCase(key, grid.name, point.labels, scenario.source, text, here(plugins), found)

@@ -7,6 +7,7 @@ import re
 
 import pytest
 from command_line import cdpr_here
+from pydantic import ValidationError
 
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
 from cdpr.testing import backend_checks, check_solver, controller_checks, solver_checks
@@ -15,7 +16,11 @@ FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": contr
 
 
 def needs_options(entry):
-    return any(field.is_required() for field in entry.info.options.model_fields.values())
+    try:
+        entry.info.options()
+    except ValidationError:
+        return True
+    return False
 
 
 # Rational numbers, and libraries that are wrapped as daqp, highs and piqp are.

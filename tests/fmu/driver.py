@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
 import shutil
 from pathlib import Path
 from types import TracebackType
 
 import fmpy
 import numpy as np
+from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from fmpy.logging import addLoggerProxy
 
 __all__ = ["Driver", "FMICallException"]
 
@@ -46,6 +49,9 @@ class Driver:
             unzipDirectory=str(self.folder),
             modelIdentifier=about.coSimulation.modelIdentifier,
         )
+        if self.fmi == 2:  # FMPy's proxy, which formats messages, serves whom it was given last: that may be cdpr's own
+            fmi2.defaultCallbacks.logger = fmi2.fmi2CallbackLoggerTYPE(fmi2.printLogMessage)
+            addLoggerProxy(ctypes.byref(fmi2.defaultCallbacks))
         self.fmu.instantiate()
         self.initialise(parameters or {}, during or {})
 

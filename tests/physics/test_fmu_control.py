@@ -205,6 +205,21 @@ def test_what_cannot_be_exported_is_told(arguments, said, tmp_path, monkeypatch,
     assert not (tmp_path / "a.fmu").exists()
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("spherical", "its events do not go along, 1 in number"), ("winch", "do not go along without --with-winch")],
+)
+def test_what_stays_behind_is_told(name, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    file = str(ROOT / "scenarios" / f"{name}.yaml")
+    options = ["--with-controller", "--source-only", "--set", "solver.type=closed_form"]
+    monkeypatch.setattr(sys, "argv", ["cdpr", "fmu", "export", file, "-o", str(tmp_path / "a.fmu"), *options])
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 0
+    assert said in capsys.readouterr().err
+
+
 def test_its_terminals_and_dependencies(tmp_path):
     about = fmpy.read_model_description(str(write(closed(scenario("planar")), 3, tmp_path)))
     at_once = {unknown.variable.name: {v.name for v in unknown.dependencies} for unknown in about.outputs}

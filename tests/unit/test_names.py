@@ -66,6 +66,7 @@ OTHERS = [
     Other("fmu", "cdpr.cli", "a command"),
     Other("fmu", "cdpr.fmu.export.library", "a folder of the user's cache"),
     Other("fmu", "cdpr.fmu.read.options", "the constant by which scenarios, logs and tables call what is an FMU"),
+    Other("remote", "cdpr.link.options", "the constant by which scenarios and logs call what is in another process"),
     Other("daqp", "cdpr.bench.benchmark", "the library, which the oracle asks, too"),
     Other("daqp", "cdpr_solvers.options", "the library, as qpsolvers calls it"),
     Other("daqp", "cdpr_solvers.qpsolvers", "the library, as qpsolvers calls it"),

@@ -314,7 +314,7 @@ def test_shipped_scenarios(file):
     assert isinstance(scenario, Scenario)
     assert scenario.name == file.stem
     assert scenario.unused == ()
-    assert load_scenario("x.yaml", text=scenario.resolved_yaml()) == scenario
+    assert load_scenario(SCENARIOS / "x.yaml", text=scenario.resolved_yaml()) == scenario
 
 
 @pytest.mark.parametrize("file", sorted((SCENARIOS / "robots").glob("*.yaml")), ids=lambda file: file.stem)

@@ -55,7 +55,7 @@ def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: fl
         centre = np.array([0.0, 0.0, middle * length])
         across, along = MASS * (3 * radius**2 + (length / 2) ** 2) / 12, MASS * radius**2 / 2
         sdf.inertial(link, MASS, centre, np.diag([across, across, along]))
-        sdf.visual(link, name, Solid("cylinder", (radius, length / 2), centre), colour(None, CABLE))
+        sdf.visual(link, "leg", Solid("cylinder", (radius, length / 2), centre), colour(None, CABLE))
     universal = sdf.joint(model, f"{name}_universal", "universal", "frame", f"{name}_lower")
     sdf.turning(universal, "axis", np.array([1.0, 0.0, 0.0]))
     sdf.turning(universal, "axis2", np.array([0.0, 1.0, 0.0]))

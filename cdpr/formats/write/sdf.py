@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.formats.write import legs
-from cdpr.formats.write.sdf_parts import inertial, joint, pose, text, turning, visual
+from cdpr.formats.write.sdf_parts import SUN, called, inertial, joint, pose, text, turning, visual
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot, rotations
@@ -35,30 +35,31 @@ WRENCH = {"gz-sim-apply-link-wrench-system": "gz::sim::systems::ApplyLinkWrench"
 def write(subject: Subject, options: Options) -> str:
     """Return the world. Raises FormatError where legs are asked for of a robot that cannot have them."""
     robot = subject.robot
+    name = called(robot.name)
     root = ET.Element("sdf", version=options.version)
     modern = options.version == FRAMES_SINCE
-    world = ET.SubElement(root, "world", name=robot.name)
+    world = ET.SubElement(root, "world", name=name)
     if modern:
-        for file, name in (STOCK if options.style == "legs" else STOCK | WRENCH).items():
-            ET.SubElement(world, "plugin", filename=file, name=name)
+        for file, system in (STOCK if options.style == "legs" else STOCK | WRENCH).items():
+            ET.SubElement(world, "plugin", filename=file, name=system)
     physics = ET.SubElement(world, "physics", name="physics", type="ode")
     text(physics, "max_step_size", words([subject.step]))
     text(physics, "real_time_factor", "1")
     text(world, "gravity", words(subject.gravity))
-    light = ET.SubElement(world, "light", name="sun", type="directional")
+    light = ET.SubElement(world, "light", name=SUN, type="directional")
     text(light, "direction", "-0.5 0.1 -0.9")
     if options.style == "legs":  # joints are between links of one model
-        model = ET.SubElement(world, "model", name=robot.name)
+        model = ET.SubElement(world, "model", name=name)
         _frame(model, subject)
         joint(model, "fixed", "fixed", "world", "frame")
         _platform(model, subject)
         legs.add(model, subject, modern)
     else:
-        stand = ET.SubElement(world, "model", name=f"{robot.name}_frame")
+        stand = ET.SubElement(world, "model", name=f"{name}_frame")
         text(stand, "static", "true")
         _frame(stand, subject)
         _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
-        model = ET.SubElement(world, "model", name=robot.name)
+        model = ET.SubElement(world, "model", name=name)
         _platform(model, subject)
         _held(model, subject)
         _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)

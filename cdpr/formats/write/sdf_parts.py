@@ -10,6 +10,8 @@ from cdpr.formats.write.subject import Solid, words
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
+SUN = "sun"
+RESERVED = ("world", SUN)  # by SDF, and for the light
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -18,6 +20,11 @@ def text(parent: ET.Element, name: str, content: str) -> ET.Element:
     element = ET.SubElement(parent, name)
     element.text = content
     return element
+
+
+def called(name: str) -> str:
+    """Return the name of a world or model, which may be none that SDF reserves: world, and __names like this__."""
+    return f"robot_{name}" if name in RESERVED or (name.startswith("__") and name.endswith("__")) else name
 
 
 def pose(place: Array, attitude: Array = UPRIGHT) -> str:

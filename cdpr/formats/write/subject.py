@@ -8,7 +8,7 @@ from importlib import import_module
 
 import numpy as np
 
-from cdpr.cables import COMMANDED, immediate
+from cdpr.cables import chain_of
 from cdpr.errors import FormatError
 from cdpr.formats.write import TARGETS
 from cdpr.model import Robot
@@ -80,20 +80,35 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     return text
 
 
+def left_out(robot: Robot) -> list[str]:
+    """Return what formats without cables leave out of them, by name."""
+    wound, rolled = _wound(robot), _rolled(robot)
+    return [
+        *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
+        *([f"pulleys of {', '.join(rolled)}: an anchor is where the cable arrives at its pulley"] if rolled else []),
+    ]
+
+
 def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError for cables that the format cannot say: winches, elasticity, pulleys."""
-    if not immediate(robot):
-        names = [cable.name for cable in robot.cables if (cable.model or robot.cable_model) != COMMANDED]
+    if wound := _wound(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(names)} are such: with "
+            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: with "
             "--set robot.cable.model=ideal (cable.model=ideal of a robot file) they are left out"
         )
-    rolled = [cable.name for cable in robot.cables if cable.exit is not None and cable.exit.kernels]
-    if rolled:
+    if rolled := _rolled(robot):
         raise FormatError(
             f"robot '{robot.name}': {what} has no swivelling pulleys, and {', '.join(rolled)} leave over such: "
             "describe the robot with points in their place"
         )
+
+
+def _wound(robot: Robot) -> list[str]:
+    return [cable.name for cable in robot.cables if not chain_of(robot, cable).immediate]
+
+
+def _rolled(robot: Robot) -> list[str]:
+    return [cable.name for cable in robot.cables if cable.exit is not None and cable.exit.kernels]
 
 
 def drawn(robot: Robot) -> Solid:

@@ -32,6 +32,7 @@ Status require(const Instance *instance, int modes, const char *function) {
 }
 
 Status instance_tell(Instance *instance, bool on, size_t n, const char *const categories[]) {
+    if (!categories) n = 0;
     unsigned told = on && n > 0 ? 0 : on ? TELL_ALL : TELL_STATUS;
     for (size_t k = 0; on && k < n; k++) {
         unsigned i = 0;

@@ -1,0 +1,47 @@
+"""What a scenario says of a peer."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+REMOTE = "remote"  # what scenarios and logs call a backend or a controller that is one
+
+
+class PeerOptions(BaseModel):
+    """What every role says of its peer; `program` is declared by the role, which knows names of files."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
+
+    sha256: str | None = Field(
+        None,
+        pattern="^[0-9a-f]{64}$",
+        description="checksum of the program; given, the file must have it, and is trusted to run",
+    )
+    address: str | None = Field(
+        None, min_length=1, description="where a peer that runs already listens: HOST:PORT, or unix:PATH of a socket"
+    )
+    timeout: float = Field(
+        1.0,
+        gt=0.0,
+        le=3600.0,
+        description="longest time for an answer, wall clock; then the run ends",
+        json_schema_extra={"unit": "s"},
+    )
+    start_timeout: float = Field(
+        10.0,
+        gt=0.0,
+        le=3600.0,
+        description="longest time until the peer is there and has answered the greeting",
+        json_schema_extra={"unit": "s"},
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        program = getattr(self, "program", None)
+        if (program is None) == (self.address is None):
+            raise ValueError("exactly one of program, which is started, and address, where one listens, is expected")
+        if program is None and self.sha256 is not None:
+            raise ValueError("sha256 is of a program; a peer at an address is trusted by who started it")
+        return self

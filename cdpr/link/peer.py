@@ -1,0 +1,164 @@
+"""A peer: greeted, then asked frame by frame, in lock-step or for the newest that there is."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cdpr.errors import BackendDied
+from cdpr.link.options import PeerOptions
+from cdpr.link.transport import Program, Transport, check_program, connected, parsed
+from cdpr.model.robot import Array
+
+VERSION = 1
+MOST_GREETING = 65536  # bytes
+NUMBER = np.dtype("<f8")
+
+
+def called_of(options: PeerOptions, program: Path | None) -> str:
+    """Return what a peer is called in messages."""
+    return f"peer '{options.address if program is None else program.name}'"
+
+
+def check_peer(options: PeerOptions, program: Path | None) -> None:
+    """Raise CdprError where a program may not be started, or an address is none, before anything runs."""
+    if program is not None:
+        check_program(program, called_of(options, program), options.sha256)
+    else:
+        assert options.address is not None
+        parsed(options.address, called_of(options, program))
+
+
+class Peer:
+    """The other side of one run.
+
+    Args:
+        options: where it is, and how long it may take.
+        program: the file to start, None where it listens at an address.
+        greeting: what it is told: plain data, to which version and lengths of frames are added.
+        sends, takes: how many numbers go to it in each frame, and come back, beside the sequence.
+
+    Raises CdprError where options make no sense, BackendDied where it does not come, or greets otherwise.
+    """
+
+    def __init__(
+        self, options: PeerOptions, program: Path | None, greeting: dict[str, Any], sends: int, takes: int
+    ) -> None:
+        self._options = options
+        self._out, self._in = np.zeros(sends + 1, NUMBER), np.zeros(takes + 1, NUMBER)
+        self._size, self._held = self._in.nbytes, b""
+        self._late = b""  # of a frame that has been sent in part
+        self._asked, self._answered = 0, -1
+        self.skipped = 0  # frames that a peer which runs freely did not get
+        until = time.monotonic() + options.start_timeout
+        self.called = called = called_of(options, program)
+        if program is None:
+            assert options.address is not None
+            self._transport: Transport = connected(options.address, called, until)
+        else:
+            self._transport = Program(program, called, options.sha256)
+        self._greet({"cdpr": VERSION, **greeting, "sends": sends + 1, "takes": takes + 1}, until)
+        self._at = time.monotonic()  # of the newest answer
+
+    def ask(self, values: Array) -> Array:
+        """Send a frame and return the answer to it, (takes,), a view. Raises BackendDied where none comes in time."""
+        until = time.monotonic() + self._options.timeout
+        self._transport.send(self._next(values), until)
+        while len(self._held) < self._size:
+            try:
+                self._held += self._transport.receive(self._size - len(self._held), until)
+            except TimeoutError:
+                raise self._silent(f"to frame {self._asked - 1}") from None
+        self._take()
+        if self._answered != self._asked - 1:
+            raise self._wrong(f"answered frame {self._answered}, and {self._asked - 1} was asked")
+        return self._in[1:]
+
+    def newest(self, values: Array) -> Array:
+        """Send a frame if the peer takes it at once, and return its newest answer, (takes,), a view.
+
+        Raises BackendDied where the newest is older than the time-out; the first is waited for.
+        """
+        if self._asked == 0:
+            return self.ask(values)
+        if self._late:
+            self._late = self._late[self._transport.send_some(self._late) :]
+        if self._late:
+            self.skipped += 1
+        else:
+            frame = self._next(values)
+            sent = self._transport.send_some(frame)
+            self._late = frame[sent:] if sent else b""
+            self._asked -= not sent
+            self.skipped += not sent
+        while data := self._transport.receive(65536, None):
+            self._held += data
+        while len(self._held) >= self._size:
+            before = self._answered
+            self._take()
+            if not before < self._answered < self._asked:
+                raise self._wrong(f"answered frame {self._answered} after {before}, of {self._asked}")
+        if time.monotonic() - self._at > self._options.timeout:
+            raise self._silent("lately")
+        return self._in[1:]
+
+    def tell(self, values: Array) -> None:
+        """Send a last frame that nobody answers, if that is possible."""
+        try:
+            self._transport.send(self._next(values), time.monotonic() + self._options.timeout)
+        except BackendDied:
+            return
+
+    def close(self) -> None:
+        """Close the connection; a program that was started here ends."""
+        self._transport.close()
+
+    def _next(self, values: Array) -> bytes:
+        self._out[0], self._out[1:] = self._asked, values
+        self._asked += 1
+        return self._out.tobytes()
+
+    def _take(self) -> None:
+        """Take one whole frame of what was received, and check it."""
+        self._in[:] = np.frombuffer(self._held, NUMBER, len(self._in))
+        self._held = self._held[self._size :]
+        self._at = time.monotonic()
+        if not np.isfinite(self._in).all():
+            where = int(np.argmin(np.isfinite(self._in)))
+            raise self._wrong(f"number {where} of its answer to frame {self._answered + 1} is {self._in[where]}")
+        if self._in[0] != int(self._in[0]):
+            raise self._wrong(f"its sequence is no whole number, {self._in[0]}: are these little-endian 64-bit floats?")
+        self._answered = int(self._in[0])
+
+    def _greet(self, greeting: dict[str, Any], until: float) -> None:
+        self._transport.send(json.dumps(greeting).encode() + b"\n", until)
+        line = b""
+        while not line.endswith(b"\n"):
+            try:
+                line += self._transport.receive(1, until)
+            except TimeoutError:
+                time_out = f"within start_timeout, {self._options.start_timeout:g} s"
+                raise self._wrong(f"did not answer the greeting by a line of JSON {time_out}") from None
+            if len(line) > MOST_GREETING:
+                raise self._wrong(f"its greeting is longer than {MOST_GREETING} bytes")
+        try:
+            answer = json.loads(line)
+            version = answer["cdpr"]
+        except (ValueError, TypeError, KeyError, RecursionError):
+            raise self._wrong(f'greets with {line[:80]!r}; {{"cdpr": {VERSION}}} and a new line are expected') from None
+        if version != VERSION:
+            raise self._wrong(f"speaks version {version!r:.40} of the protocol, not {VERSION}")
+
+    def _silent(self, when: str) -> BackendDied:
+        return BackendDied(
+            f"{self._transport.called}: gave no answer {when} within its time-out, {self._options.timeout:g} s: "
+            "it hangs, is stopped or too slow"
+        )
+
+    def _wrong(self, text: str) -> BackendDied:
+        self.close()
+        return BackendDied(f"{self._transport.called}: {text}")

@@ -1,0 +1,28 @@
+"""Whether two runs of a scenario are the same: what compares runs, or keeps them, needs that."""
+
+from __future__ import annotations
+
+from cdpr.errors import CdprError
+from cdpr.scenario.scenario import Scenario
+
+
+def check_repeatable(scenario: Scenario, what: str) -> None:
+    """Raise CdprError where a plugin of the scenario declares that its runs are not deterministic.
+
+    `what` is who asks, for the message.
+    """
+    found, simulation = scenario.plugins, scenario.simulation
+    declared = {
+        f"backend '{simulation.backend}'": found.get("backend", simulation.backend).properties(
+            scenario.backend_options()  # type: ignore[arg-type]
+        ),
+        f"controller '{scenario.controller.type}'": found.get("controller", scenario.controller.type).properties(
+            scenario.controller_options  # type: ignore[arg-type]
+        ),
+    }
+    for name, properties in declared.items():
+        if not properties.get("deterministic", True):
+            raise CdprError(
+                f"{scenario.source}: {what} needs runs that are the same each time, and with these options {name} is "
+                "driven by the wall clock: let it answer step by step (lockstep: true, real_time: false)"
+            )

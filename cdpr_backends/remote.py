@@ -1,0 +1,118 @@
+"""A plant in another process, such as a robot's own control computer or another simulator: commands out, state in."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from cdpr import tolerances
+from cdpr.errors import BackendDied
+from cdpr.link.peer import Peer, check_peer
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+
+START, STEP, STOP = range(3)  # what a frame asks for
+STATE = 13
+
+
+class RemoteBackend(Backend):
+    """One peer, which is told where to begin, then the command of each cable for each step, and answers with its state.
+
+    Commands are within the limits of the robot, and finite, whatever was asked for. A peer is to stop safely by itself
+    where it hears nothing for its time-out, or the connection ends; a run that ends tells it to stop.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, physics_step, options)
+        self._program = None if options.program is None else options.program.path
+        check_peer(options, self._program)
+        self._frame = np.zeros(2 + robot.m + 6 + STATE)
+        self._peer: Peer | None = None
+        self._late = np.full(1, np.nan)
+        self._begun, self._due, self._steps, self._missed, self._latest = 0.0, 0.0, 0, 0, 0.0
+
+    def reset(self, state: Array) -> None:
+        """Greet the peer, unless it has not moved since it was, and let it begin in `state` (13,)."""
+        if self._steps:
+            self.close()
+        if self._peer is None:
+            self._peer = self._greeted()
+        self._ask(START, 0.0, np.asarray(state, dtype=np.float64))
+        self._due, self._steps, self._missed, self._latest = 0.0, 0, 0, 0.0
+
+    def step(self, n: int) -> None:
+        """Advance by n physics steps; in real time not before the wall clock has."""
+        duration = n * self.physics_step
+        if self._steps == 0:
+            self._begun = time.monotonic()
+        self._ask(STEP, duration, np.zeros(STATE))
+        self._steps += 1
+        self._due += duration
+        if self.options.real_time:
+            ahead = self._begun + self._due - time.monotonic()
+            self._late[0] = max(0.0, -ahead)
+            if ahead > 0.0:
+                time.sleep(ahead)
+            elif -ahead > duration:
+                self._missed += 1
+                self._latest = max(self._latest, -ahead)
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        """Take the column of how late a step was."""
+        self._late = columns["step_late"]
+
+    def close(self) -> None:
+        """Tell the peer to stop, and end the connection; tell what came too late."""
+        if self._peer is None:
+            return
+        self._fill(STOP, 0.0, np.zeros(STATE))
+        self._peer.tell(self._frame)
+        self._peer.close()
+        self._peer = None
+        if self._missed:
+            text = f"{self._missed} of {self._steps} control steps came more than one step too late, by up to"
+            warnings.warn(f"real time: {text} {1e3 * self._latest:.3g} ms", stacklevel=2)
+
+    def _ask(self, kind: int, duration: float, state: Array) -> None:
+        assert self._peer is not None
+        self._fill(kind, duration, state)
+        self.state[:] = self._peer.ask(self._frame)
+        if abs(float(np.linalg.norm(self.state[3:7])) - 1.0) > tolerances.UNIT:
+            raise BackendDied(
+                f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"
+            )
+
+    def _fill(self, kind: int, duration: float, state: Array) -> None:
+        robot, frame = self.robot, self._frame
+        frame[0], frame[1] = kind, duration
+        low, high = robot.tension_min, robot.tension_max
+        np.clip(np.where(np.isfinite(self.command), self.command, low), low, high, out=frame[2 : 2 + robot.m])
+        if kind != STEP:
+            frame[2 : 2 + robot.m] = low
+        frame[2 + robot.m : 8 + robot.m] = self.external
+        frame[8 + robot.m :] = state
+
+    def _greeted(self) -> Peer:
+        robot, options = self.robot, self.options
+        greeting = {
+            "role": "plant",
+            "robot": robot.name,
+            "dof": list(robot.dof),
+            "cables": [cable.name for cable in robot.cables],
+            "tension_min": robot.tension_min.tolist(),
+            "tension_max": robot.tension_max.tolist(),
+            "mass": robot.platform.mass,
+            "inertia": robot.platform.inertia.tolist(),
+            "center_of_mass": robot.platform.center_of_mass.tolist(),
+            "anchors": robot.anchors.tolist(),
+            "gravity": self.gravity.tolist(),
+            "physics_step": self.physics_step,
+            "timeout": options.timeout,
+            "real_time": options.real_time,
+        }
+        return Peer(options, self._program, greeting, len(self._frame), STATE)

@@ -1,0 +1,84 @@
+"""A controller in another process: it is sent what a controller is called with, and its answer is the output."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.cables.lines import lines
+from cdpr.link.peer import Peer, check_peer
+from cdpr.mechanics.geometry import cable_geometry
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import Controller
+
+STATE, DESIRED = 13, 19
+
+
+class RemoteController(Controller):
+    """One peer, which gets time, state, desired state, lengths and rates, and answers with a wrench or commands.
+
+    In lock-step each answer is to the call that it answers; one that runs freely is sent what it can take, and its
+    newest answer holds.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
+        super().__init__(robot, gravity, control_step, options)
+        self.output = options.output
+        self._frame = np.zeros(1 + STATE + DESIRED + 2 * robot.m)
+        self._cables = np.zeros((6, robot.m)), np.zeros(robot.m), np.zeros(robot.m)
+        self._sensed: Array | None = None
+        self._peer: Peer | None = None
+        self._program = None if options.program is None else options.program.path
+        check_peer(options, self._program)
+
+    def sense(self, cables: Array) -> None:
+        """Send what is measured at the cables, whatever the robot is believed to be."""
+        self._sensed = cables
+
+    def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
+        """Write the wrench (6,) or the commands (m,)."""
+        if self._peer is None:
+            self._peer = self._greeted()
+        frame, m = self._frame, self.robot.m
+        frame[0] = time
+        frame[1 : 1 + STATE] = state
+        frame[1 + STATE : 1 + STATE + DESIRED] = desired
+        if self._sensed is None:
+            W, length, rate = self._cables
+            cable_geometry(lines(self.robot), state, W, length, rate)
+            frame[-2 * m : -m], frame[-m:] = length, rate
+        else:
+            frame[-2 * m : -m], frame[-m:] = self._sensed
+        out[:] = self._peer.ask(frame) if self.options.lockstep else self._peer.newest(frame)
+
+    def reset(self) -> None:
+        """End the peer, if it was asked for anything: the next call begins anew."""
+        self.close()
+
+    def close(self) -> None:
+        """End the connection."""
+        if self._peer is not None:
+            self._peer.close()
+            self._peer = None
+
+    def _greeted(self) -> Peer:
+        robot, options = self.robot, self.options
+        greeting = {
+            "role": "controller",
+            "output": self.output,
+            "robot": robot.name,
+            "dof": list(robot.dof),
+            "cables": [cable.name for cable in robot.cables],
+            "tension_min": robot.tension_min.tolist(),
+            "tension_max": robot.tension_max.tolist(),
+            "mass": robot.platform.mass,
+            "inertia": robot.platform.inertia.tolist(),
+            "center_of_mass": robot.platform.center_of_mass.tolist(),
+            "anchors": robot.anchors.tolist(),
+            "gravity": self.gravity.tolist(),
+            "control_step": self.control_step,
+            "timeout": options.timeout,
+        }
+        return Peer(options, self._program, greeting, len(self._frame), 6 if self.output == "wrench" else robot.m)

@@ -1,0 +1,201 @@
+"""The skeleton of packages for ROS 2: its files, and its Python with stand-ins for the interfaces of ROS."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import setuptools
+import yaml
+from conftest import ROOT
+from ros2_stand_ins import TYPES, Node, Request, install
+
+import cdpr
+from cdpr.errors import FormatError, OutputError
+from cdpr.formats.write.ros2 import package_name, packages, write_ros2
+
+SCENARIO = ROOT / "scenarios" / "caroca.yaml"
+NAME = "cdpr_caroca"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("ros") / "src"
+    write_ros2(cdpr.load_scenario(SCENARIO), place)
+    return place
+
+
+@pytest.fixture
+def node(folder, monkeypatch):
+    """Return a node of the generated module, and its module, with parameters as given."""
+    made = []
+
+    def make(**given):
+        monkeypatch.setattr(Node, "given", given)
+        install(monkeypatch, NAME, folder / NAME, made.append)
+        module = runpy.run_path(str(folder / NAME / NAME / "node.py"))
+        made.append(module["CdprNode"]())
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def wrench(force, torque=(0.0, 0.0, 0.0)):
+    message = TYPES["geometry_msgs.msg"]["WrenchStamped"]()
+    for part, values in ((message.wrench.force, force), (message.wrench.torque, torque)):
+        part.x, part.y, part.z = values
+    return message
+
+
+def test_it_tells_where_the_platform_is(node):
+    made = node(rate=50.0)
+    assert made.timer.period == 0.02
+    for _ in range(5):
+        made.timer.tick()
+    with cdpr.Simulation(SCENARIO) as simulation:
+        simulation.until(0.1)
+        row, columns = simulation.row, simulation.so_far().header.layout.columns
+    sent = {topic: publisher.sent for topic, publisher in made.published.items()}
+    assert {len(messages) for messages in sent.values()} == {5}
+    pose, cables, transform = sent["platform/pose"][-1], sent["cables"][-1], sent["/tf"][-1].transforms[0]
+    place = pose.pose.position
+    assert [place.x, place.y, place.z] == row[columns["position"]].tolist()
+    turn = transform.transform.rotation
+    assert [turn.w, turn.x, turn.y, turn.z] == row[columns["orientation"]].tolist()
+    assert (pose.header.frame_id, transform.child_frame_id) == ("world", "platform")
+    assert cables.effort == row[columns["tension"]].tolist()
+    assert cables.position == row[columns["length"]].tolist()
+    assert len(cables.name) == len(cables.velocity) == 8
+    stamp = sent["/clock"][-1].clock
+    assert stamp.sec + stamp.nanosec * 1e-9 == pytest.approx(row[columns["time"]][0], abs=1e-9)
+
+
+def test_a_wrench_acts_until_the_next(node):
+    ends = []
+    for forces in ([], [(400.0, 0.0, 0.0)], [(400.0, 0.0, 0.0), (0.0, 0.0, 0.0)], [(np.nan, 0.0, 0.0)]):
+        made = node()
+        made.timer.tick()
+        for force in forces:
+            made.subscribed["external_wrench"](wrench(force))
+        for _ in range(10):
+            made.timer.tick()
+        ends.append(made.published["platform/pose"].sent[-1].pose.position.x)
+        assert bool(made.said) == bool(forces and np.isnan(forces[0][0]))
+    assert ends[1] > ends[0] + 1e-4
+    assert ends[2] == pytest.approx(ends[0], abs=1e-9)
+    assert ends[3] == ends[0]
+
+
+def test_the_service_distributes_as_cdpr_does(node):
+    made = node()
+    request = Request()
+    request.pose.position.z, request.pose.orientation.w = 1.2, 1.0
+    request.wrench.force.z = 1500.0
+    answer = made.services["distribute_wrench"](request)
+    scenario = cdpr.load_scenario(SCENARIO)
+    expected = cdpr.distribute(
+        scenario.robot, [0, 0, 1.2, 1, 0, 0, 0], [0, 0, 1500, 0, 0, 0], solver=scenario.solver.type
+    )
+    assert answer.feasible
+    assert answer.tension == expected.tension.tolist()
+    request.wrench.force.z = -1e9
+    assert not made.services["distribute_wrench"](request).feasible
+    request.pose.orientation.w = 0.0  # no attitude
+    answer = made.services["distribute_wrench"](request)
+    assert not answer.feasible
+    assert answer.message
+
+
+def test_at_its_end_it_waits_and_can_begin_again(node):
+    made = node(rate=1.0)
+    for _ in range(7):
+        made.timer.tick()
+    assert len(made.published["/clock"].sent) == 4  # of 4 s
+    assert "the scenario ends" in made.said[-1]
+    assert made.services["reset"](None).success
+    made.timer.tick()
+    assert made.published["/clock"].sent[-1].clock.sec == 0  # the last sample before 1 s
+    assert len(made.published["/clock"].sent) == 5
+
+
+def test_main_says_what_is_wrong(folder, monkeypatch, capsys):
+    spun = []
+    install(monkeypatch, NAME, folder / NAME, spun.append)
+    for given, said in (
+        ({"rate": 0.0}, "rate"),
+        ({"scenario": "nowhere.yaml"}, "nowhere.yaml"),
+        ({"backend": "x"}, "x"),
+    ):
+        monkeypatch.setattr(Node, "given", given)
+        assert runpy.run_path(str(folder / NAME / NAME / "node.py"))["main"]() == 2
+        assert said in capsys.readouterr().err
+    monkeypatch.setattr(Node, "given", {})
+    assert runpy.run_path(str(folder / NAME / NAME / "node.py"))["main"]() == 0
+    assert spun[0].destroyed
+
+
+def test_what_is_installed_is_there(folder, monkeypatch):
+    said = {}
+    monkeypatch.setattr(setuptools, "setup", lambda **given: said.update(given))
+    runpy.run_path(str(folder / NAME / "setup.py"))
+    for _, files in said["data_files"]:
+        for file in files:
+            assert (folder / NAME / file).is_file()
+    assert said["entry_points"]["console_scripts"] == [f"run = {NAME}.node:main"]
+    install(monkeypatch, NAME, folder / NAME, None)
+    launched = runpy.run_path(str(folder / NAME / "launch" / f"{NAME}.launch.py"))["generate_launch_description"]()
+    assert launched[0]["executable"] == "run"
+    assert (folder / NAME / "config/parameters.yaml").samefile(launched[0]["parameters"][0])
+    parameters = yaml.safe_load((folder / NAME / "config/parameters.yaml").read_text())[NAME]["ros__parameters"]
+    declared = set(re.findall(r'declare_parameter\("(\w+)"', (folder / NAME / NAME / "node.py").read_text()))
+    assert set(parameters) == declared
+    assert cdpr.load_scenario(folder / NAME / "config/scenario.yaml").robot.m == 8
+
+
+def test_manifests_name_what_is_imported(folder):
+    for package in (NAME, f"{NAME}_interfaces"):
+        root = ElementTree.parse(folder / package / "package.xml").getroot()
+        assert root.findtext("name") == package
+    needs = {each.text for each in ElementTree.parse(folder / NAME / "package.xml").getroot().iter("exec_depend")}
+    text = "".join(path.read_text() for path in (folder / NAME).rglob("*.py"))
+    imported = {line.split()[1].split(".")[0] for line in text.splitlines() if re.match(r"(from|import) \w", line)}
+    own = {"__future__", "cdpr", "math", "sys", "setuptools"}
+    assert imported - own == needs
+    service = (folder / f"{NAME}_interfaces/srv/DistributeWrench.srv").read_text()
+    fields = [line.split()[1] for line in service.splitlines() if line and line[0] not in "#-"]
+    assert fields == ["pose", "wrench", "feasible", "message", "tension", "residual"]
+
+
+def test_nothing_is_overwritten_and_the_bytes_are_the_same(folder, tmp_path):
+    scenario = cdpr.load_scenario(SCENARIO)
+    with pytest.raises(OutputError, match="no empty folder"):
+        write_ros2(scenario, folder)
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(OutputError):
+            write_ros2(scenario, place)
+    (tmp_path / "two").mkdir()
+    for path in write_ros2(scenario, tmp_path / "two"):
+        there = folder / path.relative_to(tmp_path / "two")
+        assert path.read_bytes() == there.read_bytes()
+        assert "@PACKAGE@" not in path.read_text()
+        assert str(ROOT) not in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("robot", "package"),
+    [("CoGiRo", "cdpr_cogiro"), ("a--b  c", "cdpr_a_b_c"), ("日本", "cdpr_robot"), ("3", "cdpr_3"), ("_x_", "cdpr_x")],
+)
+def test_names_are_those_that_ros_takes(robot, package):
+    assert package_name(robot) == package
+    assert re.fullmatch(r"[a-z][a-z0-9_]*", package)
+
+
+def test_files_beside_the_scenario_are_refused():
+    with pytest.raises(FormatError, match=r"is the file"):
+        packages(cdpr.load_scenario(ROOT / "scenarios" / "gcode.yaml"))
