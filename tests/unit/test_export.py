@@ -403,3 +403,13 @@ def test_mujoco_reads_the_urdf(name):
     assert model.body_mass[1] == pytest.approx(platform.mass)
     assert np.allclose(model.body_ipos[1], platform.center_of_mass, atol=1e-9)
     assert np.allclose(np.sort(model.body_inertia[1]), np.linalg.eigvalsh(platform.inertia))
+
+
+def test_packages_for_ros_2_are_of_scenarios(tmp_path):
+    done = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out")
+    assert "13 files" in done.stdout
+    assert (tmp_path / "out" / "cdpr_caroca" / "package.xml").is_file()
+    again = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out", code=8)
+    assert "is there already, and is no empty folder" in again.stderr
+    robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
+    assert "ros2 is for scenarios" in robot.stderr
