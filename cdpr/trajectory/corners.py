@@ -22,7 +22,8 @@ ROUND, AROUND = 0.6, 0.3
 
 TRIES, SMALLER = 24, 0.5**0.5  # sizes of a rounded corner that are tried; from one to the next by this factor
 CHUNK = 4096  # corners that are worked on at once: memory
-HALVINGS = 60  # of the interval in which a cap is looked for
+# A cap is looked for down to 2^-MAGNITUDES of the speed wanted, by so many halvings of that interval.
+MAGNITUDES, HALVINGS = 200.0, 60
 
 # A corner that takes less of a piece than this is none.
 LEAST = 1e-9
@@ -82,7 +83,9 @@ def caps(pieces: Curves, speed: Array, limits: Limits, share: Array) -> Array:
     p'' = q'' v^2 + q' s'' and p''' = q''' v^3 + 3 q'' v s'' + q' s''', of which the norms are bounded.
     """
     k1, k2, k3 = pieces.bounds[:, 0], pieces.bounds[:, 1], pieces.bounds[:, 2]
-    a, j = share * limits.acceleration, share * limits.jerk
+    j = share * limits.jerk
+    # Between speeds that differ by v the acceleration rises to sqrt(j v) at most.
+    a = np.minimum(share * limits.acceleration, np.sqrt(j * limits.velocity))
 
     def kept(v: Array) -> NDArray[np.bool_]:
         inward, along, across = k2 * v**2, k1 * j + k3 * v**3, 3.0 * k2 * v * a
@@ -91,14 +94,13 @@ def caps(pieces: Curves, speed: Array, limits: Limits, share: Array) -> Array:
         return np.asarray((second <= limits.acceleration) & (third <= limits.jerk))
 
     high = np.minimum(speed, limits.velocity) / k1
-    whole = kept(high)
-    low = np.zeros_like(high)
-    low[~kept(low)] = np.nan
+    good = kept(high)
+    slow, fast = np.full_like(high, MAGNITUDES), np.zeros_like(high)  # how often high is to be halved
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        good = kept(middle)
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return np.where(whole, np.minimum(speed, limits.velocity) / k1, np.nan_to_num(low))
+        middle = 0.5 * (slow + fast)
+        within = kept(high * np.exp2(-middle))
+        slow, fast = np.where(within, middle, slow), np.where(within, fast, middle)
+    return np.where(good, high, np.where(kept(high * np.exp2(-slow)), high * np.exp2(-slow), 0.0))
 
 
 def _rounded(

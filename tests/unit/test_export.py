@@ -286,6 +286,16 @@ def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
     wound = cdpr_here("export", ROOT / "scenarios" / "winch.yaml", "--to", to, cwd=tmp_path)
     assert "left out: winches and elasticity of cable_1, cable_2" in wound.stderr
     assert cdpr_here("export", ROBOTS / "caroca.yaml", "--to", to, cwd=tmp_path).stderr == ""
+    driven = (
+        "export",
+        ROOT / "scenarios" / "winch_fmu.yaml",
+        "--set",
+        "robot.cable.model=ideal",
+        "--to",
+        to,
+        "--force",
+    )
+    assert "left out: actuators" in cdpr_here(*driven, cwd=tmp_path).stderr
 
 
 @pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
@@ -364,3 +374,42 @@ def test_held_platforms_move_alike_in_dart_and_mujoco(tmp_path, name):
     if name == "spherical":
         wanted = data.body("platform").xmat.reshape(3, 3) @ wanted
     assert np.allclose(found[robot.rows], wanted, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["off_centre", "planar", "spherical", "point_mass"])
+def test_a_platform_that_moves_begins_with_its_rates(name):
+    mujoco = pytest.importorskip("mujoco")
+    subject = subject_of(name)
+    rates = np.zeros(6)
+    rates[subject.robot.rows] = 0.1 * (1.0 + np.arange(subject.robot.n))
+    subject = replace(subject, state=np.concatenate([subject.state[:7], rates]))
+    model = mujoco.MjModel.from_xml_string(export(subject, "mjcf"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    found = np.zeros(6)
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "platform")
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, found, 0)
+    assert np.allclose(np.concatenate([found[3:], found[:3]]), rates, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["caroca", "off_centre"])
+def test_mujoco_reads_the_urdf(name):
+    """It takes the fixed anchors into their links, and the floating joint for a free one."""
+    mujoco = pytest.importorskip("mujoco")
+    platform = subject_of(name).robot.platform
+    model = mujoco.MjModel.from_xml_string(export(subject_of(name), "urdf"))
+    assert (model.nbody, model.nv) == (2, 6)
+    assert model.body_mass[1] == pytest.approx(platform.mass)
+    assert np.allclose(model.body_ipos[1], platform.center_of_mass, atol=1e-9)
+    assert np.allclose(np.sort(model.body_inertia[1]), np.linalg.eigvalsh(platform.inertia))
+
+
+def test_packages_for_ros_2_are_of_scenarios(tmp_path):
+    done = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out")
+    assert "13 files" in done.stdout
+    assert (tmp_path / "out" / "cdpr_caroca" / "package.xml").is_file()
+    again = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out", code=8)
+    assert "is there already, and is no empty folder" in again.stderr
+    robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
+    assert "ros2 is for scenarios" in robot.stderr

@@ -16,7 +16,7 @@ from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import export
-from cdpr.mechanics.kinematics import make_state, wrench_matrix
+from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import rotations
 
@@ -315,3 +315,53 @@ def test_without_mujoco_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(PluginError, match=r"pip install 'cdpr\[mujoco\]'"):
         taken(tmp_path, MODEL)
+
+
+FREE = ["<freejoint/>", '<joint type="ball" pos="{}"/>', '<joint type="slide" axis="0 1 0"/>']
+HINGED = (
+    '<joint type="slide" axis="1 0 0" ref="0.3"/><joint type="slide" axis="0 0 -1"/>'
+    '<joint type="hinge" axis="0 -1 0" pos="{}" ref="0.4"/>'
+)
+WIDTHS = [7, 4, 1, 3]  # of a pose of each
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_models_at_random(tmp_path, seed):
+    """Turned frames, bodies on bodies, all kinds of joints: lengths, centre of mass and accelerations are MuJoCo's."""
+    rng = np.random.default_rng(seed)
+
+    def numbers(count=3, size=1.0):
+        return " ".join(map(repr, (size * rng.normal(size=count)).tolist()))
+
+    cables, kind = int(rng.integers(1, 9)), seed % 4
+    joints = [*FREE, HINGED][kind].format(numbers())
+    turned = f'quat="{numbers(4)}"' if kind < 2 else ""
+    named = f'<site name="platform" pos="{numbers()}" quat="{numbers(4)}"/>' if seed % 3 else ""
+    fixed = "".join(f'<site name="f{k}" pos="{numbers(size=3.0)}"/>' for k in range(cables))
+    moving = "".join(f'<site name="b{k}" pos="{numbers()}"/>' for k in range(cables))
+    pairs = [(f"f{k}", f"b{k}")[:: 1 - 2 * (k % 2)] for k in range(cables)]
+    text = f"""<mujoco><compiler angle="radian" eulerseq="ZYX"/><option gravity="0 0 0"/><worldbody>
+      <frame pos="{numbers()}" quat="{numbers(4)}"><body pos="{numbers()}" euler="{numbers()}">{fixed}</body></frame>
+      <body name="load" pos="{numbers()}" {turned}>{joints}{named}
+        <geom type="box" size="0.3 0.2 0.1" pos="{numbers()}" quat="{numbers(4)}"/>
+        <geom type="capsule" size="0.1" fromto="{numbers(6)}" mass="2"/>
+        <body pos="{numbers()}" quat="{numbers(4)}"><geom type="ellipsoid" size="0.1 0.2 0.3"/>{moving}</body>
+      </body></worldbody>
+    <tendon>{"".join(f'<spatial><site site="{a}"/><site site="{b}"/></spatial>' for a, b in pairs)}</tendon>
+    <actuator>{"".join(f'<motor tendon="t{k}" gear="-1" ctrlrange="0 99"/>' for k in range(cables))}</actuator>
+    <keyframe><key qpos="{numbers(WIDTHS[kind], 0.3)}"/></keyframe></mujoco>"""
+    for k in range(cables):
+        text = text.replace("<spatial>", f'<spatial name="t{k}">', 1)
+    robot = robot_of(tmp_path, text)
+    model, data = compiled(text)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.ctrl[:] = tension = rng.uniform(0.0, 99.0, cables)
+    mujoco.mj_forward(model, data)
+    state, R = make_state(robot.home[:3], robot.home[3:]), rotations.matrix(robot.home[3:])
+    body, c = data.body("load"), R @ robot.platform.center_of_mass
+    assert np.allclose(lengths(robot, state), data.ten_length, atol=SAME)
+    assert np.allclose(robot.home[:3] + c, body.subtree_com, atol=SAME)
+    if kind == 0:
+        wrench = wrench_matrix(robot, state) @ tension
+        turning = np.linalg.solve(R @ robot.platform.inertia @ R.T, wrench[3:] - np.cross(c, wrench[:3]))
+        assert np.allclose(body.xmat.reshape(3, 3) @ data.qacc[3:], turning, rtol=1e-9, atol=1e-9)

@@ -297,3 +297,15 @@ def test_what_would_take_too_much_memory_is_refused():
         follow(0.0, course(arc(0.1, 1e9)), LIMITS, UPRIGHT)
     with pytest.raises(ValueError, match="one piece or more"):
         follow(0.0, course(polyline(CORNERS).take(np.zeros(0, dtype=int))), LIMITS, UPRIGHT)
+
+
+@pytest.mark.parametrize("limits", list(itertools.product([1e-12, 1e12], repeat=3)))
+@pytest.mark.parametrize("tolerance", [0.0, 1e6])
+def test_limits_of_any_size(limits, tolerance):
+    """As far apart as scenarios may have them."""
+    pieces = together([polyline(CORNERS[:3]), arc(0.1, 7.0, center=(0.9, 1.0, 0.0))])
+    motion = follow(0.0, course(pieces, tolerance=tolerance), Limits(*limits), UPRIGHT)
+    assert np.isfinite(motion.segments).all()
+    end = pieces.at(np.array([2]), pieces.length[2:])[0][0]
+    np.testing.assert_allclose(motion.sample(motion.end)[:3], end, atol=1e-9)
+    assert_kept(motion, Limits(*limits))

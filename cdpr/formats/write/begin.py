@@ -18,7 +18,6 @@ def begin(loaded: Scenario | Robot) -> Subject:
     if isinstance(loaded, Robot):
         state = np.concatenate([home_pose(loaded)[0], np.zeros(6)])
         return Subject(loaded, np.array(World().gravity), state, STEP)
-    simulation = loaded.simulation
-    return Subject(
-        loaded.robot, np.array(loaded.world.gravity), loaded.initial.state(), float(simulation.physics_step or STEP)
-    )
+    step = float(loaded.simulation.physics_step or STEP)
+    actuated = loaded.actuators is not None
+    return Subject(loaded.robot, np.array(loaded.world.gravity), loaded.initial.state(), step, actuated)

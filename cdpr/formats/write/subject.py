@@ -30,12 +30,14 @@ class Subject:
         gravity: (3,), m/s^2, world.
         state: (13,), where it stands: of its origin, world axes.
         step: of the physics, s.
+        actuated: whether actuators of the scenario, an FMU, pull its cables.
     """
 
     robot: Robot
     gravity: Array
     state: Array
     step: float
+    actuated: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,11 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     return text
 
 
-def left_out(robot: Robot) -> list[str]:
-    """Return what formats without cables leave out of them, by name."""
-    wound, rolled = _wound(robot), _rolled(robot)
+def left_out(subject: Subject) -> list[str]:
+    """Return what is left out of what pulls the cables, by name, where the format does not refuse it."""
+    wound, rolled = _wound(subject.robot), _rolled(subject.robot)
     return [
+        *(["actuators: tensions are commands there"] if subject.actuated else []),
         *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
         *([f"pulleys of {', '.join(rolled)}: an anchor is where the cable arrives at its pulley"] if rolled else []),
     ]

@@ -70,7 +70,8 @@ def follow(start: float, course: Course, limits: Limits, orientation: Array) -> 
     count = len(pieces)
     if not count:
         raise ValueError("a course has one piece or more")
-    kept = Limits(limits.velocity, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
+    fastest = min(limits.velocity, float(course.speed.max()))
+    kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
     passed = corners(pieces, np.where(course.stop, 0.0, course.tolerance)[:-1], course.speed, kept)
     path = _sections(course, passed.smooth & ~course.stop[:-1], passed.cut, passed.rounded)
     used = path.curves.take(path.curve)
