@@ -198,7 +198,7 @@ def _shown(scenario: Scenario, folder: RunFolder, live: Live, look: Callable[[in
     def say(text: str) -> None:
         click.echo(f"live: {text}", err=True)
 
-    with closing(Foxglove(live.host, live.port, live.rate, say, scenario.options().numbers())) as link:
+    with closing(Foxglove(live.host, live.port, say, scenario.options().numbers())) as link:
         say(f"ws://{live.host}:{link.port}, for Foxglove and PlotJuggler")
         return drive(scenario, link, out=folder, speed=live.speed, rate=live.rate, progress=look)
 

@@ -39,10 +39,16 @@ class Request:
 
 
 class Link(Protocol):
-    """What shows a simulation to others, and hears them."""
+    """What shows a simulation to others, and hears them.
 
-    def begin(self, header: Header, requests: queue.SimpleQueue[Request]) -> None:
-        """Take what is shown, and where requests go."""
+    Attributes:
+        requests: what was asked for, also before the simulation begins, and is not done yet.
+    """
+
+    requests: queue.SimpleQueue[Request]
+
+    def begin(self, header: Header) -> None:
+        """Take what is shown."""
         ...
 
     def show(self, row: Array, sample: int) -> None:
@@ -59,7 +65,6 @@ class Driven(Simulation):
 
     def __init__(self, scenario: Scenario, out: RunFolder | str | None, link: Link, speed: float, rate: float) -> None:
         super().__init__(scenario, out=out)
-        self.requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
         self.paused = False
         self._link, self._slice = link, max(1.0 / rate, scenario.simulation.control_step)
         self._speed = speed
@@ -70,15 +75,20 @@ class Driven(Simulation):
     def drive(self, progress: Callable[[int, int], None]) -> Run:
         """Go on to the end; `progress` is called after each slice, and may raise Interrupted."""
         with self._kept():
-            self._link.begin(self.so_far().header, self.requests)
+            self._link.begin(self.so_far().header)
             self._begin_clock()
+            shown = 0.0
             while not self.done:
                 progress(self.samples, self.steps + 1)
                 self._serve()
                 if self.paused:
                     continue
                 self._advance(self.time + self._slice)
-                self._link.show(self.row, self.samples - 1)
+                # In real time all are shown, of a run that is faster as many a second.
+                if self._speed <= 1.0 or monotonic() - shown >= self._slice:
+                    shown = monotonic()
+                    self._link.show(self.row, self.samples - 1)
+            self._link.show(self.row, self.samples - 1)
         return self.run()
 
     def _advance(self, time: float) -> None:
@@ -94,11 +104,12 @@ class Driven(Simulation):
 
     def _serve(self) -> None:
         """Wait until the next slice is due, and do what is asked for meanwhile."""
+        requests = self._link.requests
         while True:
             begun, time = self._from
             ahead = WAITS if self.paused else (self.time - time) / self._speed - (monotonic() - begun)
             try:
-                request = self.requests.get(timeout=ahead) if ahead > 0.0 else self.requests.get_nowait()
+                request = requests.get(timeout=ahead) if ahead > 0.0 else requests.get_nowait()
             except queue.Empty:
                 if not self.paused and ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
                     self._begin_clock()
@@ -110,7 +121,7 @@ class Driven(Simulation):
             REQUESTS[request.what](self, **request.values)
         except CdprError as error:
             request.answer = str(error)
-            self._link.refused(f"{request.what}: {error}")
+            self._link.refused(f"{request.values.get('key', request.what)}: {error}")
         request.done.set()
 
     def ask_pause(self, paused: bool = True) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable
-from time import monotonic
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
@@ -30,11 +30,10 @@ SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
 class Foxglove:
-    """A server that shows the newest sample at a rate, and hears what clients publish, call and set.
+    """A server that shows samples, and hears what clients publish, call and set.
 
     Args:
         host, port: where it listens; port 0 takes a free one.
-        rate: messages of each topic, Hz of the wall clock, at most.
         say: called with what is refused.
         parameters: names and values of what clients may set beside `paused` and `speed`.
 
@@ -48,14 +47,14 @@ class Foxglove:
         self,
         host: str = "127.0.0.1",
         port: int = 8765,
-        rate: float = 60.0,
         say: Callable[[str], None] = lambda text: None,
         parameters: dict[str, Any] | None = None,
     ) -> None:
-        self._context, self._period, self._say = foxglove.Context(), 1.0 / rate, say
+        self._context, self._say = foxglove.Context(), say
         self._parameters = {"paused": False, "speed": 1.0, **(parameters or {})}
-        self._requests: queue.SimpleQueue[Request] | None = None
-        self._newest: tuple[Array, int] | None = None
+        self.requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
+        self._shown: deque[tuple[Array, int]] = deque(maxlen=BACKLOG)
+        self._some = threading.Event()
         self._channels: list[foxglove.Channel] = []
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
@@ -81,9 +80,8 @@ class Foxglove:
             raise CdprError(f"--live-port: cannot listen at {host}:{port}: {text}; 0 takes a free port") from None
         self.port = self._server.port
 
-    def begin(self, header: Header, requests: queue.SimpleQueue[Request]) -> None:
+    def begin(self, header: Header) -> None:
         """Open a channel for each topic, and send from now on."""
-        self._requests = requests
         self._messages = Messages(header)
         self._step = header.control_step
         for topic in self._messages.topics:
@@ -96,8 +94,9 @@ class Foxglove:
         self._thread.start()
 
     def show(self, row: Array, sample: int) -> None:
-        """Keep the newest sample for who sends."""
-        self._newest = row, sample
+        """Keep it for who sends; of many that wait the oldest are dropped."""
+        self._shown.append((row, sample))
+        self._some.set()
 
     def refused(self, text: str) -> None:
         """Tell all clients, and who started it."""
@@ -107,6 +106,7 @@ class Foxglove:
     def close(self) -> None:
         """Send no more, and close all connections."""
         self._ended.set()
+        self._some.set()
         if self._thread is not None:
             self._thread.join()
         for channel in self._channels:
@@ -115,15 +115,9 @@ class Foxglove:
 
     def ask(self, request: Request) -> str:
         """Hand a request to the simulation, and return "" or why it was refused."""
-        if self._requests is None:
-            return "the simulation has not begun"
-        self._requests.put(request)
-        return request.answer if request.done.wait(ANSWERS) else "the simulation does not answer: it may be over"
-
-    def put(self, request: Request) -> None:
-        """Hand it over, and wait for nothing."""
-        if self._requests is not None:
-            self._requests.put(request)
+        self.requests.put(request)
+        late = "the simulation does not answer: it is over, or has not begun"
+        return request.answer if request.done.wait(ANSWERS) else late
 
     def given(self) -> list[Parameter]:
         """All parameters."""
@@ -157,16 +151,15 @@ class Foxglove:
         return handle
 
     def _send(self) -> None:
-        """Send the newest sample, if there is a new one and somebody listens, at the rate."""
-        last, due = -1, monotonic()
-        while not self._ended.wait(max(0.0, due - monotonic())):
-            due = max(due + self._period, monotonic())
-            newest = self._newest
-            if newest is None or newest[1] == last:
-                continue
-            (row, last), wanted = newest, [channel.has_sinks() for channel in self._channels]
-            if any(wanted):
-                self._log(row, last, wanted)
+        """Send what is shown, if somebody listens."""
+        while not self._ended.is_set():
+            self._some.wait()
+            self._some.clear()
+            while self._shown:
+                row, sample = self._shown.popleft()
+                wanted = [channel.has_sinks() for channel in self._channels]
+                if any(wanted):
+                    self._log(row, sample, wanted)
 
     def _log(self, row: Array, sample: int, wanted: list[bool]) -> None:
         import numpy as np
@@ -194,7 +187,7 @@ class _Listener(ServerListener):
     def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
         topic, encoding = self._topics.get((client.id, client_channel_id), ("", ""))
         try:
-            self._server.put(request_of(topic, encoding, data))
+            self._server.requests.put(request_of(topic, encoding, data))
         except CdprError as error:
             self._server.refused(str(error))
 
