@@ -5,21 +5,23 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from cdpr.cli import DEBUG
 from cdpr.cli.load import strict_option, tell
 from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
+from cdpr.cli.numbers import Real, Whole
 from cdpr.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.hush import hushed
 
 if TYPE_CHECKING:
     from cdpr.cli.progress import Signals
     from cdpr.log.run import Run
+    from cdpr.log.run_folder import RunFolder
     from cdpr.scenario import Scenario
 
 FIRST = "caroca"  # the example for who has no scenario yet
@@ -37,6 +39,11 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
 @click.option("--statics", is_flag=True, help="Tell the least capacity margin and stiffness along the motion, too.")
+@click.option("--live", "tool", type=click.Choice(["foxglove"]), help="Show the run to this tool while it goes on.")
+@click.option("--live-host", "host", default="127.0.0.1", help="Where it listens. [127.0.0.1]")
+@click.option("--live-port", "port", type=Whole(0, 65535), default=8765, help="Its port; 0 takes a free one. [8765]")
+@click.option("--live-rate", "rate", type=Real(0.1, 1000.0), default=60.0, help="Messages of each topic, Hz. [60]")
+@click.option("--live-speed", "speed", type=Real(0.001, 1e6), default=1.0, help="Times real time, at most. [1]")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
@@ -50,6 +57,11 @@ def command(
     real_time: bool,
     report: bool,
     statics: bool,
+    tool: str | None,
+    host: str,
+    port: int,
+    rate: float,
+    speed: float,
     strict: bool,
     as_json: bool,
 ) -> None:
@@ -76,7 +88,8 @@ def command(
         stop: CdprError | None = None
         try:
             with _trusting(trust_fmu), hushed():
-                run = _simulate(loaded, out, signals, real_time=real_time)
+                live = None if tool is None else Live(host, port, rate, speed)
+                run = _simulate(loaded, out, signals, real_time=real_time, live=live)
         except CdprError as error:
             if error.run is None or not len(error.run.rows):
                 if not isinstance(error, Interrupted):
@@ -122,7 +135,18 @@ def _trusting(fmus: bool) -> AbstractContextManager[None]:
     return any_fmu()
 
 
-def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool) -> Run:
+class Live(NamedTuple):
+    """Where a run is shown while it goes on, how often, and how fast it goes."""
+
+    host: str
+    port: int
+    rate: float
+    speed: float
+
+
+def _simulate(
+    scenario: Scenario, out: str | None, signals: Signals, *, real_time: bool, live: Live | None = None
+) -> Run:
     """Make the folder and run. Before the first sample a signal ends the run at once, then between two samples."""
     from pathlib import Path
 
@@ -151,6 +175,8 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
         if signals.pending:
             raise KeyboardInterrupt
         with Progress() as progress:
+            if live is not None:
+                return _shown(scenario, folder, live, look)
             return simulate(scenario, out=folder, real_time=real_time, progress=look)
     except KeyboardInterrupt as error:
         run = getattr(error, "run", None)
@@ -160,6 +186,21 @@ def _simulate(scenario: Scenario, out: str | None, signals: Signals, *, real_tim
         stopped = Interrupted("interrupted" if len(run.rows) else "interrupted before the first sample")
         stopped.run = run
         raise stopped from None
+
+
+def _shown(scenario: Scenario, folder: RunFolder, live: Live, look: Callable[[int, int], None]) -> Run:
+    """Run while others look on."""
+    from contextlib import closing
+
+    from cdpr.live.drive import drive
+    from cdpr.live.foxglove import Foxglove
+
+    def say(text: str) -> None:
+        click.echo(f"live: {text}", err=True)
+
+    with closing(Foxglove(live.host, live.port, say, scenario.options().numbers())) as link:
+        say(f"ws://{live.host}:{link.port}, for Foxglove and PlotJuggler")
+        return drive(scenario, link, out=folder, speed=live.speed, rate=live.rate, progress=look)
 
 
 def _least(scenario: Scenario, run: Run) -> dict[str, dict[str, Any]]:

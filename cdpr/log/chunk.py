@@ -8,6 +8,7 @@ one numpy assignment for all columns and one for all times.
 from __future__ import annotations
 
 import struct
+from itertools import pairwise
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -133,23 +134,27 @@ class Chunk:
             )
             entries[i, :, 8:].view("<u8")[:, 0] = start + row.size * np.arange(n)
         self._index_times = entries.view("<u8")[:, :, 0]
+        self._bodies = [
+            (start + _MESSAGE_HEAD.size, end) for start, end in pairwise([*template.starts, template.row.size])
+        ]
         self._numbers = group.every * np.arange(n)
         self._step = step
+
+    def messages(self, source: Array, sample: int) -> list[memoryview]:
+        """Return the messages of one source row (1, width) of a sample, one of each topic, as CDR.
+
+        Of a chunk of one row; they are valid until the next call.
+        """
+        self._write(source, sample)
+        data = self._records.data
+        return [data[start:end] for start, end in self._bodies]
 
     def encode(self, source: Array, first: int) -> memoryview:
         """Return the bytes for the source rows of the samples first, first + every, ...
 
         They are valid until the next call.
         """
-        numbers = self._numbers + first
-        times = nanoseconds(numbers, self._step)
-        heads = self._heads
-        heads["sequence"] = numbers
-        heads["log_time"] = times
-        heads["publish_time"] = times
-        heads["sec"], heads["nanosec"] = np.divmod(times, 10**9)
-        self._heads_to[:] = self._heads_from
-        self._values_to[:] = source.view(self._values_from)[:, 0]
+        times = self._write(source, first)
         self._index_times[:] = times
         size = self._records.size
         crc = crc32(self._records.data)
@@ -159,3 +164,16 @@ class Chunk:
             *(Opcode.CHUNK, self._length - 9, times[0], times[-1], size, crc, 0, size),
         )
         return self._buffer.data
+
+    def _write(self, source: Array, first: int) -> NDArray[np.uint64]:
+        """Write rows into the records, and return their times, ns."""
+        numbers = self._numbers + first
+        times = nanoseconds(numbers, self._step)
+        heads = self._heads
+        heads["sequence"] = numbers
+        heads["log_time"] = times
+        heads["publish_time"] = times
+        heads["sec"], heads["nanosec"] = np.divmod(times, 10**9)
+        self._heads_to[:] = self._heads_from
+        self._values_to[:] = source.view(self._values_from)[:, 0]
+        return times

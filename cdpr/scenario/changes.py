@@ -39,6 +39,12 @@ class Options:
         """Return the keys that may change."""
         return [f"{role}.{name}" for role, entry in self._plugins.items() for name in entry.info.changeable]
 
+    def numbers(self) -> dict[str, float]:
+        """Return those that may change and are one number, with their values."""
+        found = {key: getattr(self.values[self.owner(key)], key.partition(".")[2], None) for key in self.changeable()}
+        numbers = {key: value for key, value in found.items() if isinstance(value, int | float)}
+        return {key: float(value) for key, value in numbers.items() if not isinstance(value, bool)}
+
     def owner(self, key: str) -> Role:
         """Return whose option `key` is; RefusedError where it may not change."""
         for role, entry in self._plugins.items():

@@ -17,6 +17,7 @@ from cdpr import tolerances
 from cdpr.errors import CdprError, PlantEnded, one_line
 from cdpr.lazy import late
 from cdpr.log.run import Run
+from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -57,7 +58,7 @@ class Simulation(Branches):
         solver: str | type[TensionSolver] | None = None,
         controller: str | type[Controller] | None = None,
         overrides: Mapping[str, Any] | None = None,
-        out: str | os.PathLike[str] | None = None,
+        out: str | os.PathLike[str] | RunFolder | None = None,
     ) -> None:
         self._observers: list[Observer] = []
         self._at_work = Lock()

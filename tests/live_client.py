@@ -1,0 +1,79 @@
+"""A client of the WebSocket protocol that Foxglove speaks, as far as tests need it."""
+
+from __future__ import annotations
+
+import json
+import struct
+from contextlib import contextmanager
+
+from websockets.sync.client import connect
+
+TEXT_TIMEOUT = 10.0  # s, that a test waits for anything
+
+
+class Client:
+    """One connection: what came, by its kind."""
+
+    def __init__(self, socket):
+        self.socket, self.channels, self.services, self.statuses = socket, {}, {}, []
+        self.messages, self.parameters, self.replies, self._call = [], {}, {}, 0
+
+    def hear(self, timeout=TEXT_TIMEOUT):
+        """Take one message."""
+        data = self.socket.recv(timeout=timeout)
+        if isinstance(data, bytes):
+            if data[0] == 1:
+                channel, time = struct.unpack("<IQ", data[1:13])
+                self.messages.append((self.channels.get(channel, channel), time, data[13:]))
+            elif data[0] == 3:
+                _, call, length = struct.unpack("<III", data[1:13])
+                self.replies[call] = json.loads(data[13 + length :])
+            return
+        said = json.loads(data)
+        if said["op"] == "advertise":
+            self.channels |= {one["id"]: one["topic"] for one in said["channels"]}
+        elif said["op"] == "advertiseServices":
+            self.services |= {one["name"]: one["id"] for one in said["services"]}
+        elif said["op"] == "status":
+            self.statuses.append(said["message"])
+        elif said["op"] == "parameterValues":
+            self.parameters |= {one["name"]: one.get("value") for one in said["parameters"]}
+
+    def until(self, found):
+        """Hear until something is so."""
+        while not found():
+            self.hear()
+
+    def say(self, **message):
+        self.socket.send(json.dumps(message))
+
+    def subscribe(self, *topics):
+        self.until(lambda: set(topics) <= set(self.channels.values()))
+        chosen = [number for number, topic in self.channels.items() if topic in topics]
+        self.say(op="subscribe", subscriptions=[{"id": number, "channelId": number} for number in chosen])
+
+    def publish(self, topic, content, encoding="json"):
+        number = 1 + hash(topic) % 1000
+        channel = {"id": number, "topic": topic, "encoding": encoding, "schemaName": "any"}
+        self.say(op="advertise", channels=[channel])
+        body = content if isinstance(content, bytes) else json.dumps(content).encode()
+        self.socket.send(b"\x01" + struct.pack("<I", number) + body)
+        self.say(op="unadvertise", channelIds=[number])
+
+    def call(self, name):
+        """Call a service, and return its answer."""
+        self.until(lambda: name in self.services)
+        self._call += 1
+        call = self._call
+        self.socket.send(b"\x02" + struct.pack("<III", self.services[name], call, 4) + b"json" + b"{}")
+        self.until(lambda: call in self.replies)
+        return self.replies[call]
+
+    def set(self, name, value):
+        self.say(op="setParameters", parameters=[{"name": name, "value": value}], id=name)
+
+
+@contextmanager
+def client(port):
+    with connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:
+        yield Client(socket)

@@ -1,0 +1,228 @@
+"""A running simulation over Foxglove's WebSocket: what is shown is what is logged, what is asked for is checked."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import closing, contextmanager
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from live_client import client
+from rosbags.typesys import Stores, get_typestore
+
+import cdpr
+from cdpr.errors import CdprError
+from cdpr.live import messages
+from cdpr.live.drive import drive
+from cdpr.live.heard import COMMANDS, TARGET, WRENCH, request_of
+from cdpr.log.reader import load_run
+
+foxglove = pytest.importorskip("cdpr.live.foxglove")
+
+FILE = ROOT / "scenarios" / "caroca.yaml"
+POSE = "/cdpr/platform/pose"
+TYPES = get_typestore(Stores.ROS2_HUMBLE)
+UPRIGHT = {"w": 1.0}
+
+
+@contextmanager
+def running(duration=2.0, out=None, speed=1.0, **overrides):
+    """A server, and what its run was or raised."""
+    scenario = cdpr.load_scenario(FILE, overrides={"simulation.duration": duration, **overrides})
+    found, said = {}, []
+    with closing(foxglove.Foxglove(port=0, say=said.append, parameters=scenario.options().numbers())) as link:
+
+        def work():
+            try:
+                found["run"] = drive(scenario, link, out=out, speed=speed)
+            except CdprError as error:
+                found["error"] = error
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        try:
+            yield link, found, said
+        finally:
+            thread.join(60.0)
+            assert not thread.is_alive()
+
+
+def test_what_is_shown_is_what_is_recorded():
+    with running(0.5) as (link, found, _), client(link.port) as seen:
+        seen.subscribe(POSE, "/tf", "/clock")
+        seen.until(lambda: len([1 for topic, _, _ in seen.messages if topic == POSE]) > 10)
+    run = found["run"]
+    assert run.status == "finished"
+    for topic, stamp, data in seen.messages:
+        sample = round(stamp / 1e6)
+        if topic == POSE:
+            pose = TYPES.deserialize_cdr(data, "geometry_msgs/msg/PoseStamped").pose
+            assert [pose.position.x, pose.position.y, pose.position.z] == run.position[sample].tolist()
+        elif topic == "/tf":
+            moved = TYPES.deserialize_cdr(data, "tf2_msgs/msg/TFMessage").transforms[0].transform.translation
+            assert [moved.x, moved.y, moved.z] == run.position[sample].tolist()
+    assert {topic for topic, _, _ in seen.messages} == {POSE, "/tf", "/clock"}
+
+
+def test_all_topics_of_a_log_are_there():
+    with running(0.2) as (link, _, _), client(link.port) as seen:
+        seen.until(lambda: "/cdpr/markers" in seen.channels.values())
+        seen.until(lambda: "/cdpr/desired_path" in seen.channels.values())
+        names = set(seen.channels.values())
+    assert {POSE, "/tf", "/clock", "/cdpr/cable_states", "/cdpr/platform/twist"} <= names
+
+
+def test_what_is_asked_for_is_an_event():
+    pose = {"pose": {"position": {"x": 0.2, "y": 0.1, "z": 1.3}, "orientation": UPRIGHT}, "duration": 0.4}
+    push = {"wrench": {"force": {"x": 10.0}, "torque": {"z": 1.0}}}
+    with running(1.5) as (link, found, said), client(link.port) as seen:
+        seen.publish(TARGET, pose)
+        seen.publish(WRENCH, push)
+        time.sleep(0.1)  # a push that ends with the slice in which it began is none
+        seen.publish(WRENCH, {"wrench": {"force": {}, "torque": {}}})
+        seen.set("controller.kp", 150.0)
+        seen.until(lambda: seen.parameters.get("controller.kp") == 150.0)
+    run = found["run"]
+    texts = [event.text for event in run.events]
+    assert said == []
+    assert any("[10, 0, 0] N" in text for text in texts), texts
+    assert any("controller.kp becomes 150" in text for text in texts)
+    assert np.abs(run.position[-1] - [0.2, 0.1, 1.3]).max() < 1e-3
+
+
+BAD = {
+    "no JSON": (WRENCH, b"{", "/cdpr/wrench: "),
+    "a list": (WRENCH, [], "/cdpr/wrench: an object is expected"),
+    "no wrench": (WRENCH, {}, "/cdpr/wrench: wrench: an object is expected, got null"),
+    "NaN": (WRENCH, b'{"wrench": {"force": {"x": NaN}, "torque": {}}}', "force.x: a finite number is expected"),
+    "a text": (
+        WRENCH,
+        {"wrench": {"force": {"x": "1"}, "torque": {}}},
+        "a finite number is expected, got '1'",
+    ),
+    "huge": (WRENCH, {"wrench": {"force": {"x": 1e300}, "torque": {}}}, "wrench: "),
+    "no quaternion": (TARGET, {"pose": {"position": {}, "orientation": {}}}, "a quaternion of length 1 is expected"),
+    "far": (TARGET, {"pose": {"position": {"x": 1e9}, "orientation": UPRIGHT}}, "target: "),
+    "at once": (TARGET, {"pose": {"position": {}, "orientation": UPRIGHT}, "duration": 0.0}, "target: "),
+    "too few": (COMMANDS, {"effort": [1.0]}, "tension: "),
+    "long": (WRENCH, b"[" * 70000, "it is longer than 65536 bytes"),
+    "deep": (WRENCH, b"[" * 60000, "/cdpr/wrench: "),
+    "elsewhere": ("/cmd_vel", {}, "/cmd_vel: nobody listens there"),
+}
+
+
+def test_what_makes_no_sense_is_told_and_changes_nothing():
+    with running(2.5) as (link, found, said), client(link.port) as seen:
+        for topic, content, _ in BAD.values():
+            seen.publish(topic, content)
+        seen.publish(WRENCH, b"\0\1", encoding="cdr")
+        for name, value in (("speed", -1.0), ("paused", 3), ("controller.kp", -5.0), ("mass", 1.0), ("speed", True)):
+            seen.set(name, value)
+        seen.until(lambda: len(seen.statuses) >= len(BAD) + 6)
+    for topic, _, text in BAD.values():
+        assert any(text in each for each in said), (topic, text, said)
+    assert "/cdpr/wrench: messages in JSON are heard, not in 'cdr'" in said
+    assert "speed: a number greater than 0 is expected, got -1.0" in said
+    assert "paused: true or false is expected, got 3" in said
+    assert "controller.kp: set: value: must be at least 0 (1/s^2), got -5.0" in said
+    assert any(each.startswith("mass: there is no such parameter; there are paused, speed, ") for each in said)
+    plain = cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 2.5}))
+    assert np.array_equal(found["run"].rows, plain.rows)
+
+
+def test_tensions_from_outside_take_the_place_of_the_solvers():
+    m = 8
+    with running(0.6) as (link, found, said), client(link.port) as seen:
+        seen.publish(COMMANDS, {"effort": [400.0] * m})
+        time.sleep(0.2)
+        seen.publish(COMMANDS, {"effort": []})
+    assert said == []
+    given = (found["run"].tension == 400.0).all(axis=1)
+    assert 50 < given.sum() < 590
+    assert not given[-1]
+
+
+def test_it_can_be_held_stepped_and_begun_anew():
+    with running(0.5) as (link, found, said), client(link.port) as seen:
+        assert seen.call("/cdpr/pause") == {"success": True, "message": ""}
+        seen.subscribe("/clock")
+        before = len(seen.messages)
+        assert seen.call("/cdpr/step")["success"]
+        assert seen.call("/cdpr/step")["success"]
+        seen.until(lambda: len(seen.messages) > before)
+        first = seen.messages[-1][1]
+        assert seen.call("/cdpr/reset")["success"]
+        assert seen.call("/cdpr/step")["success"]
+        seen.until(lambda: seen.messages[-1][1] < first or seen.messages[-1][1] == 0)
+        assert seen.call("/cdpr/resume")["success"]
+        seen.set("speed", 5.0)
+    assert found["run"].status == "finished"
+    assert said == []
+
+
+def test_a_log_is_not_begun_anew(tmp_path):
+    with running(0.5, out=str(tmp_path / "run")) as (link, found, said), client(link.port) as seen:
+        answer = seen.call("/cdpr/reset")
+    assert not answer["success"]
+    assert "what is logged stays" in answer["message"]
+    assert any("reset: what is logged stays" in text for text in said)
+    assert len(cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 0.5})).rows) == 501
+    assert found["run"].status == "finished"
+
+
+def test_a_client_that_reads_nothing_does_not_slow_it():
+    with running(1.0) as (link, found, _), client(link.port) as seen:
+        seen.subscribe("/tf", "/cdpr/markers", POSE)
+        begun = time.monotonic()  # and hears nothing more
+        while "run" not in found and time.monotonic() - begun < 10.0:
+            time.sleep(0.02)
+        took = time.monotonic() - begun
+    assert found["run"].status == "finished"
+    assert took < 5.0
+
+
+def test_without_a_client_nothing_is_encoded(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("nobody listens")
+
+    monkeypatch.setattr(messages.Messages, "of", refuse)
+    with running(0.3) as (_, found, _):
+        pass
+    assert found["run"].status == "finished"
+
+
+def test_a_port_that_is_taken_is_told(tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(CdprError, match=f"--live-port: cannot listen at 127.0.0.1:{port}: .*; 0 takes a free port"):
+            foxglove.Foxglove(port=port)
+
+
+def test_without_the_sdk_the_remedy_is_told(tmp_path):
+    code = "import sys; sys.modules['foxglove'] = None; from cdpr.cli import main; main()"
+    words = ["run", str(FILE), "--live", "foxglove", "--out", str(tmp_path / "run")]
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 3
+    assert "pip install 'cdpr[live]'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_from_the_command_line(tmp_path):
+    words = ["run", str(FILE), "--live", "foxglove", "--live-port", "0", "--live-speed", "10", "--no-report"]
+    words += ["--set", "simulation.duration=0.5", "--out", str(tmp_path / "run")]
+    done = subprocess.run([sys.executable, "-m", "cdpr", *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "live: ws://127.0.0.1:" in done.stderr
+    assert len(load_run(tmp_path / "run").rows) == 501
+
+
+def test_a_request_names_its_topic():
+    with pytest.raises(CdprError, match="/x: nobody listens there"):
+        request_of("/x", "json", b"{}")
