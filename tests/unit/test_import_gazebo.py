@@ -104,6 +104,8 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
         (("[-2.0, 1.0, 3.0]", "[-2.0, 1.0]"), "points[0].frame: 3 numbers are expected, got a list"),
         (("[0.5, 0.6, 0.7,", "[0.5, 0.6, 7.0,"), "platform.inertia: no rigid body has this inertia"),
         (("points:", "points: &a"), ""),
+        (("type: poles", "type: [poles]"), ""),
+        (("joints:", "jints:"), "joints.actuated.min: a number of at most 1e+12 is expected, got null"),
         (("sim_cables: true", "sim_cables: [true"), "robot.yaml:14:13: not valid YAML"),
     ],
 )

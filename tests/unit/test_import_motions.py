@@ -78,10 +78,13 @@ def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
 @pytest.mark.parametrize("kind", ["cubic_spline_trajectory", "quintic_spline_trajectory"])
 @pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "S_FIXED_XYZ", "PLANAR_YZ"])
 def test_rates_are_those_of_the_poses(tmp_path, kind, joint):
-    """Between points, with rates that are not zero there."""
+    """Between points, with rates that are not zero there; of three angles CASPR takes none."""
     rng = np.random.default_rng(6)
     n = len(JOINTS[joint])
     q, rates, seconds = (rng.uniform(-0.3, 0.3, (3, n)) for _ in range(3))
+    if n != 3 or "FIXED" in joint:
+        still = [k for k, name in enumerate(JOINTS[joint]) if name.startswith("r")]
+        rates[:, still] = seconds[:, still] = 0.0
     text = trajectory(kind, [0.0, 2.0, 3.5], q, rates, seconds, step=0.002)
     scenario, _ = imported(tmp_path, joint, text)
     for time in (0.371, 1.234, 2.5, 3.3):
@@ -143,6 +146,8 @@ def test_files_of_trajectories(tmp_path):
         (("parabolic_blend", "cubic_hermite"), "<cubic_hermite_trajectory> is not known"),
         (('"absolute"', '"both"'), "time_definition: absolute or relative is expected, got 'both'"),
         (('blend_time_default="0.3"', 'blend_time_default="2"'), "blend_time: 2 s twice is longer"),
+        (('blend_time_default="0.3"', 'blend_time_default="-1"'), "blend_time: at least 0 s is expected, got -1"),
+        ((' time_definition="absolute"', ""), "has no attribute 'time_definition'"),
         (("joint_trajectories", "operational_trajectories"), "is of operational space"),
     ],
 )
@@ -159,3 +164,55 @@ def test_no_motion_alone(tmp_path):
     (tmp_path / "x_trajectories.xml").write_text("<trajectories/>")
     with pytest.raises(CdprError, match="a model needs a file of its bodies as well"):
         import_file(tmp_path / "x_trajectories.xml")
+
+
+@pytest.mark.parametrize("kind", SPLINES)
+@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "S_EULER_XYZ"])
+def test_three_angles_go_the_shortest_way(tmp_path, kind, joint):
+    """R_s exp(s log(R_s^T R_e)), whose share s is that of a coordinate from 0 to 1."""
+    n = len(JOINTS[joint])
+    q = np.zeros((2, n))
+    q[0, -3:], q[1, -3:] = (0.9, -0.4, 0.3), (-0.7, 0.8, 1.2)
+    (tmp_path / "turn").mkdir()
+    (tmp_path / "line").mkdir()
+    turn, _ = imported(tmp_path / "turn", joint, trajectory(kind, [0.0, 2.0], q))
+    line, _ = imported(tmp_path / "line", "P_X", trajectory(kind, [0.0, 2.0], [[0.0], [1.0]]))
+    first, last = (evaluated(bodies(joint), "<a><cable_set/></a>", row)[3] for row in q)
+    way = rotations.rotation_vector(rotations.from_matrix(first.T @ last))
+    angle = np.linalg.norm(way)
+    for time in (0.2, 0.77, 1.3, 1.9):
+        share = at(line, time).position[0] - 0.1
+        wanted = first @ rotations.matrix(rotations.from_axis_angle(way / angle, share * angle))
+        assert np.allclose(rotations.matrix(at(turn, time).quaternion), wanted, atol=1e-7)
+
+
+@pytest.mark.parametrize("ends", [(0.0, 4.0), (-3.0, 3.0), (0.0, 7.0)])
+def test_more_than_half_a_turn_is_one(tmp_path, ends):
+    text = trajectory("quintic_spline_trajectory", [0.0, 2.0], [[0.0, 0.0, ends[0]], [0.0, 0.0, ends[1]]])
+    scenario, _ = imported(tmp_path, "PLANAR_XY", text)
+    middle = at(scenario, 1.0).quaternion
+    wanted = rotations.from_axis_angle(np.array([0.0, 0.0, 1.0]), sum(ends) / 2)
+    assert abs(abs(middle @ wanted) - 1.0) < 1e-9
+
+
+def test_a_length_is_rounded_up_to_a_step(tmp_path):
+    text = trajectory("quintic_spline_trajectory", [0.0, 1.23456], [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    scenario, taken = imported(tmp_path, "T_XYZ", text)
+    assert scenario.simulation.duration == 1.235
+    assert not [each for each in taken.left_out if "refuse" in each]
+
+
+def test_rates_of_three_angles_are_refused(tmp_path):
+    q = np.zeros((2, 6))
+    text = trajectory("quintic_spline_trajectory", [0.0, 1.0], q, rates=[[0.0] * 5 + [0.1], [0.0] * 6])
+    taken = import_file(model(tmp_path, trajectories=text))
+    assert [each for each in taken.left_out if "three angles have rates that are not 0" in each]
+
+
+def test_the_same_bytes_wherever_the_files_are(tmp_path):
+    found = []
+    for name in ("here", "elsewhere"):
+        (tmp_path / name).mkdir()
+        text = trajectory("linear_spline_trajectory", [0.0, 1.0], np.array([[0.0] * 6, [0.1] * 6]))
+        found.append(import_file(model(tmp_path / name, trajectories=text)).files)
+    assert found[0] == found[1]

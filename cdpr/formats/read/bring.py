@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from cdpr.log.files import unwritable
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.files import read as read_bytes
 from cdpr.scenario.loader import load_robot, load_scenario
+from cdpr.scenario.schema import Simulation
 from cdpr.scenario.template.commented import with_comments
 
 MOST_BYTES = 16 * 2**20
@@ -155,13 +157,19 @@ def _first(error: CdprError) -> str:
     return str(error).splitlines()[0].partition(": ")[2]
 
 
+def _whole(duration: float) -> float:
+    """Return the duration that is a whole number of control steps, s, and no shorter."""
+    step = Simulation.model_fields["control_step"].default
+    return float(round(math.ceil(duration / step - 1e-6) * step, 9))
+
+
 def _scenario(found: Imported, motion: Motion, robot: str, above: str) -> dict[str, str]:
     """A scenario, and the files that it names."""
     name = f"{found.name}_{motion.name}"
     tables = {f"{found.name}_{key}": value for key, value in motion.tables.items()}
     data: dict[str, Any] = {
         "robot": robot,
-        "simulation": {"duration": motion.duration},
+        "simulation": {"duration": _whole(motion.duration)},
         "initial": motion.initial,
         "trajectory": {**motion.trajectory, **({"file": next(iter(tables))} if tables else {})},
         **({} if motion.controller is None else {"controller": motion.controller}),

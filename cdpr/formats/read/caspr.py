@@ -102,7 +102,7 @@ def _model(
         "cables": [{key: value for key, value in row.items() if key != "tension"} for row in rows],
     }
     found.comments = {
-        ("dof",): f"joint {joint.type}, {link.file}:{link.line}",
+        ("dof",): f"joint {joint.type}, {_at(link)}",
         ("platform", "mass"): f"kg, {_at(physical.child('mass'))}",
         ("platform", "inertia"): f'kg m^2 about the centre of mass, from ref="{about}", {_at(given)}',
         ("platform", "center_of_mass"): f"m from the joint, {_at(physical.child('com_location'))}",
@@ -121,7 +121,8 @@ def _model(
     if spaces is not None:
         found.left_out += [
             f"{_at(each)}: operational set '{each.attributes.get('id', '')}': our robots have no tool points"
-            for each in spaces.all("operational_set")
+            for each in spaces.everywhere()
+            if each.name == "operational_set"
         ]
     return found
 

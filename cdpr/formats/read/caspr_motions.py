@@ -1,9 +1,9 @@
 """Trajectories of CASPR in joint space, as motions of the platform.
 
-Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Quintic
-splines of joints that do not turn, or about one axis alone, are our waypoints with all their derivatives. All others
-are evaluated at their own time step, coordinate by coordinate, into a table: of attitudes with three angles CASPR
-itself interpolates quaternions, so that between two points it does not go quite the same way.
+Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Between
+two attitudes with three angles CASPR goes the shortest way, R_s exp(s(t) log(R_s^T R_e)), at rest at both: so do
+waypoints, so that quintic splines are these, with all their derivatives. All others are evaluated at their own time step into a
+table, and so are turns about one axis by more than half a turn, where the shortest way is another.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from cdpr.errors import CdprError
 from cdpr.formats.read.caspr_joints import Joint
 from cdpr.formats.read.imported import Motion, refuse, slug, unique
 from cdpr.formats.read.xml import Element
+from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.files import read as read_bytes
@@ -66,18 +67,61 @@ def _motion(element: Element, joint: Joint) -> Motion:
         raise element.wrong(f"two or more points are expected, got {len(points)}")
     times, n = _times(element, points), len(joint.dof)
     q = np.array([point.child("q").vector(n) for point in points])
-    if element.name == QUINTIC and (joint.turns < 2 or not np.any(np.array([joint.parts(row)[1] for row in q]))):
+    rests = joint.turns < 3 or _turns_at_rest(points, joint)
+    if not rests:
+        raise element.wrong("three angles have rates that are not 0 at a point, which CASPR does not take either")
+    angles = np.array([joint.parts(row)[1] for row in q])
+    if element.name == QUINTIC and (joint.turns != 1 or np.abs(np.diff(angles, axis=0)).max() < np.pi):
         return _passed(points, times, q, joint)
     step = element.attribute_number("time_step")
     count = times[-1] / step if step > 0.0 else np.inf
     if not count < MAX_ROWS:
         raise element.wrong(f"time_step: {step:g} s makes more than {MAX_ROWS} points, or none, of {times[-1]:g} s")
-    return _tabled(_sampled(element, points, times, q, step), joint)
+    parts = _sampled(element, points, times, q, step)
+    turned = None if joint.turns < 3 else _shortest(element, points, times, q, joint, parts[0])
+    return _tabled(parts, joint, turned)
+
+
+def _turns_at_rest(points: list[Element], joint: Joint) -> bool:
+    """Whether nothing turns at any point."""
+    given = [each for point in points for name in ("q_dot", "q_ddot") for each in point.all(name)]
+    return not any(joint.parts(each.vector(len(joint.dof)))[1].any() for each in given)
+
+
+def _shortest(
+    element: Element, points: list[Element], times: Array, q: Array, joint: Joint, at: Array
+) -> tuple[Array, Array]:
+    """Attitudes (k, 4) and angular velocities (k, 3), world axes, at times (k, 1), the shortest way between points."""
+    attitudes, speeds = [], []
+    blends = _blends(element, points)
+    for time in at[:, 0].tolist():
+        k = min(int(np.searchsorted(times, time, side="right")) - 1, len(times) - 2)
+        T = float(times[k + 1] - times[k])
+        still, there = np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0]])
+        share, rate, _ = BETWEEN[element.name](still, there, np.array([time - times[k]]), T, blends[k + 1])
+        first, last = joint.quaternion(q[k].tolist()), joint.quaternion(q[k + 1].tolist())
+        way = rotations.rotation_vector(rotations.multiply(rotations.conjugate(first), last))
+        angle = float(np.linalg.norm(way))
+        axis = way / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])
+        attitudes.append(rotations.multiply(first, rotations.from_axis_angle(axis, float(share[0, 0]) * angle)))
+        speeds.append(rotations.matrix(first) @ way * float(rate[0, 0]))
+    return np.array(attitudes), np.array(speeds)
+
+
+def _blends(element: Element, points: list[Element]) -> list[float]:
+    """How long the parabolas before each point take, s."""
+    if element.name != "parabolic_blend_trajectory":
+        return [0.0] * len(points)
+    default = element.attribute_number("blend_time_default", 0.0)
+    found = [point.attribute_number("blend_time", default) for point in points]
+    if min(found) < 0.0:
+        raise points[found.index(min(found))].wrong(f"blend_time: at least 0 s is expected, got {min(found):g}")
+    return found
 
 
 def _times(element: Element, points: list[Element]) -> Array:
     """When points are reached, (k,), s, from 0."""
-    definition = element.attributes.get("time_definition", "relative")
+    definition = element.attribute("time_definition")
     if definition not in ("absolute", "relative"):
         raise element.wrong(f"time_definition: absolute or relative is expected, got '{definition}'")
     given = np.array([0.0, *(point.attribute_number("time") for point in points[1:])])
@@ -108,15 +152,12 @@ def _sampled(element: Element, points: list[Element], times: Array, q: Array, st
     n = q.shape[1]
     rates = np.zeros_like(q)
     seconds = np.zeros_like(q)
-    blend = np.zeros(len(points))
-    if element.name == "parabolic_blend_trajectory":
-        default = element.attribute_number("blend_time_default", 0.0)
-        blend = np.array([point.attribute_number("blend_time", default) for point in points])
-    elif element.name == "cubic_spline_average_velocity_trajectory":
+    blend = _blends(element, points)
+    if element.name == "cubic_spline_average_velocity_trajectory":
         slopes = np.diff(q, axis=0) / np.diff(times)[:, None]
         rates[1:-1] = 0.5 * (slopes[:-1] + slopes[1:])
         rates[0], rates[-1] = (points[k].child("q_dot").vector(n) for k in (0, -1))
-    elif element.name != "linear_spline_trajectory":
+    elif element.name not in ("linear_spline_trajectory", "parabolic_blend_trajectory"):
         rates = np.array([point.child("q_dot").vector(n) for point in points])
         if element.name == QUINTIC:
             seconds = np.array([point.child("q_ddot").vector(n) for point in points])
@@ -128,7 +169,7 @@ def _sampled(element: Element, points: list[Element], times: Array, q: Array, st
         if 2.0 * blend[k + 1] > T:
             raise points[k + 1].wrong(f"blend_time: {blend[k + 1]:g} s twice is longer than the {T:g} s of this move")
         ends = np.stack([q[k], rates[k], seconds[k]]), np.stack([q[k + 1], rates[k + 1], seconds[k + 1]])
-        found = BETWEEN[element.name](*ends, t, T, float(blend[k + 1]))
+        found = BETWEEN[element.name](*ends, t, T, blend[k + 1])
         for part, new in zip(parts, (times[k] + t[:, None], *found), strict=True):
             part.append(new)
     return [np.concatenate(part) for part in parts]
@@ -214,14 +255,16 @@ def _of_file(element: Element, joint: Joint) -> list[Array]:
     return [table[:, :1], *(table[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))]
 
 
-def _tabled(parts: list[Array], joint: Joint) -> Motion:
-    """A table of the platform's poses and rates."""
+def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None = None) -> Motion:
+    """A table of the platform's poses and rates; of attitudes and angular velocities that are given, or the angles'."""
     lines = [HEAD]
-    for (time,), q, rate, second in zip(*(part.tolist() for part in parts), strict=True):
+    for k, ((time,), q, rate, second) in enumerate(zip(*(part.tolist() for part in parts), strict=True)):
         place = np.array(joint.at) + joint.parts(q)[0]
         velocity, acceleration = joint.parts(rate)[0], joint.parts(second)[0]
-        turn = joint.turning(q, rate, second)[0]
-        row = [time, *place, *joint.quaternion(q), *velocity, *turn, *acceleration]
+        attitude, turn = joint.quaternion(q), joint.turning(q, rate, second)[0]
+        if turned is not None:
+            attitude, turn = turned[0][k], turned[1][k]
+        row = [time, *place, *attitude, *velocity, *turn, *acceleration]
         lines.append(",".join(repr(float(value)) for value in row))
     first = joint.pose(parts[1][0].tolist())
     first["orientation"] = first.get("orientation", {"rpy": [0.0, 0.0, 0.0]})

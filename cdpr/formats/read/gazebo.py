@@ -8,6 +8,7 @@ centre of mass, which is the origin; the thesis's generator takes that of the bo
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,8 @@ WITHOUT_EFFECT = {
 
 def recognise(content: bytes) -> bool:
     """Whether it names points of cables, or the times and places of a trajectory."""
-    return (b"points:" in content and b"actuated" in content) or _is_motion(content)
+    ours = re.search(rb"^\s*cables:", content, re.MULTILINE) is not None
+    return (all(word in content for word in (b"points:", b"platform:", b"frame:")) and not ours) or _is_motion(content)
 
 
 def _is_motion(content: bytes) -> bool:
@@ -146,7 +148,7 @@ def _sound(found: Imported, node: Node, inertia: Inertia, mass: float, anchors: 
 def _frame(found: Imported, node: Node) -> dict[str, Any]:
     kind = (node / "type").value
     drawn: dict[str, Any] = {"lower": (node / "lower").vector(3), "upper": (node / "upper").vector(3)}
-    if kind in FRAMES:
+    if isinstance(kind, str) and kind in FRAMES:
         drawn["shape"] = FRAMES[kind]
     else:
         found.left_out.append(f"{node.document.source}:{node.line}: frame.type: {kind!r}; boxes and posts are drawn")
