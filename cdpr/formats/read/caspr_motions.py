@@ -2,8 +2,8 @@
 
 Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Between
 two attitudes with three angles CASPR goes the shortest way, R_s exp(s(t) log(R_s^T R_e)), at rest at both: so do
-waypoints, so that quintic splines are these, with all their derivatives. All others are evaluated at their own time step into a
-table, and so are turns about one axis by more than half a turn, where the shortest way is another.
+waypoints, so that quintic splines are these, with all their derivatives. All others are evaluated at their own time
+step into a table, and so are turns about one axis by more than half a turn, where the shortest way is another.
 """
 
 from __future__ import annotations
