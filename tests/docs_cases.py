@@ -28,6 +28,7 @@ SHORTER = {
     "study": ["--dry-run"],  # which asks no scheduler
     "design": ["--evaluations", "5"],
     "compare scenarios/": SHORT,
+    "workspace compare": ["--count", "20"],
     "bench solvers": ["--poses", "2", "--adversaries", "1", "--solvers", "qp,osqp"],
 }
 # Seconds even so: engines and workers in processes of their own, all problems of the kit.

@@ -75,5 +75,7 @@ class Client:
 
 @contextmanager
 def client(port):
-    with connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:
+    with connect(
+        f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None, close_timeout=0.2
+    ) as socket:
         yield Client(socket)

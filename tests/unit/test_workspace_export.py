@@ -148,7 +148,9 @@ def unpacked(text):
     return b"".join(content)
 
 
-@pytest.mark.parametrize(("name", "kind", "corners"), [("cogiro", 11, 8), ("planar", 8, 4)])
+@pytest.mark.parametrize(
+    ("name", "kind", "corners"), [pytest.param("cogiro", 11, 8, marks=pytest.mark.slow), ("planar", 8, 4)]
+)
 def test_vtu(tmp_path, name, kind, corners):
     robot = robot_of(name)
     found = workspace(robot, "static", region(robot, cells=5), method="certify", undecided=0.1)
