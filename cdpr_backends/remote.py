@@ -11,7 +11,7 @@ import numpy as np
 
 from cdpr import tolerances
 from cdpr.errors import BackendDied
-from cdpr.link.peer import Peer, check_peer
+from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
@@ -98,21 +98,6 @@ class RemoteBackend(Backend):
         frame[8 + robot.m :] = state
 
     def _greeted(self) -> Peer:
-        robot, options = self.robot, self.options
-        greeting = {
-            "role": "plant",
-            "robot": robot.name,
-            "dof": list(robot.dof),
-            "cables": [cable.name for cable in robot.cables],
-            "tension_min": robot.tension_min.tolist(),
-            "tension_max": robot.tension_max.tolist(),
-            "mass": robot.platform.mass,
-            "inertia": robot.platform.inertia.tolist(),
-            "center_of_mass": robot.platform.center_of_mass.tolist(),
-            "anchors": robot.anchors.tolist(),
-            "gravity": self.gravity.tolist(),
-            "physics_step": self.physics_step,
-            "timeout": options.timeout,
-            "real_time": options.real_time,
-        }
-        return Peer(options, self._program, greeting, len(self._frame), STATE)
+        more = {"physics_step": self.physics_step, "real_time": self.options.real_time}
+        greeting = greeting_of("plant", self.robot, self.gravity) | more
+        return Peer(self.options, self._program, greeting, len(self._frame), STATE)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables.lines import lines
-from cdpr.link.peer import Peer, check_peer
+from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.mechanics.geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -64,21 +64,8 @@ class RemoteController(Controller):
             self._peer = None
 
     def _greeted(self) -> Peer:
-        robot, options = self.robot, self.options
-        greeting = {
-            "role": "controller",
-            "output": self.output,
-            "robot": robot.name,
-            "dof": list(robot.dof),
-            "cables": [cable.name for cable in robot.cables],
-            "tension_min": robot.tension_min.tolist(),
-            "tension_max": robot.tension_max.tolist(),
-            "mass": robot.platform.mass,
-            "inertia": robot.platform.inertia.tolist(),
-            "center_of_mass": robot.platform.center_of_mass.tolist(),
-            "anchors": robot.anchors.tolist(),
-            "gravity": self.gravity.tolist(),
-            "control_step": self.control_step,
-            "timeout": options.timeout,
-        }
-        return Peer(options, self._program, greeting, len(self._frame), 6 if self.output == "wrench" else robot.m)
+        robot, output = self.robot, self.output
+        more = {"output": output, "control_step": self.control_step}
+        greeting = greeting_of("controller", robot, self.gravity) | more
+        takes = 6 if output == "wrench" else robot.m
+        return Peer(self.options, self._program, greeting, len(self._frame), takes)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -20,8 +20,8 @@ from cdpr.hush import hushed
 
 if TYPE_CHECKING:
     from cdpr.cli.progress import Signals
+    from cdpr.live.foxglove import Foxglove
     from cdpr.log.run import Run
-    from cdpr.log.run_folder import RunFolder
     from cdpr.scenario import Scenario
 
 FIRST = "caroca"  # the example for who has no scenario yet
@@ -40,10 +40,10 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
 @click.option("--statics", is_flag=True, help="Tell the least capacity margin and stiffness along the motion, too.")
 @click.option("--live", "tool", type=click.Choice(["foxglove"]), help="Show the run to this tool while it goes on.")
-@click.option("--live-host", "host", default="127.0.0.1", help="Where it listens. [127.0.0.1]")
-@click.option("--live-port", "port", type=Whole(0, 65535), default=8765, help="Its port; 0 takes a free one. [8765]")
-@click.option("--live-rate", "rate", type=Real(0.1, 1000.0), default=60.0, help="Messages of each topic, Hz. [60]")
-@click.option("--live-speed", "speed", type=Real(0.001, 1e6), default=1.0, help="Times real time, at most. [1]")
+@click.option("--live-host", "host", help="Where it listens. [127.0.0.1]")
+@click.option("--live-port", "port", type=Whole(0, 65535), help="Its port; 0 takes a free one. [8765]")
+@click.option("--live-rate", "rate", type=Real(0.1, 1000.0), help="Messages of each topic, Hz. [60]")
+@click.option("--live-speed", "speed", type=Real(0.001, 1e6), help="Times real time, at most. [1]")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
@@ -58,10 +58,10 @@ def command(
     report: bool,
     statics: bool,
     tool: str | None,
-    host: str,
-    port: int,
-    rate: float,
-    speed: float,
+    host: str | None,
+    port: int | None,
+    rate: float | None,
+    speed: float | None,
     strict: bool,
     as_json: bool,
 ) -> None:
@@ -88,8 +88,9 @@ def command(
         stop: CdprError | None = None
         try:
             with _trusting(trust_fmu), hushed():
-                live = None if tool is None else Live(host, port, rate, speed)
-                run = _simulate(loaded, out, signals, real_time=real_time, live=live)
+                given = {"host": host, "port": port, "rate": rate, "speed": speed}
+                with _linked(tool, given, loaded) as live:
+                    run = _simulate(loaded, out, signals, real_time=real_time, live=live)
         except CdprError as error:
             if error.run is None or not len(error.run.rows):
                 if not isinstance(error, Interrupted):
@@ -136,12 +137,31 @@ def _trusting(fmus: bool) -> AbstractContextManager[None]:
 
 
 class Live(NamedTuple):
-    """Where a run is shown while it goes on, how often, and how fast it goes."""
+    """Where a run is shown while it goes on, how often, Hz, and how many times as fast as the wall clock it goes."""
 
-    host: str
-    port: int
+    link: Foxglove
     rate: float
     speed: float
+
+
+@contextmanager
+def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> Iterator[Live | None]:
+    """Listen, before anything is written, and no longer than the run."""
+    said = {name: value for name, value in given.items() if value is not None}
+    if tool is None:
+        if said:
+            raise click.UsageError(f"--live-{next(iter(said))} goes with --live")
+        yield None
+        return
+    from cdpr.live.foxglove import Foxglove
+
+    def say(text: str) -> None:
+        click.echo(f"live: {text}", err=True)
+
+    where: dict[str, Any] = {"host": "127.0.0.1", "port": 8765, "rate": 60.0, "speed": 1.0} | said
+    with closing(Foxglove(where["host"], where["port"], say, scenario.options().numbers())) as link:
+        say(f"ws://{where['host']}:{link.port}, for Foxglove and PlotJuggler")
+        yield Live(link, where["rate"], where["speed"])
 
 
 def _simulate(
@@ -176,7 +196,9 @@ def _simulate(
             raise KeyboardInterrupt
         with Progress() as progress:
             if live is not None:
-                return _shown(scenario, folder, live, look)
+                from cdpr.live.drive import drive
+
+                return drive(scenario, live.link, out=folder, speed=live.speed, rate=live.rate, progress=look)
             return simulate(scenario, out=folder, real_time=real_time, progress=look)
     except KeyboardInterrupt as error:
         run = getattr(error, "run", None)
@@ -186,21 +208,6 @@ def _simulate(
         stopped = Interrupted("interrupted" if len(run.rows) else "interrupted before the first sample")
         stopped.run = run
         raise stopped from None
-
-
-def _shown(scenario: Scenario, folder: RunFolder, live: Live, look: Callable[[int, int], None]) -> Run:
-    """Run while others look on."""
-    from contextlib import closing
-
-    from cdpr.live.drive import drive
-    from cdpr.live.foxglove import Foxglove
-
-    def say(text: str) -> None:
-        click.echo(f"live: {text}", err=True)
-
-    with closing(Foxglove(live.host, live.port, say, scenario.options().numbers())) as link:
-        say(f"ws://{live.host}:{link.port}, for Foxglove and PlotJuggler")
-        return drive(scenario, link, out=folder, speed=live.speed, rate=live.rate, progress=look)
 
 
 def _least(scenario: Scenario, run: Run) -> dict[str, dict[str, Any]]:

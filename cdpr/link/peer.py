@@ -12,7 +12,7 @@ import numpy as np
 from cdpr.errors import BackendDied
 from cdpr.link.options import PeerOptions
 from cdpr.link.transport import Program, Transport, check_program, connected, parsed
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, Robot
 
 VERSION = 1
 MOST_GREETING = 65536  # bytes
@@ -33,13 +33,30 @@ def check_peer(options: PeerOptions, program: Path | None) -> None:
         parsed(options.address, called_of(options, program))
 
 
+def greeting_of(role: str, robot: Robot, gravity: Array) -> dict[str, Any]:
+    """Return what every peer is told of a robot, SI units."""
+    return {
+        "role": role,
+        "robot": robot.name,
+        "dof": list(robot.dof),
+        "cables": [cable.name for cable in robot.cables],
+        "tension_min": robot.tension_min.tolist(),
+        "tension_max": robot.tension_max.tolist(),
+        "mass": robot.platform.mass,
+        "inertia": robot.platform.inertia.tolist(),
+        "center_of_mass": robot.platform.center_of_mass.tolist(),
+        "anchors": robot.anchors.tolist(),
+        "gravity": gravity.tolist(),
+    }
+
+
 class Peer:
     """The other side of one run.
 
     Args:
         options: where it is, and how long it may take.
         program: the file to start, None where it listens at an address.
-        greeting: what it is told: plain data, to which version and lengths of frames are added.
+        greeting: what it is told: plain data, to which version, time-out and lengths of frames are added.
         sends, takes: how many numbers go to it in each frame, and come back, beside the sequence.
 
     Raises CdprError where options make no sense, BackendDied where it does not come, or greets otherwise.
@@ -61,7 +78,8 @@ class Peer:
             self._transport: Transport = connected(options.address, called, until)
         else:
             self._transport = Program(program, called, options.sha256)
-        self._greet({"cdpr": VERSION, **greeting, "sends": sends + 1, "takes": takes + 1}, until)
+        told = {"cdpr": VERSION, **greeting, "timeout": options.timeout, "sends": sends + 1, "takes": takes + 1}
+        self._greet(told, until)
         self._at = time.monotonic()  # of the newest answer
 
     def ask(self, values: Array) -> Array:

@@ -110,13 +110,18 @@ class Program(Transport):
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
-        os.set_blocking(process.stderr.fileno(), False)
-        self._said = b""
+        self._said, self._errors = b"", process.stderr.fileno()
+        os.set_blocking(self._errors, False)
         super().__init__(called, process.stdout.fileno(), process.stdin.fileno(), stack)
 
     def receive(self, most: int, until: float | None) -> bytes:
-        """Do so, and take what it says on stderr out of its pipe, which is never to be full."""
-        self._listen()
+        """Do so, and meanwhile take what it says on stderr out of its pipe: it would wait where that is full."""
+        while until is not None and self._errors >= 0:
+            ready = select.select([self._receiving, self._errors], [], [], self._left(until))[0]
+            if self._errors in ready:
+                self._listen()
+            if self._receiving in ready or not ready:
+                break
         return super().receive(most, until)
 
     def ended(self, why: str) -> BackendDied:
@@ -129,10 +134,10 @@ class Program(Transport):
         return super().ended(f"{why}; its last words: {words[-SHOWN:]}" if words else why)
 
     def _listen(self) -> None:
-        assert self._process.stderr is not None
-        with suppress(OSError, ValueError):
-            while data := os.read(self._process.stderr.fileno(), 65536):
+        with suppress(BlockingIOError):
+            while data := os.read(self._errors, 65536) if self._errors >= 0 else b"":
                 self._said = (self._said + data)[-4 * SHOWN :]
+            self._errors = -1  # it says no more
 
     def _end(self) -> None:
         process = self._process

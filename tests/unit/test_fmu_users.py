@@ -346,6 +346,7 @@ def test_rigid_drums_say_what_acts_at_once(tmp_path):
     assert at_once["position"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which(CROSS) is None, reason="no compiler for Windows")
 def test_windows_gets_the_same_bytes_each_time(tmp_path, monkeypatch):
     made = []

@@ -11,6 +11,7 @@ from contextlib import closing, contextmanager
 
 import numpy as np
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 from live_client import client
 from rosbags.typesys import Stores, get_typestore
@@ -203,6 +204,18 @@ def test_a_port_that_is_taken_is_told(tmp_path):
         port = taken.getsockname()[1]
         with pytest.raises(CdprError, match=f"--live-port: cannot listen at 127.0.0.1:{port}: .*; 0 takes a free port"):
             foxglove.Foxglove(port=port)
+
+
+def test_nothing_is_written_where_nobody_can_listen(tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        words = ("--live", "foxglove", "--live-port", taken.getsockname()[1], "--out", tmp_path / "run")
+        done = cdpr_here("run", FILE, *words, code=2)
+    assert "--live-port: cannot listen" in done.stderr
+    assert not (tmp_path / "run").exists()
+    done = cdpr_here("run", FILE, "--live-port", 0, "--out", tmp_path / "run", code=2)
+    assert "--live-port goes with --live" in done.stderr
 
 
 def test_without_the_sdk_the_remedy_is_told(tmp_path):

@@ -183,6 +183,14 @@ def test_a_run_that_a_peer_ended_is_whole_up_to_there(tmp_path):
     assert 20 <= len(load_run(tmp_path / "run").rows) <= 21
 
 
+def test_one_that_complains_at_length_goes_on(tmp_path):
+    """What it says on stderr fills no pipe for which it would wait."""
+    program = (
+        "hello()\nwhile True:\n    a = frame()[0]\n    print('x' * 100000, file=sys.stderr)\n    answer(a, *WEIGHT)"
+    )
+    assert cdpr.simulate(scenario(tmp_path, program)).status == "finished"
+
+
 def test_a_program_runs_only_if_its_checksum_stands_there(tmp_path):
     loaded = scenario(tmp_path, GOOD)
     (tmp_path / "peer.py").write_text("open('ran', 'w')")

@@ -70,6 +70,7 @@ def test_nothing_is_proved_that_is_not_so(name):
     assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_wrenches_at_all_corners_and_accelerations():
     for kind, required in (("wrench-feasible", BOX), ("dynamic", box([1, 1, 1, 0.5, 0.5, 0.5], accelerations=True))):
         found, robot = certified("cogiro", kind, required=required)

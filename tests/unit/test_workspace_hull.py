@@ -73,7 +73,7 @@ def test_of_nothing_there_is_none():
     assert (found.volume, len(found.corners), found.seen) == (0.0, 0, 0.0)
 
 
-@pytest.mark.parametrize("name", ["cogiro", "caroca", "ipanema_1"])
+@pytest.mark.parametrize("name", ["cogiro", pytest.param("caroca", marks=pytest.mark.slow), "ipanema_1"])
 def test_volumes_are_those_of_fine_grids(name):
     robot = robot_of(name)
     grid = workspace(robot, "wrench-feasible", region(robot, cells=100), method="octree", required=BOX)
