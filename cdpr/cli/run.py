@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -20,10 +21,12 @@ from cdpr.hush import hushed
 
 if TYPE_CHECKING:
     from cdpr.cli.progress import Signals
-    from cdpr.live.foxglove import Foxglove
+    from cdpr.live.sender import Sender
     from cdpr.log.run import Run
     from cdpr.scenario import Scenario
 
+# What a run is shown to while it goes on: its class, made of host, port, who is told and what may be set; its port.
+LINKS = {"foxglove": ("cdpr.live.foxglove:Foxglove", 8765), "ros2": ("cdpr.live.ros2:Ros2", 7447)}
 FIRST = "caroca"  # the example for who has no scenario yet
 
 
@@ -39,9 +42,11 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option("--real-time", is_flag=True, help="No faster than the wall clock.")
 @click.option("--report/--no-report", default=True, help="Write report.html (printing it needs the extra 'plot').")
 @click.option("--statics", is_flag=True, help="Tell the least capacity margin and stiffness along the motion, too.")
-@click.option("--live", "tool", type=click.Choice(["foxglove"]), help="Show the run to this tool while it goes on.")
-@click.option("--live-host", "host", help="Where it listens. [127.0.0.1]")
-@click.option("--live-port", "port", type=Whole(0, 65535), help="Its port; 0 takes a free one. [8765]")
+@click.option("--live", "tool", type=click.Choice(list(LINKS)), help="Show the run to this tool while it goes on.")
+@click.option("--live-host", "host", help="Where Foxglove is listened for, or ROS 2's Zenoh router is. [127.0.0.1]")
+@click.option(
+    "--live-port", "port", type=Whole(0, 65535), help="Its port; 0 takes a free one. [8765; of a router 7447]"
+)
 @click.option("--live-rate", "rate", type=Real(0.1, 1000.0), help="Messages of each topic, Hz. [60]")
 @click.option("--live-speed", "speed", type=Real(0.001, 1e6), help="Times real time, at most. [1]")
 @strict_option
@@ -139,7 +144,7 @@ def _trusting(fmus: bool) -> AbstractContextManager[None]:
 class Live(NamedTuple):
     """Where a run is shown while it goes on, how often, Hz, and how many times as fast as the wall clock it goes."""
 
-    link: Foxglove
+    link: Sender
     rate: float
     speed: float
 
@@ -153,15 +158,16 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
             raise click.UsageError(f"--live-{next(iter(said))} goes with --live")
         yield None
         return
-    from cdpr.live.foxglove import Foxglove
 
     def say(text: str) -> None:
         click.echo(f"live: {text}", err=True)
 
-    where: dict[str, Any] = {"host": "127.0.0.1", "port": 8765, "rate": 60.0, "speed": 1.0} | said
-    with closing(Foxglove(where["host"], where["port"], say, scenario.options().numbers())) as link:
-        say(f"ws://{where['host']}:{link.port}, for Foxglove and PlotJuggler")
-        yield Live(link, where["rate"], where["speed"])
+    made, port = LINKS[tool]
+    where: dict[str, Any] = {"host": "127.0.0.1", "port": port, "rate": 60.0, "speed": 1.0} | said
+    link: type[Sender] = resolve_name(made)
+    with closing(link(where["host"], where["port"], say, scenario.options().numbers())) as shown:
+        say(shown.where)
+        yield Live(shown, where["rate"], where["speed"])
 
 
 def _simulate(

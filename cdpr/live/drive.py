@@ -13,6 +13,7 @@ from cdpr.errors import CdprError
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.robot import Array
+from cdpr.problems import shown
 from cdpr.scenario import Scenario
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation.simulation import Simulation
@@ -108,13 +109,16 @@ class Driven(Simulation):
         while True:
             begun, time = self._from
             ahead = WAITS if self.paused else (self.time - time) / self._speed - (monotonic() - begun)
+            if ahead <= 0.0:
+                break
             try:
-                request = requests.get(timeout=ahead) if ahead > 0.0 else requests.get_nowait()
+                self._answer(requests.get(timeout=ahead))
             except queue.Empty:
-                if not self.paused and ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
-                    self._begin_clock()
-                return
-            self._answer(request)
+                break
+        for _ in range(requests.qsize()):  # no more: whoever asks without end does not hold it up
+            self._answer(requests.get_nowait())
+        if not self.paused and ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
+            self._begin_clock()
 
     def _answer(self, request: Request) -> None:
         try:
@@ -153,11 +157,21 @@ class Driven(Simulation):
             self.release(self._push)
         self._push = made
 
-    def ask_tension(self, tension: list[float]) -> None:
-        """Tell the cables these tensions from now on; none at all gives them back to the controller."""
+    def ask_tension(self, tension: list[float], names: list[str] | None = None) -> None:
+        """Tell the cables these tensions, N, from now on; none at all gives them back to the controller.
+
+        They are in the order of the cables, or of `names`.
+        """
         if not tension:
             self._tension = None
             return
+        if names:
+            cables = self.so_far().header.cables
+            if sorted(names) != sorted(cables) or len(tension) != len(names):
+                raise CdprError(
+                    f"one for each of {', '.join(cables)} is expected, got {shown(names)}, {len(tension)} tensions"
+                )
+            tension = [tension[names.index(cable)] for cable in cables]
         self._given(None, tension)  # refused at once where it makes no sense
         self._tension = tension
 

@@ -1,4 +1,4 @@
-"""What clients publish, as requests: JSON of standard messages, checked before anything is done."""
+"""What others publish, as requests: standard messages in JSON or CDR, checked before anything is done."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 
 from cdpr.errors import CdprError
 from cdpr.live.drive import Request
+from cdpr.log.ros2 import decode
+from cdpr.log.topics import WORLD
 from cdpr.problems import shown
 
-TARGET, WRENCH, COMMANDS = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/cable_commands"
+TARGET, WRENCH, TENSION = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
 MOST = 65536  # bytes of a message
 
 
@@ -18,12 +20,12 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
     """Return what a message asks for. Raises CdprError, naming the topic, where it makes no sense."""
     if topic not in KNOWN:
         raise CdprError(f"{topic}: nobody listens there; {', '.join(KNOWN)} are heard")
-    if encoding != "json":
-        raise CdprError(f"{topic}: messages in JSON are heard, not in {shown(encoding)}")
+    if encoding not in ("json", "cdr"):
+        raise CdprError(f"{topic}: messages in JSON and CDR are heard, not in {shown(encoding)}")
     try:
         if len(data) > MOST:
             raise ValueError(f"it is longer than {MOST} bytes")
-        message = json.loads(data)
+        message = json.loads(data) if encoding == "json" else decode(KINDS[topic], data)
         if not isinstance(message, dict):
             raise ValueError("an object is expected")
         return KNOWN[topic](message)
@@ -32,6 +34,7 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
 
 
 def _target(message: dict[str, Any]) -> Request:
+    _in_world(message)
     pose = _part(message, "pose")
     x, y, z, w = _numbers(_part(pose, "orientation"), "orientation", "xyzw")
     length = math.hypot(x, y, z, w)
@@ -45,24 +48,35 @@ def _target(message: dict[str, Any]) -> Request:
 
 
 def _wrench(message: dict[str, Any]) -> Request:
+    _in_world(message)
     wrench = _part(message, "wrench")
     force, torque = (_numbers(_part(wrench, name), name, "xyz") for name in ("force", "torque"))
     return Request("wrench", {"force": force, "moment": torque})
 
 
-def _commands(message: dict[str, Any]) -> Request:
-    effort = message.get("effort")
+def _tension(message: dict[str, Any]) -> Request:
+    effort, names = message.get("effort"), message.get("name", [])
     if not isinstance(effort, list):
         raise ValueError(f"effort: a list of tensions (N) is expected, got {shown(effort)}")
-    return Request("tension", {"tension": [_number(value, "effort") for value in effort]})
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"name: a list of names of cables is expected, got {shown(names)}")
+    return Request("tension", {"tension": [_number(value, "effort") for value in effort], "names": names})
 
 
-KNOWN = {TARGET: _target, WRENCH: _wrench, COMMANDS: _commands}
+KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension}
 KINDS = {
     TARGET: "geometry_msgs/PoseStamped",
     WRENCH: "geometry_msgs/WrenchStamped",
-    COMMANDS: "sensor_msgs/JointState",
+    TENSION: "sensor_msgs/JointState",
 }
+
+
+def _in_world(message: dict[str, Any]) -> None:
+    """Raise ValueError where a stamped message is of another frame than the world's."""
+    header = message.get("header")
+    frame = header.get("frame_id", "") if isinstance(header, dict) else ""
+    if frame not in ("", WORLD):
+        raise ValueError(f"header.frame_id: {WORLD!r} is expected, or none, got {shown(frame)}")
 
 
 def _part(message: dict[str, Any], name: str) -> dict[str, Any]:

@@ -1,8 +1,9 @@
-"""The standard ROS 2 messages that a log holds: their fields, their schema text and their bytes (CDR)."""
+"""The standard ROS 2 messages that a log holds and a live link hears: their fields, schema text and bytes (CDR)."""
 
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Mapping
 from functools import cache, lru_cache
@@ -51,15 +52,92 @@ DEFINITIONS = {
     "visualization_msgs/UVCoordinate": "float32 u\nfloat32 v",
 }
 
-_FORMATS = {"bool": "<?", "uint8": "<B", "int32": "<i", "uint32": "<I", "float32": "<f", "float64": "<d"}
+# Services, request and response, and what they alone are made of: as in the .srv and .msg files of Jazzy.
+SERVICES = {
+    "rcl_interfaces/srv/DescribeParameters": ("string[] names", "rcl_interfaces/ParameterDescriptor[] descriptors"),
+    "rcl_interfaces/srv/GetParameters": ("string[] names", "rcl_interfaces/ParameterValue[] values"),
+    "rcl_interfaces/srv/GetParameterTypes": ("string[] names", "uint8[] types"),
+    "rcl_interfaces/srv/ListParameters": (
+        "string[] prefixes\nuint64 depth",
+        "rcl_interfaces/ListParametersResult result",
+    ),
+    "rcl_interfaces/srv/SetParameters": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult[] results",
+    ),
+    "rcl_interfaces/srv/SetParametersAtomically": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult result",
+    ),
+    "std_srvs/srv/Trigger": ("", "bool success\nstring message"),
+}
+_PARTS = {
+    "rcl_interfaces/FloatingPointRange": "float64 from_value\nfloat64 to_value\nfloat64 step",
+    "rcl_interfaces/IntegerRange": "int64 from_value\nint64 to_value\nuint64 step",
+    "rcl_interfaces/ListParametersResult": "string[] names\nstring[] prefixes",
+    "rcl_interfaces/Parameter": "string name\nrcl_interfaces/ParameterValue value",
+    "rcl_interfaces/ParameterDescriptor": (
+        "string name\nuint8 type\nstring description\nstring additional_constraints\nbool read_only\n"
+        "bool dynamic_typing\nrcl_interfaces/FloatingPointRange[<=1] floating_point_range\n"
+        "rcl_interfaces/IntegerRange[<=1] integer_range"
+    ),
+    "rcl_interfaces/ParameterValue": (
+        "uint8 type\nbool bool_value\nint64 integer_value\nfloat64 double_value\nstring string_value\n"
+        "byte[] byte_array_value\nbool[] bool_array_value\nint64[] integer_array_value\n"
+        "float64[] double_array_value\nstring[] string_array_value"
+    ),
+    "rcl_interfaces/SetParametersResult": "bool successful\nstring reason",
+    "service_msgs/ServiceEventInfo": (
+        "uint8 event_type\nbuiltin_interfaces/Time stamp\nuint8[16] client_gid\nint64 sequence_number"
+    ),
+}
+_ALONE = "uint8 structure_needs_at_least_one_member"  # what ROS 2 puts into a message without fields
+
+_FORMATS = {"bool": "?", "byte": "B", "uint8": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q"}
+_FORMATS |= {"float32": "f", "float64": "d"}
 ENCAPSULATION = b"\0\1\0\0"  # plain CDR, little-endian; alignment counts from its end
+_BIG_ENDIAN = b"\0\0"
+_SEQUENCE = re.compile(r"(.+)\[(<=)?(\d*)\]")
+
+
+def _definition(kind: str) -> str:
+    if kind in DEFINITIONS or kind in _PARTS:
+        return DEFINITIONS.get(kind) or _PARTS[kind]
+    service, _, part = kind.rpartition("_")
+    if part == "Event":
+        parts = (f"{service}_{name}[<=1] {name.lower()}" for name in ("Request", "Response"))
+        return "\n".join(("service_msgs/ServiceEventInfo info", *parts))
+    return SERVICES[service][part == "Response"] or _ALONE
 
 
 @cache
 def fields(kind: str) -> tuple[tuple[str, str], ...]:
-    """Return (type, name) of each field of a message type such as "geometry_msgs/Pose"."""
-    pairs = (line.split() for line in DEFINITIONS[kind].splitlines())
+    """Return (type, name) of each field of a message type such as "geometry_msgs/Pose".
+
+    Of a service, "std_srvs/srv/Trigger", those of what ROS 2 describes it by; of its messages, "..._Request",
+    "..._Response" and "..._Event", theirs.
+    """
+    if kind in SERVICES:
+        return tuple((f"{kind}_{name}", f"{name.lower()}_message") for name in ("Request", "Response", "Event"))
+    pairs = (line.split() for line in _definition(kind).splitlines())
     return tuple((field_kind, name) for field_kind, name in pairs)
+
+
+@cache
+def item(kind: str) -> tuple[str, int | None, bool]:
+    """Return what a field's type is made of: "T[]" (T, 0, True), "T[<=4]" (T, 4, True), "T[4]" (T, 4, False).
+
+    Of what is no sequence and no array (T, None, False).
+    """
+    found = _SEQUENCE.fullmatch(kind)
+    if found is None:
+        return kind, None, False
+    return found[1], int(found[3] or 0), bool(found[2]) or not found[3]
+
+
+def full_name(kind: str) -> str:
+    """Return how ROS 2 names a type: "geometry_msgs/msg/Pose"; services have theirs already."""
+    return kind if kind.count("/") == 2 else kind.replace("/", "/msg/")
 
 
 @cache
@@ -67,7 +145,7 @@ def schema_text(kind: str) -> str:
     """Return the definition of a type and of all that it is made of, in MCAP's `ros2msg` form."""
     needed = [kind]
     for known in needed:  # grows while it is walked
-        parts = (part.removesuffix("[]") for part, _ in fields(known))
+        parts = (item(part)[0] for part, _ in fields(known))
         needed += [part for part in dict.fromkeys(parts) if part in DEFINITIONS and part not in needed]
     rule = "=" * 80
     return "\n".join([DEFINITIONS[kind], *(f"{rule}\nMSG: {name}\n{DEFINITIONS[name]}" for name in needed[1:]), ""])
@@ -90,17 +168,19 @@ def _encoded(kind: str, content: str) -> tuple[bytes, Mapping[str, int]]:
 
     def number(form: str, value: Any) -> int:
         data.extend(bytes((len(ENCAPSULATION) - len(data)) % struct.calcsize(form)))
-        data.extend(struct.pack(form, value))
+        data.extend(struct.pack(f"<{form}", value))
         return len(data) - struct.calcsize(form)
 
     def put(kind: str, value: Any, path: str) -> int:
-        if kind.endswith("[]"):
-            items = value or ()
-            number("<I", len(items))
-            starts = [put(kind[:-2], item, f"{path}.{i}") for i, item in enumerate(items)]
+        part, size, counted = item(kind)
+        if size is not None:
+            items = value or ((None,) * size if not counted else ())
+            if counted:
+                number("I", len(items))
+            starts = [put(part, each, f"{path}.{i}") for i, each in enumerate(items)]
         elif kind == "string":
             text = (value or "").encode() + b"\0"
-            starts = [number("<I", len(text))]
+            starts = [number("I", len(text))]
             data.extend(text)
         elif kind in _FORMATS:
             starts = [number(_FORMATS[kind], value or 0)]
@@ -112,3 +192,48 @@ def _encoded(kind: str, content: str) -> tuple[bytes, Mapping[str, int]]:
 
     put(kind, json.loads(content), "")
     return bytes(data), places
+
+
+def decode(kind: str, data: bytes) -> dict[str, Any]:
+    """Return a message's content by its CDR bytes: what `encode` takes.
+
+    Raises ValueError where they are not such a message.
+    """
+    if len(data) < len(ENCAPSULATION) or data[:2] not in (ENCAPSULATION[:2], _BIG_ENDIAN):
+        raise ValueError("plain CDR is expected")
+    order, at = ">" if data[:2] == _BIG_ENDIAN else "<", len(ENCAPSULATION)
+
+    def number(form: str) -> Any:
+        nonlocal at
+        at += (len(ENCAPSULATION) - at) % struct.calcsize(form)
+        at += struct.calcsize(form)
+        if at > len(data):
+            raise ValueError("it ends too early")
+        return struct.unpack_from(order + form, data, at - struct.calcsize(form))[0]
+
+    def text() -> str:
+        nonlocal at
+        size = number("I")
+        if size > len(data) - at:
+            raise ValueError("it ends too early")
+        at += size
+        try:
+            return data[at - size : at].rstrip(b"\0").decode()
+        except UnicodeDecodeError:
+            raise ValueError("a string is not UTF-8") from None
+
+    def get(kind: str) -> Any:
+        part, size, counted = item(kind)
+        if size is not None:
+            count = number("I") if counted else size
+            if count > len(data) - at or 0 < size < count:  # each takes a byte at least
+                raise ValueError("it ends too early" if count > len(data) - at else f"{count} of {kind}")
+            return [get(part) for _ in range(count)]
+        if kind == "string":
+            return text()
+        if kind in _FORMATS:
+            return number(_FORMATS[kind])
+        return {name: get(part) for part, name in fields(kind)}
+
+    content: dict[str, Any] = get(kind)
+    return content

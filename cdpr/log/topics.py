@@ -11,7 +11,8 @@ from cdpr.log.layout import Layout
 from cdpr.log.run import Header
 from cdpr.model.robot import Array
 
-STAMPED: dict[str, Any] = {"header": {"frame_id": "world"}}
+WORLD = "world"  # the frame of all that a log holds
+STAMPED: dict[str, Any] = {"header": {"frame_id": WORLD}}
 
 
 @dataclass(frozen=True)

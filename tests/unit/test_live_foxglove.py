@@ -20,7 +20,7 @@ import cdpr
 from cdpr.errors import CdprError
 from cdpr.live import messages
 from cdpr.live.drive import drive
-from cdpr.live.heard import COMMANDS, TARGET, WRENCH, request_of
+from cdpr.live.heard import TARGET, TENSION, WRENCH, request_of
 from cdpr.log.reader import load_run
 
 foxglove = pytest.importorskip("cdpr.live.foxglove")
@@ -110,7 +110,7 @@ BAD = {
     "no quaternion": (TARGET, {"pose": {"position": {}, "orientation": {}}}, "a quaternion of length 1 is expected"),
     "far": (TARGET, {"pose": {"position": {"x": 1e9}, "orientation": UPRIGHT}}, "target: "),
     "at once": (TARGET, {"pose": {"position": {}, "orientation": UPRIGHT}, "duration": 0.0}, "target: "),
-    "too few": (COMMANDS, {"effort": [1.0]}, "tension: "),
+    "too few": (TENSION, {"effort": [1.0]}, "tension: "),
     "long": (WRENCH, b"[" * 70000, "it is longer than 65536 bytes"),
     "deep": (WRENCH, b"[" * 60000, "/cdpr/wrench: "),
     "elsewhere": ("/cmd_vel", {}, "/cmd_vel: nobody listens there"),
@@ -139,9 +139,9 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
 def test_tensions_from_outside_take_the_place_of_the_solvers():
     m = 8
     with running(0.6) as (link, found, said), client(link.port) as seen:
-        seen.publish(COMMANDS, {"effort": [400.0] * m})
+        seen.publish(TENSION, {"effort": [400.0] * m})
         time.sleep(0.2)
-        seen.publish(COMMANDS, {"effort": []})
+        seen.publish(TENSION, {"effort": []})
     assert said == []
     given = (found["run"].tension == 400.0).all(axis=1)
     assert 50 < given.sum() < 590

@@ -1,0 +1,185 @@
+"""A running simulation as a ROS 2 node, over Zenoh: what nodes with rmw_zenoh see, hear, call and set.
+
+Experimental: no ROS 2 runs here, nor where this was tested. `cdpr.live.rmw_zenoh` says how things are named.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import count
+from typing import Any
+
+from cdpr.errors import CdprError, PluginError
+from cdpr.live.heard import KINDS, request_of
+from cdpr.live.parameters import PARAMETER_SERVICES
+from cdpr.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, gid, parse_attachment
+from cdpr.live.sender import SERVICES, Sender
+from cdpr.log.ros2 import decode, encode
+from cdpr.log.topics import Topic
+
+try:
+    import zenoh
+except ImportError as error:
+    raise PluginError(f"a live link to ROS 2 needs Zenoh ({error}): pip install 'cdpr[live]'") from None
+
+NAME = "cdpr"
+ROUTER = 7447  # port of a Zenoh router
+MOST_DOMAIN = 232  # as for DDS, where it is a question of ports
+DEPTH = 1000  # of the history of parameter services, as in rcl
+TRIGGER = "std_srvs/srv/Trigger"
+
+
+class Ros2(Sender):
+    """A node that publishes samples, and hears what others publish, call and set.
+
+    Args:
+        host, port: of the Zenoh router, rmw_zenohd, that makes nodes known to each other. It may be started later.
+        say: called with what is refused.
+        parameters: names and values of what others may set beside `paused` and `speed`.
+        domain: ROS_DOMAIN_ID; by default that of the environment, or 0.
+
+    Raises CdprError where that makes no sense.
+    """
+
+    def __init__(
+        self,
+        host: str = "127.0.0.1",
+        port: int = ROUTER,
+        say: Callable[[str], None] = lambda text: None,
+        parameters: dict[str, Any] | None = None,
+        domain: int | None = None,
+    ) -> None:
+        super().__init__(host, port, say, parameters)
+        domain = _domain() if domain is None else domain
+        if not port:
+            raise CdprError(f"--live-port: the port of a Zenoh router is expected, mostly {ROUTER}, got 0")
+        try:
+            self._session = zenoh.open(_config(host, port))
+        except zenoh.ZError as error:
+            raise CdprError(f"--live-host: {host}:{port}: {' '.join(str(error).split())}") from None
+        self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {host}:{port}"
+        if not self.met:
+            self.where += "; none is there yet: ros2 run rmw_zenoh_cpp rmw_zenohd"
+        self._node = Node(domain, str(self._session.zid()), NAME)
+        self._numbers = count(1)
+        self._publishers: list[tuple[zenoh.Publisher, bytes, Iterator[int]]] = []
+        # What is declared lives as long as somebody holds it.
+        self._held: list[object] = [self._token(self._node.token())]
+        for topic, kind in KINDS.items():
+            self._declare(SUBSCRIPTION, topic, kind)
+            self._held.append(self._session.declare_subscriber(self._node.key(topic, kind), self._listener(topic)))
+        for name in SERVICES:
+            self._serve(name, TRIGGER, self._trigger(name))
+        for kind, answer in PARAMETER_SERVICES.items():
+            self._serve(_snake(kind), kind, partial(answer, self), DEPTH)
+
+    @property
+    def met(self) -> bool:
+        """Whether a router is there."""
+        return bool(self._session.info.routers_zid())
+
+    def _token(self, key: str) -> zenoh.LivelinessToken:
+        return self._session.liveliness().declare_token(key)
+
+    def _declare(self, entity: str, name: str, kind: str, depth: int = 10) -> bytes:
+        """Tell others of a topic or service, and return the identifier of who sends there."""
+        token = self._node.endpoint(next(self._numbers), entity, name, kind, depth)
+        self._held.append(self._token(token))
+        return gid(token)
+
+    def _listener(self, topic: str) -> Callable[[zenoh.Sample], None]:
+        def hear(sample: zenoh.Sample) -> None:
+            try:
+                self.requests.put(request_of(topic, "cdr", sample.payload.to_bytes()))
+            except CdprError as error:
+                self.refused(str(error))
+
+        return hear
+
+    def _trigger(self, name: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
+        def answer(_: dict[str, Any]) -> dict[str, Any]:
+            refused = self.call(name)
+            return {"success": not refused, "message": refused}
+
+        return answer
+
+    def _serve(self, name: str, kind: str, answer: Callable[[dict[str, Any]], dict[str, Any]], depth: int = 10) -> None:
+        """Answer calls of a service."""
+        key = self._node.key(f"/{NAME}/{name}", kind)
+
+        def handle(query: zenoh.Query) -> None:
+            with query:
+                try:
+                    sequence, _, caller = parse_attachment(query.attachment.to_bytes() if query.attachment else b"")
+                    request = decode(f"{kind}_Request", query.payload.to_bytes() if query.payload else b"")
+                except ValueError as error:
+                    self.refused(f"/{NAME}/{name}: {error}")
+                    query.reply_err(str(error))
+                    return
+                data, _ = encode(f"{kind}_Response", answer(request))
+                query.reply(key, data, attachment=attachment(sequence, time.time_ns(), caller))
+
+        self._declare(SERVICE, f"/{NAME}/{name}", kind, depth)
+        self._held.append(self._session.declare_queryable(key, handle, complete=True))
+
+    def _open(self, topics: tuple[Topic, ...]) -> None:
+        for topic in topics:
+            publisher = self._session.declare_publisher(
+                self._node.key(topic.name, topic.kind), congestion_control=zenoh.CongestionControl.DROP
+            )
+            sender = self._declare(PUBLISHER, topic.name, topic.kind)
+            self._publishers.append((publisher, sender, count(1)))
+
+    def _wanted(self) -> list[bool]:
+        return [_matching(publisher) for publisher, _, _ in self._publishers]
+
+    def _put(self, time_: int, messages: Iterator[tuple[int, bytes]]) -> None:
+        for k, data in messages:
+            publisher, sender, numbers = self._publishers[k]
+            publisher.put(data, attachment=attachment(next(numbers), time.time_ns(), sender))
+
+    def _changed(self) -> None:
+        """Nobody is told: who wants to know asks."""
+
+    def _shut(self) -> None:
+        self._session.close()  # type: ignore[no-untyped-call]
+
+
+def _matching(publisher: zenoh.Publisher) -> bool:
+    """Whether anybody listens: Zenoh's types say that the status is a bool, but it is an object that holds one."""
+    status: Any = publisher.matching_status
+    return bool(getattr(status, "matching", status))
+
+
+def _config(host: str, port: int) -> zenoh.Config:
+    """Return what rmw_zenoh's sessions have: a peer of this machine that hears of others by a router."""
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "peer",
+        "connect/endpoints": [f"tcp/{host}:{port}"],
+        "connect/timeout_ms": -1,
+        "connect/exit_on_failure": False,
+        "listen/endpoints": ["tcp/127.0.0.1:0"],
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": True,
+        "timestamping/enabled": True,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def _domain() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
+    if not text.isdecimal() or int(text) > MOST_DOMAIN:
+        raise CdprError(f"ROS_DOMAIN_ID: a whole number from 0 to {MOST_DOMAIN} is expected, got {text!r}")
+    return int(text)
+
+
+def _snake(kind: str) -> str:
+    """Return how rcl calls the service of this type: "get_parameters"."""
+    name = kind.rpartition("/")[2]
+    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")
