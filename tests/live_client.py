@@ -23,13 +23,14 @@ FILE = ROOT / "scenarios" / "caroca.yaml"
 def running(make, duration=2.0, out=None, speed=1.0, held=False, file=FILE, **overrides):
     """What shows a run, made of `say` and `parameters`; what the run was or raised; what was said.
 
-    Where `held`, it stands still at first.
+    Where `held`, it has begun and stands still.
     """
     scenario = cdpr.load_scenario(file, overrides={"simulation.duration": duration, **overrides})
     found, said = {}, []
     with closing(make(say=said.append, parameters=scenario.options().numbers())) as link:
+        pause = Request("pause", {})
         if held:
-            link.requests.put(Request("pause", {}))
+            link.requests.put(pause)
 
         def work():
             try:
@@ -40,6 +41,7 @@ def running(make, duration=2.0, out=None, speed=1.0, held=False, file=FILE, **ov
         thread = threading.Thread(target=work)
         thread.start()
         try:
+            assert not held or pause.done.wait(RUN_TIMEOUT)
             yield link, found, said
         finally:
             link.requests.put(Request("pause", {"paused": False}))  # whatever failed

@@ -66,10 +66,10 @@ def test_what_is_asked_for_is_an_event():
         assert seen.call("/cdpr/resume")["success"]
         seen.publish(TARGET, pose)
         seen.publish(WRENCH, push)
-        seen.more("/clock")  # a push that ends with the slice in which it began is none
-        seen.publish(WRENCH, {"wrench": {"force": {}, "torque": {}}})
         seen.set("controller.kp", 150.0)
         seen.until(lambda: seen.parameters.get("controller.kp") == 150.0)
+        seen.more("/clock", 10)  # a push that ends with the slice in which it began is none
+        seen.publish(WRENCH, {"wrench": {"force": {}, "torque": {}}})
     run = found["run"]
     texts = [event.text for event in run.events]
     assert said == []

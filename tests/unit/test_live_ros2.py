@@ -131,7 +131,8 @@ def test_what_is_asked_for_is_an_event(port):
         seen.trigger("resume")
         seen.publish(TARGET, STAMPED_POSE, pose(0.2, 0.1, 1.3))
         seen.publish(WRENCH, STAMPED_WRENCH, wrench(10.0))
-        seen.more("/clock")  # a push that ends with the slice in which it began is none
+        assert seen.ask("get_parameters", names=["speed"]).values[0].double_value == 1.0
+        seen.more("/clock", 10)  # a push that ends with the slice in which it began is none
         seen.publish(WRENCH, STAMPED_WRENCH, wrench())
     texts = [event.text for event in found["run"].events]
     assert said == []
@@ -172,6 +173,7 @@ BAD = {
 
 def test_what_makes_no_sense_is_told_and_changes_nothing(port):
     with seen_of(port, duration=0.5) as (_, found, said), node(port) as seen:
+        seen.trigger("pause")  # when that is answered, all that it has is known
         for topic, kind, data, _ in BAD.values():
             seen.publish(topic, kind, data)
         pause = "cdpr/pause/std_srvs::srv::dds_::Trigger_/*"
