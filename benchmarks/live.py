@@ -1,8 +1,8 @@
 """What it costs to be watched: a live run with one client, and with none, beside the same run that nobody can watch.
 
 1 kHz physics, 60 Hz out, every topic, as fast as it goes; the client is a process of its own. Turns of a fraction of a
-second, of all ways by turns; the rate of a way is that of its fastest. Then messages of 1 kHz that arrive, in real time.
-With --minutes N, whether memory grows meanwhile. For ROS 2 the Zenoh router is a process of its own, too.
+second, all ways one after the other; the rate of a way is that of its fastest. Then messages of 1 kHz that arrive, in real
+time. With --minutes N, whether memory grows meanwhile. For ROS 2 the Zenoh router is a process of its own, too.
 Run: python benchmarks/live.py [foxglove|ros2] [--json] [--minutes N].
 """
 
@@ -16,6 +16,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from time import monotonic, perf_counter, sleep
 from typing import Any
@@ -23,6 +24,7 @@ from typing import Any
 import numpy as np
 import zenoh
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 import cdpr
 from cdpr.errors import Interrupted
@@ -61,7 +63,7 @@ Count = list[int]
 def foxglove_client(port: int, count: Count, times: set[int]) -> Callable[[str], None]:
     """Listen to a WebSocket; return what a word does."""
     topics = dict[int, str]()
-    link = connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None)
+    link = connect(f"ws://127.0.0.1:{port}", subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None)
 
     def listen() -> None:
         for data in link:
@@ -143,7 +145,8 @@ class Other:
 
     def say(self, word: str) -> list[int]:
         """Say a word, and return what it answers."""
-        assert self._process.stdin and self._process.stdout
+        assert self._process.stdin
+        assert self._process.stdout
         self._process.stdin.write(f"{word}\n")
         self._process.stdin.flush()
         return list(json.loads(self._process.stdout.readline()))
@@ -210,9 +213,9 @@ def ratios(tool: str) -> dict[str, float]:
         rates(nobody, lambda: None, 2)  # what a first run loads
         for _ in range(TURNS // 4):
             found["unwatched"] += rates(nobody, lambda: None, 4)
-            for name, word in (("no client", "off"), ("one client", "on")):
+            for name, word in (("no client", "wait"), ("one client", "on")):
                 with met(tool) as (link, other):
-                    found[name] += rates(link, lambda: word == "on" and other.say("on"), 4)
+                    found[name] += rates(link, partial(other.say, word), 4)
     best = {name: float(np.mean(sorted(values)[-FASTEST:])) for name, values in found.items()}
     return {f"time, {name} / unwatched": best["unwatched"] / best[name] for name in ("no client", "one client")}
 
