@@ -15,7 +15,7 @@ import numpy as np
 from cdpr.errors import CdprError
 from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions
 from cdpr.formats.read.choice import Choice
-from cdpr.formats.read.imported import Imported, slug
+from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import about_centre, filled
 from cdpr.formats.read.xml import Element, parse, root_of
 from cdpr.scenario.files import UnreadableError
@@ -119,12 +119,27 @@ def _model(
         found.motions, skipped = caspr_motions.motions(motions, joint)
         found.left_out += skipped
     if spaces is not None:
-        found.left_out += [
-            f"{_at(each)}: operational set '{each.attributes.get('id', '')}': our robots have no tool points"
-            for each in spaces.everywhere()
-            if each.name == "operational_set"
-        ]
+        _tools(found, spaces, link)
     return found
+
+
+def _tools(found: Imported, spaces: Element, link: Element) -> None:
+    """Let points of operational spaces be tools; attitudes are the platform's, and nothing is to be told of them."""
+    sets = (each for each in spaces.everywhere() if each.name == "operational_set")
+    markers = [marker for each in sets for marker in each.children if marker.find("offset") is not None]
+    names = unique([slug(marker.attributes.get("name", ""), "tool") for marker in markers])
+    tools: dict[str, list[float]] = {}
+    for name, marker in zip(names, markers, strict=True):
+        on = marker.child("link").text.strip()
+        if on == link.attribute("num"):
+            tools[name] = list(marker.child("offset").vector(3))
+        else:
+            found.left_out.append(
+                f"{_at(marker)}: operational space '{name}': a point of link {on}, not the platform's"
+            )
+    if tools:
+        found.robot["platform"]["tools"] = tools
+        found.comments["platform", "tools"] = f"m from the joint; offsets of {_at(spaces)}"
 
 
 def _only_link(bodies: Element) -> Element:
