@@ -23,24 +23,27 @@ from cdpr.scenario.files import read as read_bytes
 
 BODIES, CABLES, MOTIONS, SPACES = "bodies_system", "cables", "trajectories", "operational_spaces"
 SUFFIXES = {BODIES: "bodies", CABLES: "cables", MOTIONS: "trajectories", SPACES: "operational_spaces"}
+# Roots of files of before 2017, which stand within the newer ones.
+LINKS = "links"
+OLDER = {LINKS: BODIES, "joint_trajectories": MOTIONS}
 MOST_BYTES = 16 * 2**20
 
 
 def recognise(content: bytes) -> bool:
     """Whether this is one of the files of a model."""
-    return root_of(content)[0] in SUFFIXES
+    return _kind(content) in SUFFIXES
 
 
 def leads(path: Path, content: bytes) -> bool:
     """Whether a model is read from here: from its bodies, and from others where there are none."""
-    return root_of(content)[0] == BODIES or _beside(path, content, BODIES) is None
+    return _kind(content) == BODIES or _beside(path, content, BODIES) is None
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
     """Read a model from any of its files; `choice` may name the set of cables. Raises CdprError."""
     roots: dict[str, Element | None] = {}
     for kind in SUFFIXES:
-        file = path if root_of(content)[0] == kind else _beside(path, content, kind)
+        file = path if _kind(content) == kind else _beside(path, content, kind)
         roots[kind] = None if file is None else parse(content if file == path else load(file), str(file))
     bodies, cables = roots[BODIES], roots[CABLES]
     for kind, root in ((BODIES, bodies), (CABLES, cables)):
@@ -118,17 +121,17 @@ def _model(
     if motions is not None:
         found.motions, skipped = caspr_motions.motions(motions, joint)
         found.left_out += skipped
-    if spaces is not None:
+    for root in (bodies, spaces):  # older files have them beside the links
         found.left_out += [
             f"{_at(each)}: operational set '{each.attributes.get('id', '')}': our robots have no tool points"
-            for each in spaces.everywhere()
+            for each in (() if root is None else root.everywhere())
             if each.name == "operational_set"
         ]
     return found
 
 
 def _only_link(bodies: Element) -> Element:
-    links = bodies.child("links")
+    links = bodies if bodies.name == LINKS else bodies.child(LINKS)
     moving = [each for each in links.children if each.name.startswith("link_")]
     if not moving:
         raise links.wrong("a <link_rigid> is expected within <links>, got none")
@@ -147,6 +150,12 @@ def _shared(lows: tuple[float, ...], highs: tuple[float, ...]) -> dict[str, obje
     """One number where all cables have the same limit."""
     both = {"min": lows, "max": highs}
     return {key: values[0] if len(set(values)) == 1 else list(values) for key, values in both.items()}
+
+
+def _kind(content: bytes) -> str:
+    """The root of a file, by the name that it has now."""
+    root = root_of(content)[0]
+    return OLDER.get(root, root)
 
 
 def _at(element: Element) -> str:

@@ -9,6 +9,7 @@ step into a table, and so are turns about one axis by more than half a turn, whe
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
 MOST_BYTES = 32 * 2**20
 SUFFIX = "_trajectory"
 QUINTIC = "quintic_spline_trajectory"
+OLDER = "trajectory"  # of before 2017: a quintic spline with times from the start
 FILE = "file_trajectory"
 
 # Coordinates, rates and second rates, each (k, n), of a point, of the next, for times (k,) after it, of T s between.
@@ -58,6 +60,8 @@ def motions(root: Element, joint: Joint) -> tuple[list[Motion], list[str]]:
 
 
 def _motion(element: Element, joint: Joint) -> Motion:
+    if element.name == OLDER:
+        element = replace(element, name=QUINTIC, attributes={"time_definition": "absolute", **element.attributes})
     if element.name == FILE:
         return _tabled(_of_file(element, joint), joint)
     if element.name not in BETWEEN:
@@ -225,24 +229,24 @@ BETWEEN: dict[str, Between] = {
 
 
 def _of_file(element: Element, joint: Joint) -> list[Array]:
-    """Of a .traj file: each row names its columns, `t,TIME,p,...,v,...,a,...`."""
+    """Of a .traj file: `time_step,STEP`, then rows `t,TIME,p,...,v,...,a,...`; older ones say `q` and no time."""
     n, path = len(joint.dof), Path(element.file).parent / element.attribute("filename")
     try:
         text = read_bytes(str(path), MOST_BYTES, (".traj",)).decode("utf-8")
     except (UnreadableError, UnicodeDecodeError) as error:
         raise element.wrong(f"filename: {error}") from None
     rows: list[list[float]] = []
+    step = 0.0
     for number, line in enumerate(text.splitlines(), 1):
         words = [word.strip() for word in line.split(",")]
-        if not line.strip() or words[0] == "time_step":
+        if not line.strip():
             continue
-        width = n + 1
-        expected = 2 + 3 * width
-        labels = [words[k] for k in range(2, min(len(words), expected), width)]
         try:
-            if words[0] != "t" or len(words) < expected or labels[1:] != ["v", "a"] or labels[0] not in ("p", "q"):
-                raise ValueError
-            rows.append([float(word) for k, word in enumerate(words[1:expected]) if (k - 1) % width or k == 0])
+            if words[0] == "time_step":
+                step = float(words[1])
+                continue
+            timed = words[0] == "t"
+            rows.append(_row(words if timed else ["t", repr(len(rows) * step), *words], n))
         except (ValueError, IndexError):
             text = f"t,TIME,p,...,v,...,a,... with {n} numbers each is expected, got '{line[:60]}'"
             raise refuse(str(path), number, text) from None
@@ -253,6 +257,16 @@ def _of_file(element: Element, joint: Joint) -> list[Array]:
         raise refuse(str(path), 1, "two or more points of finite numbers are expected, at times that rise")
     table[:, 0] -= table[0, 0]
     return [table[:, :1], *(table[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))]
+
+
+def _row(words: list[str], n: int) -> list[float]:
+    """Time, coordinates, rates and second rates of a row of a .traj file. Raises ValueError, IndexError."""
+    width = n + 1
+    expected = 2 + 3 * width
+    labels = [words[k] for k in range(2, expected, width)]
+    if labels[1:] != ["v", "a"] or labels[0] not in ("p", "q"):
+        raise ValueError
+    return [float(word) for k, word in enumerate(words[1:expected]) if (k - 1) % width or k == 0]
 
 
 def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None = None) -> Motion:
