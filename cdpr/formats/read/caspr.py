@@ -31,7 +31,7 @@ MOST_BYTES = 16 * 2**20
 
 def recognise(content: bytes) -> bool:
     """Whether this is one of the files of a model."""
-    return _kind(content) in SUFFIXES
+    return _kind(content) in SUFFIXES and (root_of(content)[0] != LINKS or b"<link_" in content)
 
 
 def leads(path: Path, content: bytes) -> bool:
@@ -109,8 +109,8 @@ def _model(
         ("platform", "mass"): f"kg, {_at(physical.child('mass'))}",
         ("platform", "inertia"): f'kg m^2 about the centre of mass, from ref="{about}", {_at(given)}',
         ("platform", "center_of_mass"): f"m from the joint, {_at(physical.child('com_location'))}",
-        ("tension", "min"): "N, force_min",
-        ("tension", "max"): "N, force_max",
+        ("tension", "min"): f"N, force_min, from {comments['cables', 0]}",
+        ("tension", "max"): f"N, force_max, from {comments['cables', 0]}",
         ("home",): f"q_initial, {_at(link.child('joint'))}",
         ("cables",): f"m; attachments of {_at(cables)}",
         **comments,

@@ -78,7 +78,7 @@ def _motion(element: Element, joint: Joint) -> Motion:
     if element.name == QUINTIC and (joint.turns != 1 or np.abs(np.diff(angles, axis=0)).max() < np.pi):
         return _passed(points, times, q, joint)
     step = element.attribute_number("time_step")
-    count = times[-1] / step if step > 0.0 else np.inf
+    count = float(times[-1]) / step if step > 0.0 else np.inf
     if not count < MAX_ROWS:
         raise element.wrong(f"time_step: {step:g} s makes more than {MAX_ROWS} points, or none, of {times[-1]:g} s")
     parts = _sampled(element, points, times, q, step)

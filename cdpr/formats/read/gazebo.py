@@ -113,7 +113,8 @@ def _body(
 ) -> tuple[Inertia, list[float] | None]:
     """Inertia about the centre of mass, kg m^2, and the sizes of the box that is drawn."""
     if not thesis:
-        xx, yy, zz, xy, xz, yz = (platform / "inertia").vector(6)
+        given = (platform / "inertia").vector(6) if "inertia" in platform else [0.0] * 6  # its first files have none
+        xx, yy, zz, xy, xz, yz = given
         found.comments["platform", "inertia"] = f"kg m^2, {(platform / 'inertia').at}"
         shape = (platform / "size").vector(3) if "size" in platform else None
         return _sound(found, platform / "inertia", (xx, yy, zz, xy, xz, yz), mass, anchors), shape
