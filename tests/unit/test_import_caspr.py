@@ -185,7 +185,12 @@ def test_sets_of_cables_are_chosen(tmp_path):
     ("text", "said"),
     [
         ('<!DOCTYPE a [<!ENTITY b "c">]><bodies_system>&b;</bodies_system>', "declares the entity 'b'"),
+        (
+            '<!DOCTYPE a [<!ATTLIST link_rigid n CDATA "xxx">]><bodies_system/>',
+            "bodies.xml:1: it declares a default for the attribute 'n' of <link_rigid>: write it where it is",
+        ),
         ("<bodies_system><links>", "this is no sound XML: no element found"),
+        ('<?xml version="1.0"?>\n<bodies_system', "bodies.xml:2: this is no sound XML: unclosed token"),
         ("<bodies_system>" + "<a>" * 100, "within each other, are no robot"),
         ("<bodies_system><links/></bodies_system>", "a <link_rigid> is expected within <links>, got none"),
     ],

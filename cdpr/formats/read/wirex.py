@@ -140,7 +140,7 @@ def _tension(found: Imported, root: Element, robot: Element, rows: list[dict[str
     use, cable = robot.find("application"), root.find("cable")
     low = use.attribute_number("min_cable_load", 0.0) if use else 0.0
     low = low or (cable.attribute_number("minimum_load", 0.0) if cable else 0.0)
-    highs = []
+    highs = list[float]()
     for chain in robot.child("geometry").all("chain"):
         winch = _winch(root, chain)
         given = [
