@@ -34,7 +34,7 @@ INTERNAL = "<!DOCTYPE cables [\n  <!ATTLIST cable_set id ID #REQUIRED>\n]>\n"
 
 
 def older(text):
-    """Bodies as files of before 2017 have them: without type, `links` is the root."""
+    """Bodies as older files have them: without type, `links` is the root."""
     return '<?xml version="1.0" encoding="utf-8"?>\n' + re.search(r"<links.*</links>", text, re.DOTALL)[0]
 
 
@@ -79,10 +79,8 @@ SEEN = {
         "cables.xml:11: cable 'cable 5' is a cable_passive_linear_spring: a passive spring, which nobody commands, is "
         "none of our cables",
     ),
-    "before 2017": Seen(older(bodies()), cables(), 7),
-    "before 2017, two links": Seen(
-        older(bodies(more=LINK)), cables(), "bodies.xml:9: link 2 'Lower Arm' is a second moving"
-    ),
+    "older": Seen(older(bodies()), cables(), 7),
+    "older, two links": Seen(older(bodies(more=LINK)), cables(), "bodies.xml:9: link 2 'Lower Arm' is a second moving"),
     "screws": Seen(bodies(), sets(a=every(first=SCREW)), "cable 'cable 1' winds on a screw_base_rotating_pulley"),
     "Inf": Seen(
         older(PLANE),
@@ -123,7 +121,7 @@ def test_a_set_that_is_named_can_be_imported(tmp_path):
     assert robot.cables[0].axial_stiffness == 700.0
 
 
-def test_files_of_before_2017_are_the_same_robot(tmp_path):
+def test_older_files_are_the_same_robot(tmp_path):
     q = [0.2, -0.1, 0.9, 0.3, -0.2, 0.4]
     texts = bodies("SPATIAL_EULER_XYZ", q), sets(a=[cable(k, "com") for k in range(len(CABLES))])
     lengths, W, p, _ = evaluated(*texts, q)
@@ -142,7 +140,7 @@ def test_other_xml_with_a_root_of_links_is_none_of_caspr(tmp_path):
 
 
 def test_operational_sets_are_told_wherever_they_are(tmp_path):
-    """Nested, as one file has them, and beside the links, as those of 2017."""
+    """Nested, as one file has them, and beside the links, as older ones."""
     one = '<operational_set id="tool"/>'
     spaces = f"<operational_spaces><operational_spaces>\n{one}</operational_spaces></operational_spaces>"
     beside = bodies().replace("</bodies_system>", f"{one.replace('tool', 'old')}</bodies_system>")
@@ -153,7 +151,7 @@ def test_operational_sets_are_told_wherever_they_are(tmp_path):
 
 def test_a_collection_in_one_folder(tmp_path):
     """Of all that could be read nothing is lost where two are of one name; of what could not the reason is told."""
-    for k, name in enumerate(("2_DoF_VSD", "CAROCA", "before 2017")):
+    for k, name in enumerate(("2_DoF_VSD", "CAROCA", "older")):
         (tmp_path / str(k)).mkdir()
         model(tmp_path / str(k), "robot", SEEN[name].bodies, SEEN[name].cables)
     (tmp_path / "2" / "robot.wcrfx").write_text(wirex(**{"Crane 1": "robot"}))

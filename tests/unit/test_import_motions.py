@@ -87,6 +87,10 @@ def test_rates_are_those_of_the_poses(tmp_path, kind, joint):
         rates[:, still] = seconds[:, still] = 0.0
     text = trajectory(kind, [0.0, 2.0, 3.5], q, rates, seconds, step=0.002)
     scenario, _ = imported(tmp_path, joint, text)
+    begins = at(scenario, 0.0)
+    assert np.allclose(scenario.initial.velocity, begins.velocity, atol=1e-12)
+    assert np.allclose(scenario.initial.angular_velocity, begins.angular_velocity, atol=1e-12)
+    assert np.abs(begins.velocity).max() > 0.01 or joint == "S_FIXED_XYZ"
     for time in (0.371, 1.234, 2.5, 3.3):
         before, here, after = (at(scenario, time + d) for d in (-STEP, 0.0, STEP))
         assert np.allclose((after.position - before.position) / (2 * STEP), here.velocity, atol=CLOSE)
@@ -162,7 +166,7 @@ def test_motions_that_cannot_be_are_left_out(tmp_path, change, said):
 
 
 def test_files_of_trajectories_without_times(tmp_path):
-    """As they were before 2018: a row for each step, whose coordinates are named q, and forces behind."""
+    """As older ones are: a row for each step, whose coordinates are named q, and forces behind."""
     rows = ["time_step,0.01", *(f"q,{0.1 * k},0.5,v,10,0,a,0,0,f,1,2" for k in range(20))]
     (tmp_path / "way.traj").write_text("\n".join(rows))
     named = '<file_trajectory id="one" filename="way.traj"/>'
@@ -184,8 +188,8 @@ def test_files_of_trajectories_without_times(tmp_path):
 
 
 @pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "PLANAR_XZ"])
-def test_motions_of_before_2017_are_those_of_today(tmp_path, joint):
-    """Their root is what stands within today's, and <trajectory> is a quintic with times from the start."""
+def test_motions_of_older_files_are_those_of_newer_ones(tmp_path, joint):
+    """Their root is what stands within that of newer files, and <trajectory> is a quintic with times from the start."""
     q = np.random.default_rng(8).uniform(-0.3, 0.3, (3, len(JOINTS[joint])))
     text = trajectory("quintic_spline_trajectory", [0.0, 2.0, 3.5], q)
     bare = text.replace("<trajectories>", "").replace("</trajectories>", "")

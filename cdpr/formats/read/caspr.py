@@ -23,7 +23,7 @@ from cdpr.scenario.files import read as read_bytes
 
 BODIES, CABLES, MOTIONS, SPACES = "bodies_system", "cables", "trajectories", "operational_spaces"
 SUFFIXES = {BODIES: "bodies", CABLES: "cables", MOTIONS: "trajectories", SPACES: "operational_spaces"}
-# Roots of files of before 2017, which stand within the newer ones.
+# Roots of older files, which stand within the newer ones.
 LINKS = "links"
 OLDER = {LINKS: BODIES, "joint_trajectories": MOTIONS}
 MOST_BYTES = 16 * 2**20

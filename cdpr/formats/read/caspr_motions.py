@@ -30,7 +30,7 @@ HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
 MOST_BYTES = 32 * 2**20
 SUFFIX = "_trajectory"
 QUINTIC = "quintic_spline_trajectory"
-OLDER = "trajectory"  # of before 2017: a quintic spline with times from the start
+OLDER = "trajectory"  # of older files: a quintic spline with times from the start
 FILE = "file_trajectory"
 
 # Coordinates, rates and second rates, each (k, n), of a point, of the next, for times (k,) after it, of T s between.
@@ -147,7 +147,7 @@ def _passed(points: list[Element], times: Array, q: Array, joint: Joint) -> Moti
         turn, turned = joint.turning(at, rate, second)
         row |= {"velocity": velocity.tolist(), "acceleration": acceleration.tolist()}
         rows.append(row | {"angular_velocity": turn.tolist(), "angular_acceleration": turned.tolist()})
-    first = {key: rows[0][key] for key in ("position", "orientation")}
+    first = _begins(rows[0], rows[0]["velocity"], rows[0]["angular_velocity"])
     return Motion("", {"type": Waypoints.kind(), "points": rows}, float(times[-1]), first)
 
 
@@ -280,7 +280,14 @@ def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None
             attitude, turn = turned[0][k], turned[1][k]
         row = [time, *place, *attitude, *velocity, *turn, *acceleration]
         lines.append(",".join(repr(float(value)) for value in row))
-    first = joint.pose(parts[1][0].tolist())
-    first["orientation"] = first.get("orientation", {"rpy": [0.0, 0.0, 0.0]})
+    q, rate, second = (part[0].tolist() for part in parts[1:])
+    turn = joint.turning(q, rate, second)[0] if turned is None else turned[1][0]
+    first = _begins(joint.pose(q), joint.parts(rate)[0].tolist(), turn.tolist())
     table = "\n".join(lines) + "\n"
     return Motion("", {"type": Csv.kind(), "file": ""}, float(parts[0][-1, 0]), first, tables={"": table})
+
+
+def _begins(pose: dict[str, Any], velocity: list[float], turn: list[float]) -> dict[str, Any]:
+    """Where and how fast the platform is at first, so that it is on its way from the first step."""
+    first = {"position": pose["position"], "orientation": pose.get("orientation", {"rpy": [0.0, 0.0, 0.0]})}
+    return first | {key: v for key, v in (("velocity", velocity), ("angular_velocity", turn)) if any(v)}
