@@ -39,7 +39,6 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
             raise CdprError(f"{file}: this folder holds no file with an ending that is known")
     else:
         every = [import_file(path, cable_set=cable_set, trajectory=trajectory)]
-    _apart(every)
     rows = []
     for each in every:
         written = write(each, out, force=force)
@@ -53,17 +52,6 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
         click.echo(f"{len(every) - failed} of {len(every)} could be read")
     if all(each.error for each in every):
         raise click.exceptions.Exit(ExitCode.BAD_INPUT)
-
-
-def _apart(every: list[Taken]) -> None:
-    """Two robots of one name in a folder would be one file: the later ones are told."""
-    taken: dict[str, str] = {}
-    for each in every:
-        twice = next((name for name in each.files if name in taken), None)
-        if twice is not None:
-            each.error = f"{each.source}: makes {twice}, as {taken[twice]} does: import it alone, to another --out"
-            each.files = {}
-        taken |= dict.fromkeys(each.files, each.source)
 
 
 def _tell(each: Taken, written: list[Path]) -> None:
