@@ -88,6 +88,21 @@ def test_units_offsets_and_relative_coordinates(folder):
     same(points(folder, "G91 F100 G1 Z-200"), [0, 100, 1000])
 
 
+def test_g92_1_forgets_what_g92_2_keeps(folder):
+    shifted = HEAD + "G92 X100\n{}\nG92.3\nG1 X110\n"
+    same(points(folder, shifted.format("G92.2")), [0, 0, 1000], [10, 0, 1000])
+    same(points(folder, shifted.format("G92.1")), [0, 0, 1000], [110, 0, 1000])
+
+
+def test_g53_counts_from_the_machine_as_the_dialect_has_it(folder):
+    relative = "G91\nG1 X10\nG53 X3\nX1"  # LinuxCNC takes G53 as absolute, RepRapFirmware's axes stay relative
+    same(points(folder, HEAD + relative), [0, 0, 1000], [10, 0, 1000], [3, 0, 1000], [4, 0, 1000])
+    same(points(folder, HEAD + relative, PRINTER), [0, 0, 1000], [10, 0, 1000], [13, 0, 1000], [14, 0, 1000])
+    shifted = HEAD + "G92 X100\nG53 G1 X110"  # in RepRapFirmware the machine itself is then said to be at 100
+    same(points(folder, shifted), [0, 0, 1000], [110, 0, 1000])
+    same(points(folder, shifted, PRINTER), [0, 0, 1000], [10, 0, 1000])
+
+
 def test_feeds_are_per_minute_and_g0_is_as_the_dialect_says(folder):
     text = "F6000\nG0 X100\nG1 X0\nG20 F60 X1\n"
     np.testing.assert_allclose(course(folder, text).speed, [np.inf, 0.1, 0.0254])
@@ -232,6 +247,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         ("F0 G1 X1", 1, "F: a feed of 1e-09 m/s or more is expected, got 0 m/s"),
         ("F1 G1 X1 X2", 1, "X stands here twice"),
         ("F1 G0 G1 X1", 1, "G0 and G1 exclude each other"),
+        ("F1 G80 G1 X1", 1, "G1 and G80 exclude each other"),
         ("F1 G1 X1 R2", 1, "R2 means nothing here; the dialect is linuxcnc"),
         ("F1 G1 X1 A2", 1, "A2 means nothing here; the dialect is linuxcnc; to pass over it"),
         ("G28", 1, "G28 is not known here, only G0, G1, G2"),

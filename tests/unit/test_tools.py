@@ -20,6 +20,7 @@ from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import export
 from cdpr.model import rotations
+from cdpr.scenario.motions.guide import Guide
 from cdpr.trajectory.tool import MISSED
 
 NOZZLE = [0.1, 0.2, -0.5]
@@ -190,6 +191,22 @@ def test_guides_let_tools_move_as_far_as_they_can(tmp_path):
         scenario(tmp_path, {**motion, "position": at}, PLANAR, {"nozzle": [0.0, 0.2, -0.2]})
     with pytest.raises(ScenarioError, match="where it turns, this tool leaves what it holds"):
         scenario(tmp_path, {"type": "hold", "tool": "nozzle"}, SPHERICAL)
+
+
+def test_a_guide_with_one_slide_holds_what_a_turn_would_lift():
+    beside, below, along = np.array([0.3, 0.0, 0.0]), np.array([0.0, 0.0, -0.2]), np.array([0.0, 0.4, 0.0])
+    kept = {
+        ("x", "ry"): [False, False, True],  # z is held, and a point below rises as soon as it has left the vertical
+        ("x", "z", "ry"): [True, True, True],
+        ("x", "y", "rz"): [True, True, True],
+        ("x", "y", "z"): [True, True, True],
+        ("x",): [True, True, True],
+        ("rx", "ry", "rz"): [False, False, False],
+        ("y", "ry"): [False, False, True],
+    }
+    for dof, wanted in kept.items():
+        guide = Guide(dof, (0.0, 0.0, 1.0), lambda path, text: None)
+        assert [guide.keeps(arm) for arm in (beside, below, along)] == wanted, dof
 
 
 @pytest.fixture

@@ -116,6 +116,8 @@ def lay(program: Program, placing: Placing, begin: tuple[float, float, float], t
                 if value is not None:
                     offset[axis] = kept[axis] = here[axis] - value
         elif step.kind == "forget":
+            offset, kept = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        elif step.kind == "suspend":
             offset = [0.0, 0.0, 0.0]
         elif step.kind == "recall":
             offset = list(kept)
@@ -160,10 +162,10 @@ def _target(step: Step, here: list[float], offset: list[float]) -> list[float]:
     for axis, value in enumerate(step.target):
         if value is None:
             continue
-        if step.relative:
-            there[axis] = here[axis] + value
+        if step.machine:
+            there[axis] = value
         else:
-            there[axis] = value + (0.0 if step.machine else offset[axis])
+            there[axis] = value + (here[axis] if step.relative else offset[axis])
     return there
 
 

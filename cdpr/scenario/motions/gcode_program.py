@@ -41,7 +41,7 @@ KNOWN = {
     | {92.0, 92.1, 92.2, 92.3},
     REPRAPFIRMWARE: {0.0, 1.0, 2.0, 3.0, 4.0, 17.0, 18.0, 19.0, 20.0, 21.0, 53.0, 90.0, 91.0, 92.0},
 }
-GROUPS = ({0.0, 1.0, 2.0, 3.0}, {17.0, 18.0, 19.0}, {20.0, 21.0}, {61.0, 61.1, 64.0}, {90.0, 91.0}, {90.1, 91.1})
+GROUPS = ({0.0, 1.0, 2.0, 3.0, 80.0}, {17.0, 18.0, 19.0}, {20.0, 21.0}, {61.0, 61.1, 64.0}, {90.0, 91.0}, {90.1, 91.1})
 # M words that end the program, that wait, and that would move or change what is known here.
 ENDS = {LINUXCNC: {2.0, 30.0}, REPRAPFIRMWARE: {0.0, 1.0, 2.0, 30.0}}
 WAITS = {LINUXCNC: {0.0, 1.0, 60.0}, REPRAPFIRMWARE: {226.0, 400.0}}
@@ -63,10 +63,10 @@ class Step:
 
     Attributes:
         line: where it stands.
-        kind: "line", "arc", "offset" (G92), "forget" (G92.1, G92.2), "recall" (G92.3) or "stop".
+        kind: "line", "arc", "offset" (G92), "forget" (G92.1), "suspend" (G92.2), "recall" (G92.3) or "stop".
         target: x, y, z, None where left out.
         relative: whether they count from where the motion is.
-        machine: whether they leave out the offset (G53).
+        machine: whether they count from the file's origin without the offset, and never from where the motion is (G53).
         plane: the two axes of an arc's plane, and that of its turn.
         clockwise: the sense of an arc, seen against that axis.
         centre: i, j, k, None where left out.
@@ -165,11 +165,12 @@ class _Reader:
             self._pause(number, others)
         for code in (92.0, 92.1, 92.2, 92.3):
             if code in codes:
-                kind = {92.0: "offset", 92.3: "recall"}.get(code, "forget")
+                kind = {92.0: "offset", 92.1: "forget", 92.2: "suspend", 92.3: "recall"}[code]
                 target = self._triple(others, AXES) if code == 92.0 else (None, None, None)
                 self.steps.append(Step(number, kind, target))
         if any(letter in others for letter in AXES + CENTRE + "R") or codes & {2.0, 3.0}:
-            self._move(number, others, 53.0 in codes)
+            # RepRapFirmware's G92 moves the machine's coordinates, and other offsets are not known here.
+            self._move(number, others, 53.0 in codes and self.dialect == LINUXCNC)
         self._machine(number, machine_words)
         for name, value in others.items():
             if name in SILENT[self.dialect]:

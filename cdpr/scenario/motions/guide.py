@@ -86,12 +86,14 @@ class Guide:
             self.say(path, f"{self.free}, so its attitude may differ from upright only about these; {hint}")
 
     def keeps(self, arm: Array) -> bool:
-        """Whether a point, (3,), m, world, from the origin stays where the guide holds it when the platform turns."""
-        turning = np.eye(3)[~self.held[3:]]
-        sweeps = np.cross(turning, arm)
-        if len(turning) > 1:  # about any axis
-            return not self.held[:3].any() or not np.abs(arm).max() > tolerances.HELD
-        return bool((np.abs(sweeps[:, self.held[:3]]) <= tolerances.HELD).all())
+        """Whether a point, (3,), m, world, from the origin stays where the guide holds it when the platform turns.
+
+        About one axis it goes along a circle, which leaves every direction but the axis; about three, all.
+        """
+        held, turns = self.held[:3], ~self.held[3:]
+        left = held & ~turns if turns.sum() == 1 else held
+        radius = np.linalg.norm(np.cross(np.eye(3)[turns], arm), axis=1).max(initial=0.0)
+        return bool(not left.any() or radius <= tolerances.HELD)
 
     def rates(self, where: Path, point: object) -> None:
         """Report rates in held directions."""
