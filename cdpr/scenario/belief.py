@@ -29,6 +29,7 @@ UNUSED = (
     "home",
     "platform.shape",
     "platform.colour",
+    "platform.tools",
     "frame.shape",
     "frame.lower",
     "frame.upper",

@@ -118,6 +118,8 @@ def test_pauses_have_the_units_of_the_dialect(folder):
         with_it = read(folder, f"F6000\nG1 X100\n{text}\nG1 X200\n", keys).planned.end
         without = read(folder, "F6000\nG1 X100\nG4 P0\nG1 X200\n", keys).planned.end
         assert with_it - without == pytest.approx(seconds)
+        twice = read(folder, f"F6000\nG1 X100\n{text}\n{text}\nG1 X200\n", keys).planned.end
+        assert twice - without == pytest.approx(2 * seconds)
         at_first = read(folder, f"{text}\nF6000\nG1 X100\n", keys).planned
         assert at_first.start == pytest.approx(seconds)
 
@@ -126,6 +128,10 @@ def test_where_the_coordinates_lie(folder):
     same(points(folder, "F100 G1 X0 Y0 Z0\nX100", ", origin: [1, 2, 3]"), [1000, 2000, 3000], [1100, 2000, 3000])
     keys = ", origin: [0, 0.1, 1.2], axes: {rpy_deg: [90, 0, 0]}, scale: 2"
     same(points(folder, "F100 G1 X10 Y20 Z30", keys), [20, 40, 1240])
+    same(points(folder, "F100 G1 X10", keys), [20, 100, 1200])  # what is left out stays where it was
+    same(points(folder, "G91 F100 G1 Y10", keys), [0, 100, 1220])
+    rounded = course(folder, "G64 P0.5\nF100 G1 X10\nY20", keys)
+    np.testing.assert_allclose(rounded.tolerance, 2 * 0.5e-3)
     arc = course(folder, "F100 G3 X0 Y200 J100", keys)
     middle = arc.pieces.at(np.array([0]), 0.5 * arc.pieces.length)[0][0]
     same(1e3 * middle[None], [200, 100, 1400])

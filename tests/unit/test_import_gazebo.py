@@ -147,6 +147,13 @@ def test_a_winch_that_is_not_there_is_told(tmp_path):
     assert [text for text in known.left_out if "breaking_load" in text]
 
 
+def test_a_wirex_body_without_inertia_is_a_ball_about_its_centre_of_mass(tmp_path):
+    bare = wirex(**{'<inertiatensor Ixx="3" Iyy="4" Izz="5" Ixy="0.1"/>': ""})
+    robot, _ = robot_of(tmp_path, bare, "crane.wcrfx")
+    square = np.mean([np.sum(np.subtract(row[3:], [0.1, 0.0, -0.2]) ** 2) for row in robot.anchors])
+    assert np.allclose(robot.platform.inertia, 0.4 * 20.0 * square * np.eye(3))
+
+
 def test_chains_of_wirex(tmp_path):
     robot, taken = robot_of(tmp_path, wirex(0.05), "crane.wcrfx")
     assert robot.name == "Crane_1"

@@ -139,6 +139,21 @@ def test_numbers_and_where_they_came_from(tmp_path):
     assert text == taken(tmp_path, MODEL).files["My_robot.yaml"]
 
 
+@pytest.mark.parametrize(("gear", "highest"), [(-1, 4.0), (-2, 8.0), (1, 1.5)])
+def test_a_range_of_forces_of_a_tendon_is_that_of_its_actuators(tmp_path, gear, highest):
+    """As MuJoCo has it: of the actuators' forces, before their gear."""
+    limited = RIGHT.replace("<spatial", '<spatial actuatorfrclimited="true" actuatorfrcrange="-1.5 4"')
+    motor = f'<motor name="r" tendon="right" gear="{gear}" ctrllimited="true" ctrlrange="-100 100"/>'
+    text = MODEL.replace(RIGHT, limited).replace(ACTUATOR, motor)
+    robot = robot_of(tmp_path, text)
+    assert robot.tension_max[0] == highest
+    model, data = compiled(text)
+    data.ctrl[:] = (-100.0 * gear, 0.0)
+    mujoco.mj_forward(model, data)
+    pull = wrench_matrix(robot, np.concatenate([data.qpos, np.zeros(6)])) @ np.array([highest, 0.0])
+    assert np.allclose(data.qfrc_actuator[:3], pull[:3], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     "inertia",
     [

@@ -12,6 +12,7 @@ import cdpr
 from cdpr.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
+from cdpr.formats.read.caspr_joints import KINDS, Joint
 from cdpr.model import rotations
 
 STEP = 1e-5  # s, of central differences
@@ -96,6 +97,31 @@ def test_rates_are_those_of_the_poses(tmp_path, kind, joint):
         assert np.allclose((after.position - before.position) / (2 * STEP), here.velocity, atol=CLOSE)
         turned = rotations.multiply(after.quaternion, rotations.conjugate(before.quaternion))
         assert np.allclose(rotations.rotation_vector(turned) / (2 * STEP), here.angular_velocity, atol=CLOSE)
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_turning_is_the_derivative_of_the_attitude(name):
+    """Angular velocity and acceleration, world axes, of coordinates that all change at once."""
+    rng = np.random.default_rng(7)
+    n = len(JOINTS[name])
+    joint = Joint(name, KINDS[name], (0.0, 0.0, 0.0), (0.0,) * n)
+    q, rate, more = rng.uniform(-1.0, 1.0, (3, n))
+
+    def ahead(t):
+        return joint.quaternion(q + t * rate + 0.5 * t**2 * more), joint.turning(q + t * rate, rate + t * more, more)
+
+    (before, (slower, _)), (after, (faster, _)) = ahead(-STEP), ahead(STEP)
+    turned = rotations.rotation_vector(rotations.multiply(after, rotations.conjugate(before))) / (2 * STEP)
+    speed, change = joint.turning(q, rate, more)
+    assert np.allclose(turned, speed, atol=CLOSE)
+    assert np.allclose((faster - slower) / (2 * STEP), change, atol=CLOSE)
+
+
+def test_cubics_of_average_velocity_pass_at_the_mean_of_both_slopes(tmp_path):
+    q = np.array([[0.0], [1.0], [4.0]])
+    kind = "cubic_spline_average_velocity_trajectory"
+    scenario, _ = imported(tmp_path, "P_X", trajectory(kind, [0.0, 2.0, 3.0], q))
+    assert at(scenario, 2.0).velocity[0] == pytest.approx(0.5 * (1.0 / 2.0 + 3.0 / 1.0))
 
 
 def test_quintics_of_points_are_their_polynomials(tmp_path):

@@ -65,6 +65,9 @@ def test_the_inertia_is_where_its_pose_says(tmp_path):
     robot, _ = robot_of(tmp_path, content)
     np.testing.assert_allclose(robot.platform.center_of_mass, [0.1, 0.2, 0.3])
     np.testing.assert_allclose(robot.platform.inertia, np.diag([20, 6.5, 22.5]), atol=1e-12)
+    robot, _ = robot_of(tmp_path, content.replace("0 0 1.5707963267948966", "0.3 -0.4 0.5"))
+    turned = Rotation.from_euler("xyz", [0.3, -0.4, 0.5]).as_matrix()
+    np.testing.assert_allclose(robot.platform.inertia, turned @ np.diag([6.5, 20, 22.5]) @ turned.T, atol=1e-12)
 
 
 def test_legs_with_universal_and_ball_joints(tmp_path):

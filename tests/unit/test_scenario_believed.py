@@ -100,6 +100,7 @@ def test_a_study_varies_it(tmp_path):
 
 def test_forms_are_replaced_and_not_mixed():
     assert "believed.platform.shape" in load(BASE, "believed.platform.shape={sphere: 0.3}").unused
+    assert "believed.platform.tools" in load(BASE, "believed.platform.tools.nozzle=[0, 0, -0.4]").unused
     scenario = load(BASE, "robot.home={position: [0, 0, 1], orientation: {rpy: [0, 0, 0]}}", "believed={}")
     turned = scenario.with_changes({"believed.home.orientation": {"quaternion": [1, 0, 0, 0]}})
     assert turned.believed.home.tolist() == [0, 0, 1, 1, 0, 0, 0]

@@ -148,9 +148,18 @@ def test_gcode_moves_a_nozzle(tmp_path):
 def test_a_study_may_move_the_tool(tmp_path):
     made = scenario(tmp_path, {"type": "hold", "tool": "nozzle", "position": [0.1, 0.2, 0.7]})
     changes = {"robot.platform.tools.nozzle": [0.0, 0.0, -0.5]}
+    assert made.planned.sample(0.0)[:3] == pytest.approx([0.0, 0.0, 1.2])  # kept from now on
     other = cdpr.load_scenario(tmp_path / "tool.yaml", overrides=changes, before=made)
-    assert made.planned.sample(0.0)[:3] == pytest.approx([0.0, 0.0, 1.2])
     assert other.planned.sample(0.0)[:3] == pytest.approx([0.1, 0.2, 1.2])
+
+
+def test_what_is_beyond_reach_is_the_platform(tmp_path):
+    """A tool that hangs far below may be where the platform could not, and the other way round."""
+    tools = {"weight": [0.0, 0.0, -20.0]}
+    below = {"type": "hold", "tool": "weight", "position": [0.0, 0.0, -18.8]}
+    assert scenario(tmp_path, below, tools=tools).warnings == ()
+    told = scenario(tmp_path, {**below, "position": [0.0, 0.0, 1.2]}, tools=tools).warnings
+    assert any(one.path == ("trajectory", "position") for one in told)
 
 
 WRONG = {
@@ -212,7 +221,8 @@ def test_a_guide_with_one_slide_holds_what_a_turn_would_lift():
 @pytest.fixture
 def robot(tmp_path):
     file = tmp_path / "nozzled.yaml"
-    platform = {**CAROCA["platform"], "center_of_mass": [0.05, 0.0, -0.02], "tools": {"nozzle": NOZZLE}}
+    turned = {"center_of_mass": [0.05, 0.0, -0.02], "inertia": [6.5, 20.0, 22.5, 2.0, -1.5, 1.0]}  # off the axes
+    platform = {**CAROCA["platform"], **turned, "tools": {"nozzle": NOZZLE}}
     file.write_text(yaml.safe_dump({**CAROCA, "platform": platform}))
     return file
 
@@ -225,6 +235,7 @@ def test_it_is_a_site_that_comes_back(tmp_path, robot):
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_kinematics(model, data)
     assert data.site("nozzle").xpos == pytest.approx(np.add([0.0, 0.0, 1.2], NOZZLE), abs=1e-12)
+    assert data.site("nozzle").xmat == pytest.approx(np.eye(3).ravel(), abs=1e-12)
     (tmp_path / "back.xml").write_text(text)
     (back,) = map(yaml.safe_load, import_file(tmp_path / "back.xml").files.values())
     assert back["platform"]["tools"] == {"nozzle": NOZZLE}

@@ -115,7 +115,8 @@ class Cables:
         ranges = (
             (model.actuator_ctrllimited[motor], model.actuator_ctrlrange[motor], -gear * gain),
             (model.actuator_forcelimited[motor], model.actuator_forcerange[motor], -gear),
-            (model.tendon_actfrclimited[tendon], model.tendon_actfrcrange[tendon], -1.0),
+            # MuJoCo adds up and limits the forces of a tendon's actuators before their gears.
+            (model.tendon_actfrclimited[tendon], model.tendon_actfrcrange[tendon], -gear),
         )
         for limited, given, factor in ranges:
             if limited:

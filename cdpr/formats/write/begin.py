@@ -10,7 +10,7 @@ from cdpr.model import Robot
 from cdpr.scenario import Scenario
 from cdpr.scenario.schema import World
 
-STEP = 0.001  # s, where nothing says another
+STEP = 0.001  # s, of a robot without a scenario
 
 
 def begin(loaded: Scenario | Robot) -> Subject:
@@ -18,6 +18,5 @@ def begin(loaded: Scenario | Robot) -> Subject:
     if isinstance(loaded, Robot):
         state = np.concatenate([home_pose(loaded)[0], np.zeros(6)])
         return Subject(loaded, np.array(World().gravity), state, STEP)
-    step = float(loaded.simulation.physics_step or STEP)
-    actuated = loaded.actuators is not None
-    return Subject(loaded.robot, np.array(loaded.world.gravity), loaded.initial.state(), step, actuated)
+    gravity, step = np.array(loaded.world.gravity), loaded.simulation.physics_step
+    return Subject(loaded.robot, gravity, loaded.initial.state(), step, loaded.actuators is not None)

@@ -100,7 +100,6 @@ def _held(model: ET.Element, subject: Subject) -> None:
     steps = [("prismatic", axis) for axis in guide.slides]
     if guide.hinge is not None:
         steps.append(("revolute", guide.hinge))
-    R = rotations.matrix(subject.state[3:7])
     parent = "world"
     for k, (kind, axis) in enumerate(steps):
         last = k == len(steps) - 1
@@ -109,8 +108,8 @@ def _held(model: ET.Element, subject: Subject) -> None:
             link = ET.SubElement(model, "link", name=child)
             text(link, "pose", pose(subject.state[:3]))
             inertial(link, TINY, np.zeros(3), TINY_MOMENT * np.eye(3))
-        along = (R.T if last else np.eye(3)) @ np.eye(3)[axis]
-        turning(joint(model, f"guide_{k + 1}", kind, parent, child), "axis", along)
+        # The platform is turned about its hinge at most, and so has this axis where the world has it.
+        turning(joint(model, f"guide_{k + 1}", kind, parent, child), "axis", np.eye(3)[axis])
         parent = child
 
 
