@@ -16,7 +16,6 @@ from cdpr.formats.write import legs
 from cdpr.formats.write.sdf_parts import SUN, called, inertial, joint, pose, text, turning, visual
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
-from cdpr.model import rotations
 from cdpr.model.robot import Array
 
 FRAMES_SINCE = "1.9"

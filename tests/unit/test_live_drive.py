@@ -1,0 +1,144 @@
+"""The loop of a live simulation, with a link that asks at given samples: no server, no thread, no wall clock."""
+
+from __future__ import annotations
+
+import json
+import queue
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.errors import CdprError
+from cdpr.live import drive as live
+from cdpr.live.drive import Request, drive
+from cdpr.live.heard import TARGET, WRENCH, request_of
+
+FAST = 1e6  # times real time: never waits
+SLICE = 0.01  # s, of the samples at which the link is shown one
+REST = [400.0, 401.0, 402.0, 403.0, 404.0, 405.0, 406.0, 407.0]  # N, each another
+
+
+class Script:
+    """A link that asks for one thing after another, each once a sample is shown, or a later one: (sample, request)."""
+
+    def __init__(self, asked):
+        self.requests = queue.SimpleQueue()
+        self.asked, self.samples, self.said = list(asked), [], []
+
+    def begin(self, header):
+        self.cables = header.cables
+
+    def show(self, row, sample):
+        self.samples.append(sample)
+        if self.asked and sample >= self.asked[0][0]:
+            self.requests.put(self.asked.pop(0)[1])
+
+    def refused(self, text):
+        self.said.append(text)
+
+
+def scenario(duration):
+    return cdpr.load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"simulation.duration": duration})
+
+
+def driven(asked, duration=0.1):
+    link = Script(asked)
+    return drive(scenario(duration), link, speed=FAST, rate=1.0 / SLICE), link
+
+
+@pytest.fixture(autouse=True)
+def every_slice_is_shown(monkeypatch):
+    """Of a run that is faster than real time only some are: here time stands still but for who waits."""
+    clock = iter(range(10**9))
+    monkeypatch.setattr(live, "monotonic", lambda: float(next(clock)))
+
+
+def wrench(*force):
+    return Request("wrench", {"force": list(force), "moment": [0.0, 0.0, 0.0]})
+
+
+def test_a_wrench_takes_the_place_of_the_one_before():
+    run, link = driven([(9, wrench(10.0, 0.0, 0.0)), (29, wrench(0.0, 7.0, 0.0)), (59, wrench(0.0, 0.0, 0.0))])
+    assert link.said == []
+    assert link.samples[:4] == [9, 19, 29, 39]
+    felt = [run.external[k, :3].tolist() for k in (5, 20, 45, 80)]
+    assert felt == [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 7.0, 0.0], [0.0, 0.0, 0.0]]
+
+
+def test_tensions_go_to_the_cables_that_are_named():
+    names = [f"cable_{k}" for k in (3, 1, 2, 8, 4, 5, 6, 7)]  # no permutation that is its own inverse
+    run, link = driven([(9, Request("tension", {"tension": REST, "names": names}))])
+    assert link.said == []
+    assert dict(zip(link.cables, run.tension[50].tolist(), strict=True)) == dict(zip(names, REST, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("names", "count"), [(["cable_1"] * 8, 8), ([f"cable_{k}" for k in range(8)], 8), (["cable_1"], 1)]
+)
+def test_names_that_are_not_the_cables_are_refused(names, count):
+    run, link = driven([(9, Request("tension", {"tension": REST[:count], "names": names}))])
+    assert len(link.said) == 1
+    assert "one for each of cable_1, cable_2" in link.said[0]
+    assert np.array_equal(run.rows, cdpr.simulate(scenario(0.1)).rows)
+
+
+def test_what_is_begun_anew_forgets_what_was_asked_for():
+    asked = [(9, Request("tension", {"tension": REST})), (19, wrench(10.0, 0.0, 0.0)), (39, Request("reset"))]
+    run, link = driven(asked)
+    assert link.said == []
+    assert sorted(link.samples) != link.samples
+    assert np.array_equal(run.rows, cdpr.simulate(scenario(0.1)).rows)
+
+
+def test_a_wrench_after_a_reset_is_the_first():
+    """The one before it ended with the run in which it was."""
+    asked = [(9, wrench(10.0, 0.0, 0.0)), (29, Request("reset")), (49, wrench(0.0, 7.0, 0.0))]
+    run, link = driven(asked)
+    assert link.said == []
+    assert run.external[70, :3].tolist() == [0.0, 7.0, 0.0]
+
+
+class Waiting(queue.Queue):
+    """Requests that never come: who waits for them lets the clock go on."""
+
+    def __init__(self):
+        super().__init__()
+        self.now = 0.0
+
+    def get(self, block=True, timeout=None):
+        self.now += timeout
+        raise queue.Empty
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
+def test_it_goes_so_many_times_as_fast_as_the_clock(monkeypatch, speed):
+    link = Script([])
+    link.requests = Waiting()
+    monkeypatch.setattr(live, "monotonic", lambda: link.requests.now)
+    drive(scenario(0.2), link, speed=speed, rate=1.0 / SLICE)
+    assert link.requests.now == pytest.approx(0.2 / speed, abs=1.5 * SLICE / speed)
+
+
+# What is heard
+
+
+def stamped(topic, frame="world", **parts):
+    return request_of(topic, "json", json.dumps({"header": {"frame_id": frame}, **parts}).encode())
+
+
+def test_quaternions_of_messages_have_the_scalar_last():
+    turned = {"x": 0.1, "y": 0.3, "z": 0.5, "w": 0.65**0.5}
+    request = stamped(TARGET, pose={"position": {"x": 1.0, "y": 2.0, "z": 3.0}, "orientation": turned})
+    assert request.values["position"] == [1.0, 2.0, 3.0]
+    assert request.values["orientation"] == pytest.approx([0.65**0.5, 0.1, 0.3, 0.5])
+
+
+def test_messages_are_of_the_world():
+    push = {"force": {"x": 1.0, "y": 2.0, "z": 3.0}, "torque": {"x": 4.0, "y": 5.0, "z": 6.0}}
+    wanted = {"force": [1.0, 2.0, 3.0], "moment": [4.0, 5.0, 6.0]}
+    assert stamped(WRENCH, wrench=push).values == wanted
+    assert stamped(WRENCH, "", wrench=push).values == wanted
+    with pytest.raises(CdprError, match="/cdpr/wrench: header.frame_id: 'world' is expected, or none, got 'platform'"):
+        stamped(WRENCH, "platform", wrench=push)
