@@ -28,6 +28,7 @@ from cdpr.scenario.robot_schema import (
     cable_name,
     limits,
     moments_about,
+    names_of_exports,
     of_a_body,
 )
 
@@ -136,9 +137,9 @@ class RobotChecks(Checks):
                 self.say((*self.root, "cables", i, "name"), text)
             first.setdefault(name, i)
         platform = self.section(PlatformSection, (*self.root, "platform"))
-        taken = {"world", "frame", "platform", *(f"{name}_{end}" for name in first for end in ("frame", "platform"))}
+        reserved = names_of_exports(first)
         for name in platform.tools if platform else ():
-            if name in taken:
+            if name in reserved:
                 text = "frames, links and sites of exports have this name already; call it otherwise"
                 self.say((*self.root, "platform", "tools", name), text)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -68,6 +69,11 @@ def of_a_body(inertia: Inertia) -> Inertia:
     if low + middle < high * (1.0 - TRIANGLE_TOLERANCE):
         raise ValueError(f"no rigid body has this inertia: {moments}, the largest exceeds the sum of the two others")
     return inertia
+
+
+def names_of_exports(cables: Iterable[str]) -> set[str]:
+    """Return what frames, links and sites of an exported robot are called whose cables have these names."""
+    return {"world", "frame", "platform", *(f"{name}_{end}" for name in cables for end in ("frame", "platform"))}
 
 
 def in_order(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:

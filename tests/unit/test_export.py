@@ -22,7 +22,6 @@ from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import Options, export
 from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.model import rotations
-from cdpr.model.shapes import Frame
 
 ROBOTS = ROOT / "scenarios" / "robots"
 # m, of places and lengths under replayed tensions: nothing but how often numbers are rounded differs.
@@ -74,43 +73,6 @@ def test_mujoco_has_the_masses_and_the_lengths(name):
     data.ctrl[:] = 2.0 * robot.tension_max
     mujoco.mj_forward(model, data)
     assert data.sensor(f"{robot.cables[0].name}_tension").data[0] == robot.tension_max[0]
-
-
-def bars_of(root, to):
-    """Middle (3,) and half of the way (3,) of each cylinder that is drawn of the frame."""
-
-    def numbers(text):
-        return np.array([float(word) for word in text.split()])
-
-    if to == "mjcf":
-        for geom in root.find("worldbody").findall("geom"):
-            turned = rotations.matrix(numbers(geom.get("quat")))
-            yield numbers(geom.get("pos")), turned[:, 2] * numbers(geom.get("size"))[1]
-        return
-    for visual in next(link for link in root.iter("link") if link.get("name") == "frame").findall("visual"):
-        if to == "sdf":
-            place, height = numbers(visual.find("pose").text), numbers(visual.find("geometry/cylinder/length").text)
-        else:
-            origin = visual.find("origin")
-            place = numbers(f"{origin.get('xyz')} {origin.get('rpy')}")
-            height = numbers(visual.find("geometry/cylinder").get("length"))
-        yield place[:3], rotations.matrix(rotations.from_rpy(*place[3:]))[:, 2] * 0.5 * height[0]
-
-
-@pytest.mark.parametrize("to", TARGETS)
-def test_bars_lie_along_the_edges_of_the_frame(to):
-    """Each is a cylinder along its z; a frame that leans has edges along no axis."""
-    edges = [
-        [[0.0, 0.0, 0.0], [0.3, -0.4, 1.2]],
-        [[1.0, 1.0, 2.0], [1.0, 1.0, 0.5]],
-        [[0.0, 0.0, 0.0], [-1.0, 2.0, 0.0]],
-    ]
-    subject = subject_of("caroca")
-    frame = Frame(np.array(edges).reshape(-1, 6))
-    text = export(replace(subject, robot=replace(subject.robot, frame=frame)), to)
-    for edge, (middle, along) in zip(edges, bars_of(ET.fromstring(text), to), strict=True):
-        ends = np.array([middle - along, middle + along])
-        assert min(np.abs(ends - edge).max(), np.abs(ends - edge[::-1]).max()) < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -139,6 +139,12 @@ def test_numbers_and_where_they_came_from(tmp_path):
     assert text == taken(tmp_path, MODEL).files["My_robot.yaml"]
 
 
+@pytest.mark.parametrize(("site", "tool"), [("world", "world_2"), ("left_frame", "left_frame_2"), ("left", "left")])
+def test_sites_that_are_called_as_parts_of_exports_are_get_a_number(tmp_path, site, tool):
+    robot = robot_of(tmp_path, MODEL.replace('<site name="b2"', f'<site name="{site}" pos="0 0 1"/><site name="b2"'))
+    assert {name: point.tolist() for name, point in robot.platform.tools.items()} == {tool: [0.0, 0.0, 1.0]}
+
+
 @pytest.mark.parametrize(("gear", "highest"), [(-1, 4.0), (-2, 8.0), (1, 1.5)])
 def test_a_range_of_forces_of_a_tendon_is_that_of_its_actuators(tmp_path, gear, highest):
     """As MuJoCo has it: of the actuators' forces, before their gear."""

@@ -15,7 +15,7 @@ import numpy as np
 from cdpr.errors import CdprError
 from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions
 from cdpr.formats.read.choice import Choice
-from cdpr.formats.read.imported import Imported, slug, unique
+from cdpr.formats.read.imported import Imported, apart, slug, unique
 from cdpr.formats.read.inertia import about_centre, filled
 from cdpr.formats.read.xml import Element, parse, root_of
 from cdpr.scenario.files import UnreadableError
@@ -140,7 +140,7 @@ def _tools(found: Imported, roots: list[Element], link: Element) -> None:
                 f"{_at(marker)}: operational space '{name}': a point of link {on}, not the platform's"
             )
     if tools:
-        found.robot["platform"]["tools"] = tools
+        found.robot["platform"]["tools"] = apart(tools, [cable["name"] for cable in found.robot["cables"]])
         found.comments["platform", "tools"] = f"m from the joint; offsets of {_at(markers[0])}"
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 from cdpr.errors import FormatError
 from cdpr.problems import Path
+from cdpr.scenario.robot_schema import names_of_exports
 
 
 @dataclass
@@ -73,6 +75,12 @@ def unique(names: list[str]) -> list[str]:
         taken.add(new)
         found.append(new)
     return found
+
+
+def apart(tools: dict[str, list[float]], cables: Iterable[str]) -> dict[str, list[float]]:
+    """Return tools of which those get a number that are called as a part of a robot with these cables is."""
+    reserved = sorted(names_of_exports(cables))
+    return dict(zip(unique([*reserved, *tools])[len(reserved) :], tools.values(), strict=True))
 
 
 def refuse(file: str, line: int, text: str) -> FormatError:

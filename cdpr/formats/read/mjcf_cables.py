@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from cdpr.errors import FormatError
-from cdpr.formats.read.imported import refuse, slug, unique
+from cdpr.formats.read.imported import apart, refuse, slug, unique
 from cdpr.formats.read.mjcf_body import SITE, Body, tidy
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.problems import Path as Key
@@ -40,7 +40,7 @@ class Cables:
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
         self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
-        self.tools = self._tools([site for tendon in motors for site in self._sites(tendon)])
+        self.tools = apart(self._tools([site for tendon in motors for site in self._sites(tendon)]), names)
         self.comments = {("cables", k): f"line {self._line(tendon)}" for k, tendon in enumerate(motors)}
         lows, highs = tidy([low for low, _ in limits]), tidy([high for _, high in limits])
         self.pull = min(lows) >= 0.0
