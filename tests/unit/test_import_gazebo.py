@@ -176,6 +176,7 @@ def test_chains_of_wirex(tmp_path):
     ("change", "said"),
     [
         ({'a33="0"': 'a33="2"'}, "a11 to a33 are no rotation"),
+        ({'a11="1"': 'a11="-1"'}, "a11 to a33 are no rotation"),  # but a mirror
         ({'motionpattern="3R3T"': 'motionpattern="2R3T"'}, "motionpattern: '2R3T' is none that our robots have"),
         ({'x="-2"': 'x="left"'}, "crane.wcrfx:2: x of <base>: a number is expected, of at most 1e+12, got 'left'"),
         ({'f_max="700"': 'f_max="0"', 'breaking_load="9000"': ""}, "no largest tension above 0 N"),

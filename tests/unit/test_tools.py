@@ -20,6 +20,7 @@ from cdpr.formats import import_file
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import export
 from cdpr.model import rotations
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
 from cdpr.trajectory.tool import MISSED
 
@@ -128,6 +129,19 @@ def test_a_log_keeps_tools_and_shows_their_frames(tmp_path):
     at = message.transforms[1].transform
     assert [at.translation.x, at.translation.y, at.translation.z, at.rotation.w] == [*NOZZLE, 1.0]
     assert message.transforms[1].header.stamp.nanosec == message.transforms[0].header.stamp.nanosec
+
+
+def test_a_tool_begins_as_fast_as_the_platform_carries_it():
+    turned = {"quaternion": rotations.from_rpy(0.1, -0.2, 0.3).tolist()}
+    keys = {"position": (1.0, 2.0, 3.0), "velocity": (0.1, 0.2, 0.3), "angular_velocity": (0.4, -0.5, 0.6)}
+    initial = Initial(**keys, orientation=turned)
+    state = initial.state()
+    sample = np.concatenate([state, np.zeros(6)])
+    at, speed, _ = tip(sample, np.array(NOZZLE))
+    begins = initial.of_tool(np.array(NOZZLE))
+    assert begins.position == pytest.approx(at)
+    assert begins.velocity == pytest.approx(speed)
+    assert begins.angular_velocity == keys["angular_velocity"]
 
 
 def test_motions_begin_where_the_tool_is(tmp_path):
