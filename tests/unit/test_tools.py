@@ -132,7 +132,7 @@ def test_a_log_keeps_tools_and_shows_their_frames(tmp_path):
 
 
 def test_a_tool_begins_as_fast_as_the_platform_carries_it():
-    turned = {"quaternion": rotations.from_rpy(0.1, -0.2, 0.3).tolist()}
+    turned = {"quaternion": tuple(rotations.from_rpy(0.1, -0.2, 0.3).tolist())}
     keys = {"position": (1.0, 2.0, 3.0), "velocity": (0.1, 0.2, 0.3), "angular_velocity": (0.4, -0.5, 0.6)}
     initial = Initial(**keys, orientation=turned)
     state = initial.state()
