@@ -76,6 +76,10 @@ def command(
     """
     from cdpr.cli.progress import terminating
 
+    if tool is not None and real_time:
+        raise click.UsageError(
+            "--real-time goes without --live, which keeps to the wall clock: --live-speed says otherwise"
+        )
     with terminating() as signals:
         from cdpr.scenario import load_scenario
         from cdpr.scenario.overrides import typed

@@ -216,6 +216,8 @@ def test_nothing_is_written_where_nobody_can_listen(tmp_path):
     assert not (tmp_path / "run").exists()
     done = cdpr_here("run", FILE, "--live-port", 0, "--out", tmp_path / "run", code=2)
     assert "--live-port goes with --live" in done.stderr
+    done = cdpr_here("run", FILE, "--live", "foxglove", "--real-time", "--out", tmp_path / "run", code=2)
+    assert "--real-time goes without --live" in done.stderr
 
 
 def test_without_the_sdk_the_remedy_is_told(tmp_path):
