@@ -103,10 +103,11 @@ def _type_of(form: dict[str, Any]) -> Any:
 
 def _children(node: dict[str, Any], part: str | int) -> list[dict[str, Any]]:
     if isinstance(part, str):
-        child = node.get("properties", {}).get(part, node.get("additionalProperties"))
-        return [child] if isinstance(child, dict) else []
-    items = node.get("prefixItems", [])
-    child = items[part] if part < len(items) else node.get("items")
+        named = [node.get("additionalProperties"), *node.get("patternProperties", {}).values()]  # by names of one's own
+        child = node.get("properties", {}).get(part) or next((each for each in named if isinstance(each, dict)), None)
+    else:
+        items = node.get("prefixItems", [])
+        child = items[part] if part < len(items) else node.get("items")
     if not isinstance(child, dict):
         return []
     return [{"unit": node["unit"], **child}] if "unit" in node else [child]
