@@ -34,6 +34,7 @@ CASES = {
     "pid": ("caroca", [*HELD, *PID]),
     "static": ("cogiro", [*HELD, "controller.type=static"]),
     "planar": ("planar", HELD),
+    "forces alone": ("caroca", [*HELD, "controlled=[x, y, z]"]),
     "clipped": ("caroca", ["solver.type=pseudo_inverse", "robot.tension.min=600"]),
     "pulleys": ("cogiro_pulleys", ["solver.type=pseudo_inverse"]),
     "elastic": ("cogiro", [*HELD, *ELASTIC]),
@@ -98,12 +99,15 @@ def test_the_host_may_step_as_it_likes(tmp_path):
     ends = []
     for steps, duration in ((8, 0.004), (32, 0.001), (2, 0.016), (1, 0.032)):
         with Driver(path) as driver:
+            start = driver.state()
+            driver.set("desired_position", [start[0] + 0.05, *start[1:3]])  # so that each decision is another
             for k in range(steps):
                 driver.step(k * duration, duration)
             ends.append(np.concatenate([driver.state(), driver.get("cable_tension")]))
     for end in ends[1:]:
         assert np.allclose(end, ends[0], rtol=1e-12, atol=1e-14)
     assert ends[0][13:].min() > 0.0
+    assert ends[0][0] > start[0] + 1e-4
 
 
 @FMI
