@@ -38,6 +38,7 @@ CASES = {
     "caroca": ("caroca", []),
     "cogiro": ("cogiro", []),
     "planar": ("planar", []),
+    "planar_skewed": ("planar", ["robot.platform.center_of_mass=[0.08, 0.0, -0.05]"]),
     "point_mass": ("point_mass", []),
     "carriage": ("carriage", []),
     "spherical": ("spherical", SKEWED),

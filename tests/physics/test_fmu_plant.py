@@ -133,6 +133,10 @@ def test_a_long_step_is_made_of_physics_steps(fmi, tmp_path):
         many.step(0.005, 0.00075)
         many.step(0.00575, 0.00075)
         assert (one.state() == many.state()).all()
+        one.step(0.0065, 0.00205)  # a little more than two steps are three, and not two that leave some out
+        for k in range(3):
+            many.step(0.0065 + k * 0.00205 / 3, 0.00205 / 3)
+        assert np.allclose(one.state(), many.state(), rtol=0.0, atol=1e-14)
 
 
 def other_plant(plant):

@@ -147,6 +147,32 @@ def test_a_winch_that_is_not_there_is_told(tmp_path):
     assert [text for text in known.left_out if "breaking_load" in text]
 
 
+@pytest.mark.parametrize(
+    ("use", "cable", "limits"),
+    [
+        ('<application max_cable_load="500" min_cable_load="3"/>', 'minimum_load="7"', (3.0, 500.0)),
+        ('<application max_cable_load="500"/>', 'minimum_load="7"', (7.0, 500.0)),
+        ("", 'minimum_load="7"', (7.0, 700.0)),
+        ("", "", (0.0, 700.0)),
+    ],
+)
+def test_limits_of_wirex_are_those_of_the_application_first(tmp_path, use, cable, limits):
+    text = wirex(**{"</robot>": f"{use}</robot>", '<cable name="c"': f'<cable name="c" {cable}'})
+    robot, _ = robot_of(tmp_path, text, "crane.wcrfx")
+    assert set(zip(robot.tension_min.tolist(), robot.tension_max.tolist(), strict=True)) == {limits}
+
+
+@pytest.mark.parametrize(("pattern", "dof"), [("1R2T", ("x", "z", "ry")), ("2T", ("x", "z"))])
+def test_planar_robots_of_wirex_move_in_the_plane_of_their_bases(tmp_path, pattern, dof):
+    flat = wirex(**{"3R3T": pattern})
+    for y in (-1, 1):
+        flat = flat.replace(f'y="{y}" z="3"', f'y="0" z="{2 + y}"').replace(
+            f'x="0.1" y="{y}" z="0"', 'x="0.1" y="0" z="0"'
+        )
+    robot, _ = robot_of(tmp_path, flat, "crane.wcrfx")
+    assert robot.dof == dof
+
+
 def test_a_wirex_body_without_inertia_is_a_ball_about_its_centre_of_mass(tmp_path):
     bare = wirex(**{'<inertiatensor Ixx="3" Iyy="4" Izz="5" Ixy="0.1"/>': ""})
     robot, _ = robot_of(tmp_path, bare, "crane.wcrfx")

@@ -117,6 +117,11 @@ def test_the_first_generator_wrote_the_velocity_as_the_effort(tmp_path):
         ),
         ("<pose>0 0 0 0 0 0</pose>", "<pose>0 0 0</pose>", "6 numbers are expected"),
         ("<mass>150</mass>", "", "one <mass> is expected within <inertial>, got 0"),
+        (
+            "<effort>900.0</effort>",
+            "<effort>1e16</effort>",
+            "got '1e16': of slide 'cable0' it is the largest tension, N",
+        ),
         ("<mass>150</mass>", "<mass>-150</mass>", "our checks accept"),
         ("</sdf>", "", "this is no sound XML"),
         ("<parent>frame</parent>", "<parent>virt_Y0</parent>", "is no leg"),

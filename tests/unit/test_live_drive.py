@@ -121,6 +121,23 @@ def test_it_goes_so_many_times_as_fast_as_the_clock(monkeypatch, speed):
     assert link.requests.now == pytest.approx(0.2 / speed, abs=1.5 * SLICE / speed)
 
 
+def test_what_was_lost_is_not_made_up_in_a_rush(monkeypatch):
+    """A machine that slept goes on at the pace that was asked for."""
+    link = Script([])
+    link.requests = Waiting()
+    monkeypatch.setattr(live, "monotonic", lambda: link.requests.now)
+    show = link.show
+
+    def sleepy(row, sample):
+        show(row, sample)
+        if len(link.samples) == 10:
+            link.requests.now += 5.0
+
+    link.show = sleepy
+    drive(scenario(0.2), link, speed=1.0, rate=1.0 / SLICE)
+    assert link.requests.now == pytest.approx(5.0 + 0.2, abs=2.5 * SLICE)
+
+
 # What is heard
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from cdpr.live.sender import Sender
+from cdpr.live.sender import BACKLOG, Sender
 
 
 class Kept(Sender):
@@ -53,6 +54,13 @@ def test_what_is_refused_changes_no_parameter(name):
     assert link.call(name) == "no"
     assert link.set("controller.kp", 5.0) == "no"
     assert (link.parameters["paused"], link.parameters["controller.kp"], link.told) == (False, 100.0, 0)
+
+
+def test_of_what_nobody_takes_the_oldest_is_dropped():
+    link = Kept()
+    for sample in range(3 * BACKLOG):
+        link.show(np.zeros(1), sample)
+    assert [sample for _, sample in link._shown] == list(range(2 * BACKLOG, 3 * BACKLOG))
 
 
 def test_what_is_set_is_asked_for_and_kept():

@@ -22,6 +22,7 @@ from cdpr.formats.write.subject import export
 from cdpr.model import rotations
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide
+from cdpr.simulation.exported import control_of
 from cdpr.trajectory.tool import MISSED
 
 NOZZLE = [0.1, 0.2, -0.5]
@@ -174,6 +175,15 @@ def test_what_is_beyond_reach_is_the_platform(tmp_path):
     assert scenario(tmp_path, below, tools=tools).warnings == ()
     told = scenario(tmp_path, {**below, "position": [0.0, 0.0, 1.2]}, tools=tools).warnings
     assert any(one.path == ("trajectory", "position") for one in told)
+
+
+def test_an_exported_controller_begins_where_the_tool_wants_the_platform(tmp_path):
+    turned = {"rpy_deg": [10, -5, 20]}
+    motion = {"type": "hold", "tool": "nozzle", "position": [0.1, 0.2, 0.7], "orientation": turned}
+    made = scenario(tmp_path, motion, solver={"type": "closed_form"})
+    starts = [variable.values for variable in control_of(made).inputs()]
+    assert np.concatenate(starts) == pytest.approx(made.planned.sample(0.0))
+    assert tip(np.concatenate(starts), np.array(NOZZLE))[0] == pytest.approx([0.1, 0.2, 0.7])
 
 
 WRONG = {

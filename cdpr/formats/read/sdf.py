@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cdpr.errors import FormatError
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import filled, six
@@ -22,7 +23,6 @@ from cdpr.scenario.robot_schema import Inertia
 
 FRAME, PLATFORM, WORLD = "frame", "platform", "world"
 SLIDE = "prismatic"
-ENDLESS = 1e15  # N; SDF writes 1e16 or -1 where there is no limit
 HINGES = ("revolute", "revolute2", "universal", "ball", "fixed")
 PARTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MODEL = ("", "__model__")  # what a pose may be relative to
@@ -174,11 +174,13 @@ def _at(joint: Element, links: dict[str, Element]) -> Pose:
 def _effort(slide: Element) -> float:
     limit = slide.child("axis").find("limit")
     effort = None if limit is None else limit.find("effort")
-    value = 0.0 if effort is None else effort.number()
-    if not 0.0 < value < ENDLESS:
-        raise slide.wrong(
-            f"slide '{slide.attributes.get('name', '')}': <effort>, the largest tension in N, is expected"
-        )
+    name = slide.attributes.get("name", "")
+    try:
+        value = 0.0 if effort is None else effort.number()
+    except FormatError as error:  # SDF writes 1e16 where there is no limit
+        raise FormatError(f"{error}: of slide '{name}' it is the largest tension, N") from None
+    if not value > 0.0:
+        raise slide.wrong(f"slide '{name}': <effort>, the largest tension in N, is expected")
     return value
 
 
