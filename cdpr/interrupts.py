@@ -26,3 +26,23 @@ def uninterrupted() -> Iterator[None]:
             signal.signal(number, handler)
         for each in came:
             signal.raise_signal(each)
+
+
+class _Waiting:
+    here = False
+
+
+@contextmanager
+def waiting() -> Iterator[None]:
+    """Let those that come here end at once what does nothing but wait, also where they would else be remembered."""
+    main = threading.current_thread() is threading.main_thread()
+    _Waiting.here = main or _Waiting.here
+    try:
+        yield
+    finally:
+        _Waiting.here = _Waiting.here and not main
+
+
+def is_waiting() -> bool:
+    """Whether the main thread does nothing but wait."""
+    return _Waiting.here

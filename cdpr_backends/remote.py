@@ -11,6 +11,7 @@ import numpy as np
 
 from cdpr import tolerances
 from cdpr.errors import BackendDied
+from cdpr.fmu.run.kernels import normalise
 from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -86,6 +87,7 @@ class RemoteBackend(Backend):
             raise BackendDied(
                 f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"
             )
+        normalise(self.state)  # single precision loses more than we do
 
     def _fill(self, kind: int, duration: float, state: Array) -> None:
         robot, frame = self.robot, self._frame
