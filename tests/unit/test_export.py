@@ -16,7 +16,7 @@ from conftest import ROOT
 from docs_cases import PAGES
 
 import cdpr
-from cdpr.errors import FormatError
+from cdpr.errors import CdprError, FormatError
 from cdpr.formats.write import TARGETS
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import Options, export
@@ -229,6 +229,7 @@ def test_legs_end_where_cables_do():
         (("winch.yaml", "--to", "mjcf"), 2, "MJCF has no winches and no elastic cables, and cable_1, cable_2"),
         (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "MJCF has no swivelling pulleys"),
         (("robots/caroca.yaml", "--to", "csv"), 2, "csv is for runs, and this is a file of a robot or scenario"),
+        (("caroca.yaml", "--to", "ros2", "--force"), 2, "--force is for files"),
         (("robots/carocca.yaml", "--to", "urdf"), 2, "carocca.yaml': did you mean"),
         (("robots", "--to", "urdf"), 2, "urdf is for robots and scenarios, and this is a run"),
     ],
@@ -296,10 +297,12 @@ def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
         "--force",
     )
     assert "left out: actuators" in cdpr_here(*driven, cwd=tmp_path).stderr
+    eventful = cdpr_here("export", ROOT / "scenarios" / "cable_break.yaml", "--to", to, "--force", cwd=tmp_path)
+    assert "left out: events of the scenario, 1 in number" in eventful.stderr
 
 
 @pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
-@pytest.mark.parametrize("name", ["world", "sun", "__r__", "frame", "platform"])
+@pytest.mark.parametrize("name", ["world", "sun", "physics", "__r__", "frame", "platform"])
 @pytest.mark.parametrize("style", ["platform", "legs"])
 def test_names_that_sdf_reserves_are_no_trouble(tmp_path, name, style):
     subject = subject_of("caroca")
@@ -413,3 +416,38 @@ def test_packages_for_ros_2_are_of_scenarios(tmp_path):
     assert "is there already, and is no empty folder" in again.stderr
     robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
     assert "ros2 is for scenarios" in robot.stderr
+
+
+@pytest.mark.parametrize("name", ["caroca", "off_centre"])
+def test_each_colour_of_urdf_is_defined(name):
+    """Also of a robot that has no frame to draw: readers warn of materials that have names alone."""
+    subject = subject_of(name)
+    for robot in (subject.robot, replace(subject.robot, frame=None)):
+        root = ET.fromstring(export(replace(subject, robot=robot), "urdf"))
+        defined = {each.get("name") for each in root.iter("material") if each.find("color") is not None}
+        assert {each.get("name") for each in root.iter("material")} == defined
+
+
+def test_mujoco_takes_a_tension_that_is_always_the_same():
+    mujoco = pytest.importorskip("mujoco")
+    subject = subject_of("planar")
+    cables = tuple(replace(cable, tension_min=7.0, tension_max=7.0) for cable in subject.robot.cables)
+    text = export(replace(subject, robot=replace(subject.robot, cables=cables)), "mjcf")
+    assert np.allclose(mujoco.MjModel.from_xml_string(text).actuator_ctrlrange, 7.0, rtol=1e-15, atol=0.0)
+
+
+def test_legs_have_a_length():
+    subject = subject_of("caroca")
+    first = subject.robot.cables[0]
+    end = subject.state[:3] + rotations.matrix(subject.state[3:7]) @ first.platform
+    robot = replace(subject.robot, cables=(replace(first, frame=end), *subject.robot.cables[1:]))
+    with pytest.raises(CdprError, match=f"cable '{first.name}' has no length"):
+        export(replace(subject, robot=robot), "sdf", Options("legs"))
+
+
+def test_where_nothing_can_be_written_is_told(tmp_path):
+    (tmp_path / "file").write_text("kept")
+    for out in ("file/robot.xml", "file/deeper/robot.xml"):
+        done = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "mjcf", "--out", out, code=8, cwd=tmp_path)
+        assert "cannot be written" in done.stderr
+    assert (tmp_path / "file").read_text() == "kept"

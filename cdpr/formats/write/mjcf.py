@@ -47,7 +47,8 @@ def write(subject: Subject, options: Options) -> str:
             spatial.set("range", words([cable.length_min or 0.0, cable.length_max]))
         for end in ("frame", "platform"):
             ET.SubElement(spatial, "site", site=f"{cable.name}_{end}")
-        limits = words([cable.tension_min, cable.tension_max])
+        low, high = cable.tension_min, cable.tension_max
+        limits = words([low, high if high > low else np.nextafter(high, np.inf)])  # a range of nothing is refused there
         actuator = {"name": cable.name, "tendon": cable.name, "gear": "-1", "ctrllimited": "true", "ctrlrange": limits}
         ET.SubElement(actuators, "motor", actuator)
         ET.SubElement(sensors, "actuatorfrc", name=f"{cable.name}_tension", actuator=cable.name)

@@ -10,8 +10,8 @@ from cdpr.formats.write.subject import Solid, words
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
-SUN = "sun"
-RESERVED = ("world", SUN)  # by SDF, and for the light
+SUN, PHYSICS = "sun", "physics"
+RESERVED = ("world", SUN, PHYSICS)  # by SDF, and for the light and the physics
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 

@@ -31,6 +31,7 @@ class Subject:
         state: (13,), where it stands: of its origin, world axes.
         step: of the physics, s.
         actuated: whether actuators of the scenario, an FMU, pull its cables.
+        events: how many events the scenario has.
     """
 
     robot: Robot
@@ -38,6 +39,7 @@ class Subject:
     state: Array
     step: float
     actuated: bool = False
+    events: int = 0
 
 
 @dataclass(frozen=True)
@@ -83,11 +85,12 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
 
 
 def left_out(subject: Subject) -> list[str]:
-    """Return what is left out of what pulls the cables, by name, where the format does not refuse it."""
+    """Return what is left out and not refused: of what pulls the cables, by name, and of what happens."""
     wound, rolled = _wound(subject.robot), _rolled(subject.robot)
     return [
         *(["actuators: tensions are commands there"] if subject.actuated else []),
         *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
+        *([f"events of the scenario, {subject.events} in number"] if subject.events else []),
         *([f"pulleys of {', '.join(rolled)}: an anchor is where the cable arrives at its pulley"] if rolled else []),
     ]
 
