@@ -126,8 +126,9 @@ void instance_free(Instance *instance) {
 static Status refresh(Instance *instance) {
     char message[MESSAGE];
     if (!instance->stale) return OK;
-    if (instance->mode == STEPPING && !(instance->stale & RETUNED)) plant_publish(&instance->plant);
-    else if (instance->mode == STEPPING) {
+    const bool begun = instance->mode & (STEPPING | TERMINATED);
+    if (begun && !(instance->stale & RETUNED)) plant_publish(&instance->plant);
+    else if (begun) {
         if (!plant_retune(&instance->plant, message)) return report(instance, ERROR, "%s", message);
         report(instance, OK, "other parameters from %.9g s on", *instance->plant.field[TIME]);
     } else if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
@@ -296,22 +297,24 @@ static size_t snapshot_size(const Instance *instance) {
     return sizeof(Snapshot) + instance->plant.count * sizeof(double);
 }
 
+static Status check(const Instance *instance, const Snapshot *snapshot) {
+    if (snapshot && memcmp(snapshot->token, instance->plant.token, TOKEN) == 0) return OK;
+    return report(instance, ERROR, "this is no snapshot of this FMU");
+}
+
 Status instance_save(const Instance *instance, void **snapshot) {
     Snapshot *saved = *snapshot; /* the standard lets a host hand back an earlier one to be overwritten */
+    if (saved && check(instance, saved) != OK) return ERROR;
     if (!saved) saved = calloc(1, snapshot_size(instance));
     if (!saved) return report(instance, ERROR, "no memory for a snapshot");
     memcpy(saved->token, instance->plant.token, TOKEN);
     saved->mode = instance->mode;
     saved->stale = instance->stale;
+    saved->pushed = instance->pushed;
     saved->stop = instance->stop;
     memcpy(saved->number, instance->plant.number, instance->plant.count * sizeof(double));
     *snapshot = saved;
     return OK;
-}
-
-static Status check(const Instance *instance, const Snapshot *snapshot) {
-    if (snapshot && memcmp(snapshot->token, instance->plant.token, TOKEN) == 0) return OK;
-    return report(instance, ERROR, "this is no snapshot of this FMU");
 }
 
 Status instance_restore(Instance *instance, const void *snapshot) {
@@ -319,6 +322,7 @@ Status instance_restore(Instance *instance, const void *snapshot) {
     if (check(instance, saved) != OK) return ERROR;
     instance->mode = saved->mode;
     instance->stale = saved->stale;
+    instance->pushed = saved->pushed;
     instance->stop = saved->stop;
     memcpy(instance->plant.number, saved->number, instance->plant.count * sizeof(double));
     return OK;
