@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import shutil
+import signal
 import zipfile
 from pathlib import Path
 
@@ -297,6 +299,23 @@ def test_restored_it_says_again_that_a_cable_cannot_push(fmi, tmp_path, capfd):
             driver.step(0.01, 0.01)
             assert "cannot push" in capfd.readouterr().out
             driver.restore(saved)
+
+
+@FMI
+@pytest.mark.parametrize("step", [1e-30, 5e-324])
+def test_a_step_that_would_never_end_is_refused(fmi, step, tmp_path):
+    """In a process of its own: what never ends there does not listen to Python."""
+    with Driver(write(plant_of(scenario("caroca")), fmi, tmp_path)) as driver:
+        driver.set("physics_step", [step])
+        child = os.fork()
+        if child == 0:
+            signal.alarm(5)
+            try:
+                driver.step(0.0, 0.01)
+            except FMICallException:
+                os._exit(3)
+            os._exit(4)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3
 
 
 def told(driver, capfd, on, categories):

@@ -10,6 +10,8 @@
 
 static const double CLOCK = 1e-6; /* share of a step by which host and plant may disagree on the time: round-off */
 
+static const double MOST_STEPS = 1e9; /* in one step of the host, which then takes hours: a step was mistyped */
+
 static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusError", "logEvents"};
 
 static int category_of(Status status) { return status == OK ? 2 : status == WARNING ? 0 : 1; }
@@ -180,6 +182,13 @@ Status instance_step(Instance *instance, double from, double duration) {
     if (from + duration > instance->stop + tolerance)
         return report(instance, ERROR, "a step to %.17g s goes beyond the stop time %.17g s", from + duration,
                       instance->stop);
+    for (int i = 0; i < 2; i++) {
+        const Field field = i == 0 ? PHYSICS_STEP : CONTROL_STEP;
+        const double *step = instance->plant.field[field];
+        if (step && duration > MOST_STEPS * *step)
+            return report(instance, ERROR, "a step of %g s takes more than %g steps of %s, %g s", duration, MOST_STEPS,
+                          plant_name(field), *step);
+    }
 #ifdef CDPR_FAULTS
     Status status;
     if (misbehaves(instance, from, duration, &status)) return status;
