@@ -436,6 +436,19 @@ def test_mujoco_takes_a_tension_that_is_always_the_same():
     assert np.allclose(mujoco.MjModel.from_xml_string(text).actuator_ctrlrange, 7.0, rtol=1e-15, atol=0.0)
 
 
+def test_what_is_too_light_for_mujoco_is_told():
+    mujoco = pytest.importorskip("mujoco")
+    subject = subject_of("caroca")
+    for least, sound in ((1.01e-15, True), (1e-15, False)):
+        platform = replace(subject.robot.platform, inertia=least * np.eye(3))
+        light = replace(subject, robot=replace(subject.robot, platform=platform))
+        if sound:
+            mujoco.MjModel.from_xml_string(export(light, "mjcf"))
+        else:
+            with pytest.raises(FormatError, match=r"above 1e-15 .* and the least of the platform's is 1e-15"):
+                export(light, "mjcf")
+
+
 def test_legs_have_a_length():
     subject = subject_of("caroca")
     first = subject.robot.cables[0]
