@@ -121,9 +121,14 @@ def test_bullet_reads_the_platform(tmp_path, name, version):
                 else:
                     called = bullet.getJointInfo(body, link, physicsClientId=client)[12]
                 found[called.decode()] = bullet.getDynamicsInfo(body, link, physicsClientId=client)[0]
+        place, attitude = bullet.getBasePositionAndOrientation(bodies[-1], physicsClientId=client)
     finally:
         bullet.disconnect(client)
-    assert found["platform"] == pytest.approx(subject.robot.platform.mass)
+    platform = subject.robot.platform
+    assert found["platform"] == pytest.approx(platform.mass)
+    R = rotations.matrix(subject.state[3:7])
+    assert np.allclose(place, subject.state[:3] + R @ platform.center_of_mass, atol=1e-9)
+    assert np.allclose(np.roll(attitude, 1), subject.state[3:7], atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["caroca", "off_centre"])

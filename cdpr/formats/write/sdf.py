@@ -52,7 +52,7 @@ def write(subject: Subject, options: Options) -> str:
         model = ET.SubElement(world, "model", name=name)
         _frame(model, subject)
         joint(model, "fixed", "fixed", "world", "frame")
-        _platform(model, subject)
+        _platform(model, subject, placed=True)
         legs.add(model, subject, modern)
     else:
         stand = ET.SubElement(world, "model", name=f"{name}_frame")
@@ -60,7 +60,9 @@ def write(subject: Subject, options: Options) -> str:
         _frame(stand, subject)
         _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
         model = ET.SubElement(world, "model", name=name)
-        _platform(model, subject)
+        if robot.n == 6:  # PyBullet's reader heeds the pose of a model, not that of its link
+            text(model, "pose", _stands(subject))
+        _platform(model, subject, placed=robot.n < 6)
         _held(model, subject)
         _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)
     ET.indent(root)
@@ -77,10 +79,16 @@ def _frame(model: ET.Element, subject: Subject) -> None:
         visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
 
 
-def _platform(model: ET.Element, subject: Subject) -> None:
+def _stands(subject: Subject) -> str:
+    return pose(subject.state[:3], subject.state[3:7])
+
+
+def _platform(model: ET.Element, subject: Subject, placed: bool) -> None:
+    """The platform's link; `placed` is whether it has the pose itself."""
     platform = subject.robot.platform
     link = ET.SubElement(model, "link", name="platform")
-    text(link, "pose", pose(subject.state[:3], subject.state[3:7]))
+    if placed:
+        text(link, "pose", _stands(subject))
     inertial(link, platform.mass, platform.center_of_mass, platform.inertia)
     visual(link, "platform", drawn(subject.robot), colour(platform.colour, PLATFORM))
 
