@@ -104,7 +104,7 @@ def _robot(
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
     subject = begin(load_told(file, changes))
     text = export(subject, to, Options(**given))
-    tell(f"left out: {each}" for each in left_out(subject))
+    tell(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
         raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")

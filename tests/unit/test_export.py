@@ -306,6 +306,12 @@ def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
     assert "left out: events of the scenario, 1 in number" in eventful.stderr
 
 
+@pytest.mark.parametrize(("to", "floats"), [("mjcf", False), ("sdf", False), ("urdf", True)])
+def test_a_platform_that_floats_where_it_should_not_is_told(tmp_path, to, floats):
+    done = cdpr_here("export", ROBOTS / "planar.yaml", "--to", to, cwd=tmp_path)
+    assert ("left out: the guide that leaves x, z, ry free: the platform floats there" in done.stderr) == floats
+
+
 @pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
 @pytest.mark.parametrize("name", ["world", "sun", "physics", "__r__", "frame", "platform"])
 @pytest.mark.parametrize("style", ["platform", "legs"])

@@ -13,15 +13,17 @@ class Target:
         module: of `write(subject, options) -> str`.
         ending: of its files.
         options: of `Options` that it takes.
+        guides: whether it says what holds a platform that is not free in all directions.
     """
 
     module: str
     ending: str
     options: tuple[str, ...] = ()
+    guides: bool = True
 
 
 TARGETS = {
     "mjcf": Target("cdpr.formats.write.mjcf", ".xml"),
     "sdf": Target("cdpr.formats.write.sdf", ".sdf", ("style", "version")),
-    "urdf": Target("cdpr.formats.write.urdf", ".urdf"),
+    "urdf": Target("cdpr.formats.write.urdf", ".urdf", guides=False),
 }

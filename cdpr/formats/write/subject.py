@@ -84,10 +84,12 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     return text
 
 
-def left_out(subject: Subject) -> list[str]:
-    """Return what is left out and not refused: of what pulls the cables, by name, and of what happens."""
+def left_out(subject: Subject, to: str) -> list[str]:
+    """Return what a format of `TARGETS` leaves out and does not refuse: of cables and guide, and of what happens."""
     wound, rolled = _wound(subject.robot), _rolled(subject.robot)
+    floats = subject.robot.n < 6 and not TARGETS[to].guides
     return [
+        *([f"the guide that leaves {', '.join(subject.robot.dof)} free: the platform floats there"] if floats else []),
         *(["actuators: tensions are commands there"] if subject.actuated else []),
         *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
         *([f"events of the scenario, {subject.events} in number"] if subject.events else []),
