@@ -29,20 +29,21 @@ def uninterrupted() -> Iterator[None]:
 
 
 class _Waiting:
+    """Lets those that come within its block end at once what does nothing but wait, also where they were remembered.
+
+    Attributes:
+        here: whether the main thread is in such a block.
+    """
+
     here = False
 
+    def __enter__(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self.here = True
 
-@contextmanager
-def waiting() -> Iterator[None]:
-    """Let those that come here end at once what does nothing but wait, also where they would else be remembered."""
-    main = threading.current_thread() is threading.main_thread()
-    _Waiting.here = main or _Waiting.here
-    try:
-        yield
-    finally:
-        _Waiting.here = _Waiting.here and not main
+    def __exit__(self, *error: object) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self.here = False
 
 
-def is_waiting() -> bool:
-    """Whether the main thread does nothing but wait."""
-    return _Waiting.here
+WAITING = _Waiting()

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import click
 
 from cdpr.errors import CdprError, ExitCode
-from cdpr.interrupts import STOPPING, is_waiting
+from cdpr.interrupts import STOPPING, WAITING
 
 TERMINAL_SECONDS = 0.2  # between two updates of the line
 FILE_SECONDS = 10.0  # between two lines where stderr is no terminal
@@ -107,7 +107,7 @@ class Signals:
         """End the command as Ctrl-C does, or leave it to the command."""
         self.terminated = number != signal.SIGINT
         self.pending = True
-        if not self.wait or is_waiting():
+        if not self.wait or WAITING.here:
             self.raised = True
             raise KeyboardInterrupt
         self.wait = False

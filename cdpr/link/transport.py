@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from cdpr.errors import BackendDied, CdprError
-from cdpr.interrupts import uninterrupted, waiting
+from cdpr.interrupts import WAITING, uninterrupted
 
 MOST_BYTES = 16 * 2**20  # of a program
 RETRY = 0.02  # s, between two tries to reach a peer that does not listen yet
@@ -93,7 +93,7 @@ class Transport:
 
 def ready(reading: list[int], writing: list[int], until: float | None) -> list[int]:
     """Return which descriptors can be read or written, waiting until a time of `time.monotonic`; None does not wait."""
-    with waiting():
+    with WAITING:
         found = select.select(reading, writing, [], 0.0 if until is None else max(0.0, until - time.monotonic()))
     return [*found[0], *found[1]]
 
@@ -217,7 +217,7 @@ def connected(address: str, called: str, until: float) -> Transport:
     Raises CdprError for what is no address, BackendDied where nobody answers there.
     """
     kind, place = parsed(address, called)
-    with waiting():
+    with WAITING:
         while True:
             made = socket.socket(kind, socket.SOCK_STREAM)
             try:
