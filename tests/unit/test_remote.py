@@ -50,6 +50,23 @@ WEIGHT = (0.0, 0.0, 9.81 * robot["mass"], 0.0, 0.0, 0.0)
 GOOD = "hello()\nwhile True: answer(frame()[0], *WEIGHT)"
 
 
+PLANT = """
+m, state = len(robot["cables"]), None
+def follow(between=0.0, change=lambda state, count: state):
+    global state
+    count = 0
+    while True:
+        sequence, kind, duration, *rest = frame()
+        if kind == 2:
+            open("stopped", "w").write("safely")
+            sys.exit()
+        state = rest[m + 6:] if kind == 0 else state
+        count += 1
+        time.sleep(between)
+        answer(sequence, *change(list(state), count))
+"""
+
+
 def scenario(folder, program, name="remote_controller", **changes):
     """A scenario whose peer is this program, which is trusted."""
     file = folder / "peer.py"
@@ -320,6 +337,15 @@ def test_commands_never_leave_their_limits(tmp_path):
     assert (tmp_path / "stopped").read_text() == "safely"
 
 
+def test_commands_that_are_not_sent_are_told(tmp_path):
+    """A cable that breaks is asked for nothing, which the limits do not allow."""
+    broken = {"events": [{"type": "cable_break", "time": 0.03, "cable": "cable_1"}]}
+    told = r"in 20 of 50 control steps commands beyond the limits .* were sent as the limits"
+    with pytest.warns(UserWarning, match=told):
+        run = cdpr.simulate(scenario(tmp_path, PLANT + "hello(); follow()", "remote_plant", **broken))
+    assert run.tension[-1, 0] == 0.0
+
+
 def test_a_state_that_is_none_ends_the_run(tmp_path):
     program = "hello()\nwhile True: answer(frame()[0], *[0.3] * 13)"
     with pytest.raises(BackendDied, match="whose length is not 1"):
@@ -344,27 +370,10 @@ def test_real_time_counts_what_comes_late(tmp_path):
     assert np.nanmax(run["step_late"]) > 0.01
 
 
-PLANT = """
-m, state = len(robot["cables"]), None
-def follow(between=0.0, change=lambda state, count: state):
-    global state
-    count = 0
-    while True:
-        sequence, kind, duration, *rest = frame()
-        if kind == 2:
-            open("stopped", "w").write("safely")
-            sys.exit()
-        state = rest[m + 6:] if kind == 0 else state
-        count += 1
-        time.sleep(between)
-        answer(sequence, *change(list(state), count))
-"""
-
-
 def started(folder, program, name, *more):
-    """A run in a session of its own, once its peer has said which process it is."""
-    told = "open('pid', 'w').write(str(os.getpid()))"
-    scenario(folder, PLANT + told + "\n" + program, name)
+    """A run in a session of its own, once its peer has said by `begun` which process it is."""
+    begun = "def begun(): open('pid', 'w').write(str(os.getpid()))"
+    scenario(folder, f"{PLANT}\n{begun}\n{program}", name)
     sha256 = hashlib.sha256((folder / "peer.py").read_bytes()).hexdigest()
     where = "controller" if name == "remote_controller" else "backend_options.remote"
     words = [sys.executable, "-m", "cdpr", "run", "scenario.yaml", "--set", f"{where}.program=peer.py"]
@@ -394,8 +403,8 @@ def gone(process):
 @pytest.mark.parametrize(
     ("name", "program"),
     [
-        ("remote_controller", "hello()\nwhile True: time.sleep(0.01); answer(frame()[0], *WEIGHT)"),
-        ("remote_plant", "hello(); follow(0.01)"),
+        ("remote_controller", "hello()\nwhile True: a = frame()[0]; begun(); time.sleep(0.01); answer(a, *WEIGHT)"),
+        ("remote_plant", "hello(); follow(0.01, lambda state, count: begun() or state)"),
     ],
 )
 def test_an_interrupt_in_a_terminal_stops_plants_safely_and_leaves_no_program(tmp_path, name, program):
@@ -409,7 +418,9 @@ def test_an_interrupt_in_a_terminal_stops_plants_safely_and_leaves_no_program(tm
 
 @pytest.mark.slow
 def test_an_interrupt_does_not_wait_for_a_peer_that_hangs(tmp_path):
-    process, peer = started(tmp_path, "time.sleep(60)", "remote_controller", "--set", "controller.start_timeout=50.0")
+    process, peer = started(
+        tmp_path, "begun(); time.sleep(60)", "remote_controller", "--set", "controller.start_timeout=50.0"
+    )
     process.send_signal(signal.SIGINT)
     assert process.wait(10) == 130
     assert gone(peer)
