@@ -89,7 +89,7 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
     assert "kp: 20.0\n  kd: 10.0\n" in (tmp_path / "out" / "robot_way.yaml").read_text()
     done = here("import", tmp_path / "way.yaml")
     assert done.returncode == 2
-    assert "this is a trajectory: import its robot with --trajectory" in done.stderr
+    assert "way.yaml:1: this is a trajectory: import its robot, and name this as its trajectory" in done.stderr
 
 
 @pytest.mark.parametrize(

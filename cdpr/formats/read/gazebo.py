@@ -52,7 +52,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     """Read a robot. Raises CdprError."""
     top = document_of(content, str(path))
     if _is_motion(content):
-        raise top.wrong(f"this is a trajectory: import its robot with --trajectory {path}")
+        raise top.wrong("this is a trajectory: import its robot, and name this as its trajectory (--trajectory)")
     thesis = "model" in top
     root = top / "model" if thesis else top
     dialect = "the thesis's dialect" if thesis else "oKermorgant/cdpr's dialect"

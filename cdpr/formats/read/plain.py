@@ -63,7 +63,8 @@ class Node:
 
     def wrong(self, text: str) -> FormatError:
         """Return an error of this place."""
-        return refuse(self.document.source, self.line, f"{dotted(self.path)}: {text}")
+        key = f"{dotted(self.path)}: " if self.path else ""
+        return refuse(self.document.source, self.line, f"{key}{text}")
 
 
 def document_of(content: bytes, file: str) -> Node:

@@ -53,8 +53,8 @@ class Options:
     version: str = "1.9"
 
 
-STYLES = ("platform", "legs")
-VERSIONS = ("1.9", "1.6")
+# What there is of each of them, the first unless said.
+CHOICES = {"style": ("platform", "legs"), "version": ("1.9", "1.6")}
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     if to not in TARGETS:
         raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
     given = options or Options()
-    for name, value, known in (("style", given.style, STYLES), ("version", given.version, VERSIONS)):
-        if value not in known:
+    for name, known in CHOICES.items():
+        if (value := getattr(given, name)) not in known:
             raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {value!r}")
     text: str = import_module(TARGETS[to].module).write(subject, given)
     return text
