@@ -18,7 +18,6 @@ from weakref import WeakKeyDictionary
 
 from cdpr import processes
 from cdpr.errors import CdprError
-from cdpr.formats.read import FORMATS
 from cdpr.formats.read.bring import ENDINGS, Taken, write
 from cdpr.gui.board import Reader
 from cdpr.gui.desk.files import named
@@ -162,11 +161,6 @@ class Incoming:
         if "error" in answer:
             raise CdprError(answer["error"])
         return [Taken(**each) for each in answer["taken"]]
-
-
-def formats() -> list[str]:
-    """Return what people call the formats that can be read."""
-    return [each.name for each in FORMATS]
 
 
 def _received(files: Any, body: bytes) -> dict[str, bytes]:

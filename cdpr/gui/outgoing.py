@@ -35,7 +35,9 @@ def exported(scenario: Scenario, to: str, options: dict[str, str]) -> tuple[dict
     known = [*TARGETS, PACKAGES]
     if to not in known:
         raise CdprError(f"to: {did_you_mean(str(to), known)}one of {', '.join(known)} is expected, got {shown(to)}")
-    _only(to, options, TARGETS[to].options if to in TARGETS else ())
+    takes = TARGETS[to].options if to in TARGETS else ()
+    if wrong := [name for name in options if name not in takes]:
+        raise CdprError(f"{to}: {', '.join(wrong)}: is for formats that have such an option")
     if to == PACKAGES:
         name = f"{scenario.name}_{PACKAGES}"
         entries = tuple((f"{name}/{path}", text.encode()) for path, text in packages(scenario).items())
@@ -43,12 +45,6 @@ def exported(scenario: Scenario, to: str, options: dict[str, str]) -> tuple[dict
     subject = begin(scenario)
     text = export(subject, to, Options(**options))
     return _file(f"{subject.robot.name}{TARGETS[to].ending}", "text/xml", text.encode()), left_out(subject)
-
-
-def _only(to: str, options: dict[str, str], takes: tuple[str, ...]) -> None:
-    for name in options:
-        if name not in takes:
-            raise CdprError(f"{name}: {to} takes {f'only {chr(44).join(takes)}' if takes else 'no options'}")
 
 
 def _file(name: str, kind: str, content: bytes) -> dict[str, Any]:
