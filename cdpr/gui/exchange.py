@@ -31,14 +31,18 @@ class Exchange:
         self._incoming = Incoming()
         self._going = Lock()
         self._thread: Thread | None = None
-        self.does: dict[str, Callable[..., Iterable[Words]]] = {
+        self._doing: dict[str, Callable[..., Iterable[Words]]] = {
             "import": self._incoming.read,
             "take": self._take,
             "export": self._export,
         }
+        self.does = (*self._doing, "give_up")
 
     def begin(self, do: str, words: Words, reader: Reader) -> None:
         """Begin what `does` names; how it ends is told to the window alone."""
+        if do == "give_up":
+            self._incoming.give_up(reader)
+            return
         if not self._going.acquire(blocking=False):
             reader.tell(said("error", f"{do}: another import or export is going on: wait for it", about=do))
             return
@@ -53,7 +57,7 @@ class Exchange:
 
     def _guarded(self, do: str, words: Words, reader: Reader) -> None:
         try:
-            for message in call(do, partial(self.does[do], reader), words):
+            for message in call(do, partial(self._doing[do], reader), words):
                 reader.tell({**message, "about": do})
         except CdprError as error:
             reader.tell(said("error", str(error), about=do))

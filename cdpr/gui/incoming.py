@@ -28,7 +28,7 @@ from cdpr.problems import shown
 MOST_FILES = 100  # that come at once
 MOST_NAME = 255  # bytes of a name, as most file systems have it
 MOST_SHOWN = 2**20  # letters of what is made that a window is shown
-SECONDS = 120.0  # that reading may take
+SECONDS = 60.0  # that reading may take
 
 
 class Incoming:
@@ -38,6 +38,8 @@ class Incoming:
         self._read: WeakKeyDictionary[Reader, list[Taken]] = WeakKeyDictionary()
         self._lock = Lock()
         self._process: subprocess.Popen[bytes] | None = None
+        self._reader: Reader | None = None  # for whom it reads
+        self._given_up = False
         self._closed = False
 
     def read(
@@ -67,9 +69,9 @@ class Incoming:
             if not isinstance(value, str):
                 raise CdprError(f"{key}: a name is expected, got {shown(value)}")
         if files:
-            every = self._uploaded(_received(files, body), given)
+            every = self._uploaded(reader, _received(files, body), given)
         elif path:
-            every = self._apart({"path": named(path), **given}, os.getcwd())
+            every = self._apart(reader, {"path": named(path), **given}, os.getcwd())
         else:
             raise CdprError("choose files, or say the name or path of one")
         if len(every) == 1 and every[0].error:
@@ -99,14 +101,21 @@ class Incoming:
         self._read.pop(reader, None)
         return written, str(folder / open)
 
-    def close(self) -> None:
-        """End what is being read."""
+    def give_up(self, reader: Reader) -> None:
+        """End what is being read for a window, if anything is."""
         with self._lock:
-            self._closed = True
+            if self._process is not None and self._reader is reader:
+                self._given_up = True
+                self._process.kill()
+
+    def close(self) -> None:
+        """End what is being read, and read no more."""
+        with self._lock:
+            self._closed = self._given_up = True
             if self._process is not None:
                 self._process.kill()
 
-    def _uploaded(self, files: Mapping[str, bytes], given: dict[str, str]) -> list[Taken]:
+    def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, str]) -> list[Taken]:
         """Read what came along, and nothing else."""
         trajectory = given.get("trajectory")
         if trajectory is not None and trajectory not in files:
@@ -121,25 +130,11 @@ class Incoming:
         with tempfile.TemporaryDirectory() as folder:
             for name, content in files.items():
                 (Path(folder) / name).write_bytes(content)
-            return self._apart({"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
+            return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
-    def _apart(self, asked: dict[str, str], folder: str) -> list[Taken]:
+    def _apart(self, reader: Reader, asked: dict[str, str], folder: str) -> list[Taken]:
         """Read in a process of its own that works in a folder."""
-        command = [sys.executable, "-P", "-m", "cdpr.gui.reading", str(os.getpid())]
-        with self._lock:
-            if self._closed:
-                raise CdprError("the window is being closed")
-            process = self._process = processes.start(
-                lambda: subprocess.Popen(
-                    command,
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.DEVNULL,
-                    cwd=folder,
-                    env=Surroundings.ours().environment,
-                    start_new_session=True,  # Ctrl-C is for us
-                )
-            )
+        process = self._begin(reader, folder)
         with process:
             try:
                 out, _ = process.communicate(json.dumps(asked).encode(), SECONDS)
@@ -151,6 +146,8 @@ class Incoming:
             finally:
                 with self._lock:
                     self._process = None
+        if self._given_up:
+            raise CdprError(f"{asked['path']}: reading it was given up")
         if process.returncode:
             raise CdprError(f"{asked['path']}: what reads it crashed ({_ended(process.returncode)}): nothing is taken")
         answer = json.loads(out)
@@ -161,6 +158,25 @@ class Incoming:
         if "error" in answer:
             raise CdprError(answer["error"])
         return [Taken(**each) for each in answer["taken"]]
+
+    def _begin(self, reader: Reader, folder: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-P", "-m", "cdpr.gui.reading", str(os.getpid())]
+        with self._lock:
+            if self._closed:
+                raise CdprError("the window is being closed")
+            self._reader, self._given_up = reader, False
+            self._process = processes.start(
+                lambda: subprocess.Popen(
+                    command,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL,
+                    cwd=folder,
+                    env=Surroundings.ours().environment,
+                    start_new_session=True,  # Ctrl-C is for us
+                )
+            )
+            return self._process
 
 
 def _received(files: Any, body: bytes) -> dict[str, bytes]:

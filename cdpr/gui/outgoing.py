@@ -21,7 +21,7 @@ PACKAGES = "ros2"  # a folder of packages, as an archive
 def targets() -> list[dict[str, Any]]:
     """Return what there is to choose: formats, what people call them, and their options with what each may be."""
     rows = [
-        {"to": to, "name": target.name, "options": {key: list(CHOICES[key]) for key in target.options}}
+        {"to": to, "name": target.name, "options": {key: CHOICES[key] for key in target.options}}
         for to, target in TARGETS.items()
     ]
     return [*rows, {"to": PACKAGES, "name": "ROS 2 packages", "options": {}}]

@@ -53,8 +53,11 @@ class Options:
     version: str = "1.9"
 
 
-# What there is of each of them, the first unless said.
-CHOICES = {"style": ("platform", "legs"), "version": ("1.9", "1.6")}
+# What each of them may be, and what that means; the first unless said.
+CHOICES = {
+    "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
+    "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
+}
 
 
 @dataclass(frozen=True)

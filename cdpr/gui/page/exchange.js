@@ -23,8 +23,10 @@ class Exchange {
       this.send(about, ask).catch((error) => this.hear({ about, level: "error", text: error.message }));
       return STAYS;
     };
+    const { live } = this;
     const dialog = this.files.dialog(title, act, send, ...parts, problem), submit = dialog.querySelector("[type=submit]");
     const wait = (on) => { submit.disabled = on; submit.textContent = on ? WAITING[about] : act; };
+    dialog.addEventListener("close", () => { if (submit.disabled) live.send({ do: "give_up" }); });
     const show = () => { say(problem, ""); dialog.showModal(); };
     this.asked[about] = { dialog, submit, problem, wait, show };
     return dialog;
@@ -54,7 +56,7 @@ class Exchange {
   // What comes from where this page runs, or lies where the program runs.
   importing() {
     const { files } = this, chosen = make("input", { type: "file", multiple: true });
-    const path = files.text({ placeholder: "as seen from where cdpr gui was started" });
+    const path = files.text({ placeholder: "file or folder, from where cdpr gui was started" });
     const set = files.text({ placeholder: "its default" }), listed = make("datalist", { id: fresh("chosen") });
     const trajectory = files.text({ placeholder: "none", list: listed.id });
     this.formats = make("p", { className: "none" });
@@ -70,7 +72,7 @@ class Exchange {
       return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim() };
     };
     this.asking("import", "Import from another program", "Read", ask, this.formats, files.row("Choose files", chosen),
-      files.row("or File or folder", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
+      files.row("Or their path", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
       listed);
   }
 
@@ -101,7 +103,7 @@ class Exchange {
     const items = (texts) => make("ul", {}, ...texts.map((text) => make("li", { text })));
     const list = (title, texts) => (texts.length ? [make("h4", { text: title }), items(texts)] : []);
     const text = (file) => make("pre", { tabindex: 0, text: file.text ?? "Too long to be shown here." });
-    const shown = (file) => make("details", {}, make("summary", { text: `${file.name}, ${file.size} letters` }), text(file));
+    const shown = (file) => make("details", {}, make("summary", { text: `${file.name}, ${file.size} characters` }), text(file));
     return [make("h3", { text: source }), ...(error ? [make("p", { className: "problem", text: error })] : []),
       ...list("Filled in, or to be checked", warnings), ...list("Left out", out), ...files.map(shown)];
   }
@@ -114,14 +116,14 @@ class Exchange {
       const { options = {} } = this.exports.find((each) => each.to === to.value) || {};
       for (const [key, select] of Object.entries(choices)) {
         select.disabled = !options[key];
-        select.replaceChildren(...(options[key] || []).map((value) => option(value, value)));
+        select.replaceChildren(...Object.entries(options[key] || {}).map(([value, text]) => option(value, `${value}: ${text}`)));
       }
     } };
     to.addEventListener("change", this.exported.fit);
     const ask = () => ({ to: to.value, style: choices.style.value, version: choices.version.value });
     const what = make("p", { className: "none", text: "What the form says, saved or not, as its run begins." });
     this.asking("export", "Export for another program", "Download", ask, what, files.row("Format", to),
-      files.row("Cables as (SDF)", choices.style), files.row("Version (SDF)", choices.version));
+      files.row("Style (SDF)", choices.style), files.row("Version (SDF)", choices.version));
   }
 
   download({ name, type, content }) {
