@@ -56,16 +56,18 @@ class Exchange:
             self._thread.join()
 
     def _guarded(self, do: str, words: Words, reader: Reader) -> None:
+        told: list[Words] = []
         try:
-            for message in call(do, partial(self._doing[do], reader), words):
-                reader.tell({**message, "about": do})
+            told.extend(call(do, partial(self._doing[do], reader), words))
         except CdprError as error:
-            reader.tell(said("error", str(error), about=do))
+            told.append(said("error", str(error)))
         except Exception as error:
             self._log(traceback.format_exc())
-            reader.tell(said("error", f"internal error: {one_line(error)}; the terminal has more", about=do))
+            told.append(said("error", f"internal error: {one_line(error)}; the terminal has more"))
         finally:
-            self._going.release()
+            self._going.release()  # before it is told: who hears it may ask for the next
+        for message in told:
+            reader.tell({**message, "about": do})
 
     def _take(self, reader: Reader, out: str = "", open: str = "") -> Iterator[Words]:
         """Write what was read, and open one of the files."""

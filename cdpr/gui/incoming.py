@@ -140,9 +140,8 @@ class Incoming:
                 out, _ = process.communicate(json.dumps(asked).encode(), SECONDS)
             except subprocess.TimeoutExpired:
                 process.kill()
-                raise CdprError(
-                    f"{asked['path']}: reading it takes more than {SECONDS:g} s, and was given up"
-                ) from None
+                text = f"reading it takes more than {SECONDS:g} s, and was given up"
+                raise CdprError(f"{asked['path']}: {text}") from None
             finally:
                 with self._lock:
                     self._process = None
