@@ -99,8 +99,8 @@ def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError for cables that the format cannot say: winches, elasticity, pulleys."""
     if wound := _wound(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: they are "
-            "left out where the robot says cable.model: ideal (--set robot.cable.model=ideal, of a robot file "
+            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: they "
+            "are left out where the robot says cable.model: ideal (--set robot.cable.model=ideal, of a robot file "
             "cable.model=ideal)"
         )
     if rolled := _rolled(robot):
