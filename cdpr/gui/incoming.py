@@ -9,7 +9,6 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from threading import Lock
@@ -21,13 +20,16 @@ from cdpr.errors import CdprError
 from cdpr.formats.read.bring import ENDINGS, Taken, write
 from cdpr.gui.board import Reader
 from cdpr.gui.desk.files import named
+from cdpr.gui.scratch import scratch
 from cdpr.gui.server import Words
 from cdpr.jobs.forks import Surroundings
+from cdpr.log.files import replace
 from cdpr.problems import shown
 
 MOST_FILES = 100  # that come at once
 MOST_NAME = 255  # bytes of a name, as most file systems have it
 MOST_SHOWN = 2**20  # letters of what is made that a window is shown
+MOST_LINES = 200  # of what was left out, likewise, of each source
 SECONDS = 60.0  # that reading may take
 
 
@@ -71,7 +73,7 @@ class Incoming:
         if files:
             every = self._uploaded(reader, _received(files, body), given)
         elif path:
-            every = self._apart(reader, {"path": named(path), **given}, os.getcwd())
+            every = self._apart(reader, {"path": named(path), **given})
         else:
             raise CdprError("choose files, or say the name or path of one")
         if len(every) == 1 and every[0].error:
@@ -127,13 +129,13 @@ class Incoming:
             raise CdprError("trajectory: it belongs to one robot: choose the files of these two alone")
         if len(robots) > 1 and not any(name.lower().endswith(ENDINGS) for name in robots):
             raise CdprError(f"none of these files has an ending that is known: {', '.join(ENDINGS)}")
-        with tempfile.TemporaryDirectory() as folder:
+        with scratch() as folder:
             for name, content in files.items():
-                (Path(folder) / name).write_bytes(content)
+                replace(folder / name, content)
             return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
-    def _apart(self, reader: Reader, asked: dict[str, str], folder: str) -> list[Taken]:
-        """Read in a process of its own that works in a folder."""
+    def _apart(self, reader: Reader, asked: dict[str, str], folder: Path | None = None) -> list[Taken]:
+        """Read in a process of its own that works in a folder, ours unless said."""
         process = self._begin(reader, folder)
         with process:
             try:
@@ -148,7 +150,8 @@ class Incoming:
         if self._given_up:
             raise CdprError(f"{asked['path']}: reading it was given up")
         if process.returncode:
-            raise CdprError(f"{asked['path']}: what reads it crashed ({_ended(process.returncode)}): nothing is taken")
+            how = processes.ended(process.returncode)
+            raise CdprError(f"{asked['path']}: the process that reads it {how}: nothing is taken")
         answer = json.loads(out)
         if "fault" in answer:
             fault = RuntimeError(answer["fault"])
@@ -158,7 +161,7 @@ class Incoming:
             raise CdprError(answer["error"])
         return [Taken(**each) for each in answer["taken"]]
 
-    def _begin(self, reader: Reader, folder: str) -> subprocess.Popen[bytes]:
+    def _begin(self, reader: Reader, folder: Path | None) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-P", "-m", "cdpr.gui.reading", str(os.getpid())]
         with self._lock:
             if self._closed:
@@ -218,15 +221,11 @@ def _message(every: list[Taken]) -> Words:
             fits = len(text) <= left
             left -= len(text) if fits else 0
             files.append({"name": name, "size": len(text), "text": text if fits else None})
-        sources.append({**vars(each), "files": files})
+        lists = {"left_out": _first(each.left_out), "warnings": _first(each.warnings)}
+        sources.append({**vars(each), **lists, "files": files})
     return {"kind": "imported", "sources": sources}
 
 
-def _ended(code: int) -> str:
-    """How a process ended, in words."""
-    import signal
-
-    try:
-        return signal.Signals(-code).name if code < 0 else f"code {code}"
-    except ValueError:
-        return f"signal {-code}"
+def _first(lines: list[str]) -> list[str]:
+    more = len(lines) - MOST_LINES
+    return lines if more <= 0 else [*lines[:MOST_LINES], f"and {more} more"]

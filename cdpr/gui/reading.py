@@ -19,6 +19,7 @@ from cdpr.processes import end_with
 
 # Bytes of addresses that it may have; an import of all that ships needs a sixth of it.
 MEMORY = 4 * 2**30
+MOST_MADE = 64 * 2**20  # letters of files that are made: a window holds them until they are written
 
 
 def main(parent: int) -> None:
@@ -36,7 +37,10 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     try:
         from cdpr.formats.read.bring import import_any
 
-        return {"taken": [vars(each) for each in import_any(**asked)]}
+        every = import_any(**asked)
+        if sum(len(text) for each in every for text in each.files.values()) > MOST_MADE:
+            return {"error": f"{asked['path']}: more than {MOST_MADE // 2**20} MiB would be written"}
+        return {"taken": [vars(each) for each in every]}
     except CdprError as error:
         return {"error": str(error)}
     except MemoryError:

@@ -284,7 +284,10 @@ def test_an_import_is_given_up_and_one_goes_on_at_a_time(looker, window, tmp_pat
 
 @pytest.mark.parametrize(
     ("script", "said"),
-    [("kill -SEGV $$", "crane.yaml: what reads it crashed (SIGSEGV): nothing is taken"), ("exit 3", "(code 3)")],
+    [
+        ("kill -SEGV $$", "crane.yaml: the process that reads it was ended by SIGSEGV: nothing"),
+        ("exit 3", "ended with exit code 3"),
+    ],
 )
 def test_what_crashes_ends_no_window(looker, tmp_path, monkeypatch, script, said):
     broken = tmp_path / "broken"

@@ -15,6 +15,7 @@ from plugin_cases import SUCCESSOR
 pytest.importorskip("websockets")
 
 from cdpr.errors import CdprError
+from cdpr.formats.read.bring import Taken
 from cdpr.gui import reading
 from cdpr.gui.board import Board
 from cdpr.gui.incoming import Incoming
@@ -74,6 +75,26 @@ def test_a_model_reads_nothing_but_what_came_with_it(tmp_path, monkeypatch):
     assert [each["name"] for each in source["files"]] == ["a.yaml"]
     assert sum("leads out of the folder of the model" in text for text in source["left_out"]) == len(places)
     assert "root:x" not in json.dumps(message)
+
+
+def test_python_files_that_come_along_are_not_run(tmp_path):
+    evil = f"open({str(tmp_path / 'run')!r}, 'w')".encode()
+    names = ("json.py", "yaml.py", "sitecustomize.py", "cdpr.py", "mujoco.py")
+    (message,) = read({"crane.yaml": SUCCESSOR.encode(), **dict.fromkeys(names, evil)})
+    assert [source["error"] for source in message["sources"]] == [""]
+    assert not (tmp_path / "run").exists()
+
+
+def test_what_is_shown_and_made_is_limited(monkeypatch):
+    monkeypatch.setattr("cdpr.gui.incoming.MOST_LINES", 2)
+    (message,) = read({"crane.yaml": SUCCESSOR.encode()})
+    assert message["sources"][0]["left_out"][2:] == ["and 4 more"]
+    made = Taken("a.xml", {"a.yaml": "x" * 6, "b.csv": "y" * 5})
+    monkeypatch.setattr("cdpr.formats.read.bring.import_any", lambda path: [made])
+    monkeypatch.setattr(reading, "MOST_MADE", 11)
+    assert reading._answer({"path": "a.xml"}) == {"taken": [vars(made)]}
+    monkeypatch.setattr(reading, "MOST_MADE", 10)
+    assert "MiB would be written" in reading._answer({"path": "a.xml"})["error"]
 
 
 def run(program, asked):

@@ -5,7 +5,7 @@ const WAITING = { import: "Reading …", take: "Writing …", export: "Exporting
 
 class Exchange {
   constructor(home, files, live) {
-    Object.assign(this, { files, live, asked: {}, imports: [], exports: [] });
+    Object.assign(this, { files, live, asked: {}, exports: [] });
     this.importing();
     this.taking();
     this.exporting();
