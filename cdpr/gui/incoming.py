@@ -190,7 +190,8 @@ def _received(files: Any, body: bytes) -> dict[str, bytes]:
     for each in files:
         name, size = (each.get("name"), each.get("size")) if isinstance(each, dict) else (None, None)
         if not isinstance(name, str) or not _is_plain(name):
-            raise CdprError(f"a file without a folder in its name is expected, got {shown(name)}: rename it")
+            text = f"a name without folders, of {MOST_NAME} bytes at most, is expected of a file"
+            raise CdprError(f"{text}, got {shown(name)}: rename it")
         if name in found:
             raise CdprError(f"two files are called {shown(name)}: rename one, or import them one by one")
         if type(size) is not int or not 0 <= size <= len(body) - start:

@@ -154,7 +154,7 @@ def test_what_was_read_belongs_to_its_window_alone(window, looker, tmp_path):
         ({"path": "nowhere.sdf", "cable_set": [1]}, "cable_set: a name is expected, got"),
         ({"files": {"a": 1}}, "100 files at most are taken"),
         ({"files": [{}] * 101}, "100 files at most are taken"),
-        ({"files": [1]}, "a file without a folder in its name is expected, got null"),
+        ({"files": [1]}, "a name without folders, of 255 bytes at most, is expected of a file, got null"),
         ({"files": [{"name": "a.xml", "size": 1}]}, "a.xml: its size is not that of what came"),
         ({"files": [{"name": "a.xml", "size": -1}]}, "a.xml: its size is not that of what came"),
         ({"files": [{"name": "a.xml", "size": 0}, {"name": "a.xml", "size": 0}]}, "two files are called 'a.xml'"),
@@ -173,7 +173,7 @@ def test_what_makes_no_sense_is_told(looker, words, said):
 )
 def test_names_that_could_lead_anywhere_are_refused(looker, name):
     looker.send(do="import", files=[{"name": name, "size": 0}])
-    assert "a file without a folder in its name is expected" in failed(looker, "import")
+    assert "a name without folders, of 255 bytes at most, is expected" in failed(looker, "import")
 
 
 def test_more_than_was_said_is_refused(looker):
