@@ -46,7 +46,8 @@ class Exchange:
         if not self._going.acquire(blocking=False):
             reader.tell(said("error", f"{do}: another import or export is going on: wait for it", about=do))
             return
-        self._thread = Thread(target=self._guarded, args=(do, words, reader), name="exchange", daemon=True)
+        # Threads inherit that they are daemons, also the one that starts processes, and that of this window is one.
+        self._thread = Thread(target=self._guarded, args=(do, words, reader), name="exchange", daemon=False)
         self._thread.start()
 
     def close(self) -> None:
