@@ -124,10 +124,11 @@ def test_of_a_folder_all_that_can_be_read_is_shown(looker, tmp_path):
     looker.send(do="import", path=str(tmp_path / "in"))
     first, second, third = answer(looker, "import")["sources"]
     assert [each["name"] for each in first["files"]] == ["crane.yaml"]
-    assert "import it alone, into another folder" in second["error"]
-    assert "is in no format that is known" in third["error"]
+    assert [each["name"] for each in second["files"]] == ["crane_2.yaml"]
+    assert "this is no sound XML" in third["error"]
     looker.send(do="take", out=str(tmp_path / "out"), open="crane.yaml")
     answer(looker, "take")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["crane.yaml", "crane_2.yaml"]
     assert cdpr.load_robot(tmp_path / "out" / "crane.yaml").m == 4
 
 

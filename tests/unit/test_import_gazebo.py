@@ -121,6 +121,33 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, change, said):
     assert str(tmp_path / "robot.yaml") in str(caught.value)
 
 
+def test_a_body_without_inertia_is_a_ball(tmp_path):
+    """As the first files of the successor have it."""
+    bare = SUCCESSOR.replace("inertia: [0.5, 0.6, 0.7, 0.01, 0.02, 0.03], size: [0.4, 0.3, 0.25],", "")
+    robot, taken = robot_of(tmp_path, bare)
+    radius = np.linalg.norm([0.2, 0.15, 0.125])
+    assert np.allclose(robot.platform.inertia, 0.4 * 15.0 * radius**2 * np.eye(3))
+    assert [text for text in taken.warnings if "robot.yaml:6: inertia: ixx, iyy, izz was 0, filled" in text]
+
+
+def test_a_trajectory_alone_is_told(tmp_path):
+    (tmp_path / "way.yaml").write_text(TRAJECTORY)
+    with pytest.raises(CdprError, match=r"way.yaml:1: this is a trajectory: import its robot, and name this"):
+        import_file(tmp_path / "way.yaml")
+
+
+def test_a_winch_that_is_not_there_is_told(tmp_path):
+    """Its cables would pull as much as they bear, and nobody would know why."""
+    robot, taken = robot_of(tmp_path, wirex(**{'winch name="W"': 'winch name="V"'}), "crane.wcrfx")
+    assert robot.tension_max.tolist() == [9000.0] * 4
+    said = "crane.wcrfx:2: the largest tension is what the cable breaks at, 9000 N: winchtype 'W' is no winch"
+    assert len([text for text in taken.warnings if said in text]) == 1
+    assert not [text for text in taken.left_out if "breaking_load" in text]
+    _, known = robot_of(tmp_path, wirex(), "known.wcrfx")
+    assert not [text for text in known.warnings if "breaks at" in text]
+    assert [text for text in known.left_out if "breaking_load" in text]
+
+
 def test_chains_of_wirex(tmp_path):
     robot, taken = robot_of(tmp_path, wirex(0.05), "crane.wcrfx")
     assert robot.name == "Crane_1"
@@ -199,13 +226,14 @@ def test_many_cables_of_one_name_take_no_time():
 
 
 def test_two_robots_of_one_name_do_not_overwrite_each_other(tmp_path):
-    for folder in ("a", "b"):
+    for folder, mass in (("a", 15), ("b", 16), ("c", 17)):
         (tmp_path / "in" / folder).mkdir(parents=True)
-        (tmp_path / "in" / folder / "robot.yaml").write_text(SUCCESSOR)
+        (tmp_path / "in" / folder / "robot.yaml").write_text(SUCCESSOR.replace("mass: 15", f"mass: {mass}"))
     done = here("import", tmp_path / "in", "--out", tmp_path / "out")
     assert done.returncode == 0
-    assert "makes robot.yaml, as" in done.stdout
-    assert "1 of 2 could be read" in done.stdout
+    assert "3 of 3 could be read" in done.stdout
+    robots = [cdpr.load_robot(tmp_path / "out" / f"{name}.yaml") for name in ("robot", "robot_2", "robot_3")]
+    assert [(robot.name, robot.platform.mass) for robot in robots] == [("robot", 15), ("robot_2", 16), ("robot_3", 17)]
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe", b"<a", b"points: [actuated", b"%PDF-1.4 points: actuated"])

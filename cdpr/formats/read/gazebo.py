@@ -68,6 +68,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     robot["platform"]["inertia"] = list(inertia)
     if shape is not None:
         robot["platform"]["shape"] = {"box": shape}
+        found.comments["platform", "shape"] = f"m, {(platform / ('lower' if thesis else 'size')).at}"
     if (colour := _colour(found, platform)) is not None:
         robot["platform"]["colour"] = colour
     robot["tension"] = {"min": (limits / "min").number(), "max": (limits / "effort").number()}
@@ -77,6 +78,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         robot["home"]["orientation"] = {"rpy": turned.vector(3)}
     if "frame" in root:
         robot["frame"] = _frame(found, root / "frame")
+        found.comments["frame",] = (root / "frame").at
     radius = root / "cable" / "radius"
     if radius.value is not None and radius.number() > 0.0:
         robot["cable"] = {"diameter": 2.0 * radius.number()}
@@ -113,7 +115,8 @@ def _body(
 ) -> tuple[Inertia, list[float] | None]:
     """Inertia about the centre of mass, kg m^2, and the sizes of the box that is drawn."""
     if not thesis:
-        xx, yy, zz, xy, xz, yz = (platform / "inertia").vector(6)
+        given = (platform / "inertia").vector(6) if "inertia" in platform else [0.0] * 6  # its first files have none
+        xx, yy, zz, xy, xz, yz = given
         found.comments["platform", "inertia"] = f"kg m^2, {(platform / 'inertia').at}"
         shape = (platform / "size").vector(3) if "size" in platform else None
         return _sound(found, platform / "inertia", (xx, yy, zz, xy, xz, yz), mass, anchors), shape

@@ -63,8 +63,7 @@ class Node:
 
     def wrong(self, text: str) -> FormatError:
         """Return an error of this place."""
-        key = f"{dotted(self.path)}: " if self.path else ""
-        return refuse(self.document.source, self.line, f"{key}{text}")
+        return refuse(self.document.source, self.line, f"{dotted(self.path)}: {text}" if self.path else text)
 
 
 def document_of(content: bytes, file: str) -> Node:
