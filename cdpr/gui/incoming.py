@@ -18,6 +18,7 @@ from weakref import WeakKeyDictionary
 from cdpr import processes
 from cdpr.errors import CdprError
 from cdpr.formats.read.bring import ENDINGS, Taken, write
+from cdpr.formats.read.gazebo import is_motion
 from cdpr.gui.board import Reader
 from cdpr.gui.desk.files import named
 from cdpr.gui.scratch import scratch
@@ -119,6 +120,8 @@ class Incoming:
 
     def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, str]) -> list[Taken]:
         """Read what came along, and nothing else."""
+        if len(files) == 2 and len(motions := [name for name in files if is_motion(files[name])]) == 1:
+            given = {"trajectory": motions[0], **given}  # it is of the other
         trajectory = given.get("trajectory")
         if trajectory is not None and trajectory not in files:
             raise CdprError(f"trajectory: {shown(trajectory)} is none of the files: choose it, too")

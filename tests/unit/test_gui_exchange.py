@@ -26,6 +26,7 @@ from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import export
 from cdpr.gui.board import Board
 from cdpr.gui.desk import Desk
+from cdpr.gui.exchange import Exchange
 from cdpr.gui.incoming import Incoming
 from cdpr.gui.server import MOST_BYTES
 from cdpr.gui.window import Window
@@ -303,6 +304,28 @@ def test_what_takes_too_long_is_given_up(looker, monkeypatch):
     monkeypatch.setattr("cdpr.gui.incoming.SECONDS", 0.01)
     upload(looker, {"crane.yaml": ROBOT})
     assert failed(looker, "import") == "crane.yaml: reading it takes more than 0.01 s, and was given up"
+
+
+def test_a_trajectory_that_comes_with_one_robot_is_its(looker):
+    upload(looker, FILES)
+    (source,) = answer(looker, "import")["sources"]
+    assert [each["name"] for each in source["files"]] == ["crane.yaml", "crane_way.yaml"]
+
+
+def test_faults_of_ours_are_told_and_the_terminal_has_more(tmp_path, monkeypatch):
+    broken = tmp_path / "broken"
+    broken.write_text("""#!/bin/sh\ncat > /dev/null\necho '{"fault": "KeyError: 1", "trace": "Traceback: of it"}'\n""")
+    broken.chmod(0o755)
+    monkeypatch.setattr("cdpr.gui.incoming.sys.executable", str(broken))
+    log, reader = [], Board().join()
+    exchange = Exchange(lambda: None, lambda name, reader: None, log.append)
+    exchange.begin("import", {"path": "a.xml"}, reader)
+    exchange._thread.join()
+    exchange.close()
+    (message,) = reader.own
+    assert message["text"] == "internal error: RuntimeError: KeyError: 1; the terminal has more"
+    assert message["about"] == "import"
+    assert "Traceback: of it" in log[0]
 
 
 def test_long_texts_are_not_shown_and_are_written_all_the_same(monkeypatch, tmp_path):
