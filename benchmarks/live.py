@@ -1,31 +1,48 @@
-"""What it costs to be watched: a live run with one client, and with none, beside the same run unwatched.
+"""What it costs to be watched: a live run with one client, and with none, beside the same run that nobody can watch.
 
-1 kHz physics, 60 Hz out, every topic, as fast as it goes and by turns in one process; CPU of the thread that simulates,
-and of the process. Then messages of 1 kHz that arrive. With --minutes N, whether memory grows meanwhile.
-Run: python benchmarks/live.py [--json] [--minutes N].
+1 kHz physics, 60 Hz out, every topic, as fast as it goes; the client is a process of its own. Turns of a fraction of a
+second, all ways one after the other; the rate of a way is that of its fastest. Then messages of 1 kHz that arrive, in
+real time. With --minutes N, whether memory grows meanwhile. For ROS 2 the Zenoh router is a process of its own, too.
+Run: python benchmarks/live.py [foxglove|ros2] [--json] [--minutes N].
 """
 
 from __future__ import annotations
 
 import json
+import socket
 import struct
+import subprocess
 import sys
 import threading
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from time import monotonic, sleep, thread_time
+from time import monotonic, perf_counter, sleep
+from typing import Any
 
+import numpy as np
+import zenoh
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 import cdpr
+from cdpr.errors import Interrupted
 from cdpr.live.drive import Driven, Request
 from cdpr.live.foxglove import Foxglove
+from cdpr.live.ros2 import Ros2
+from cdpr.live.sender import Sender
+from cdpr.log.ros2 import decode
 from cdpr.log.run import Header
+from cdpr.model.robot import Array
 
 FILE = Path(__file__).parent.parent / "scenarios" / "caroca.yaml"
-DURATION = 20.0  # s simulated
-SPEED = 20.0  # times real time
-ROUNDS = 8
+FULL = 1e6  # times real time: as fast as it goes
+TURN = 0.25  # s: long beside a message, short beside what else this machine does
+TURNS = 60  # of each way
+FASTEST = 5  # turns of a way that count: the others met what else this machine does
+SECONDS = 3.0  # in which all samples of 1 kHz are to arrive
+LAST = "/cdpr/desired_path"  # the topic that is offered last
 
 
 class Nobody(Foxglove):
@@ -38,107 +55,235 @@ class Nobody(Foxglove):
         """Do nothing."""
 
 
-def listen(port: int, received: list[int], ready: threading.Event) -> None:
-    """Subscribe to all, and count messages."""
-    with connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:
-        for data in socket:
-            if isinstance(data, bytes):
-                received.append(struct.unpack("<Q", data[5:13])[0] if data[0] == 1 else 0)
-            elif (said := json.loads(data))["op"] == "advertise":
-                chosen = [{"id": one["id"], "channelId": one["id"]} for one in said["channels"]]
-                socket.send(json.dumps({"op": "subscribe", "subscriptions": chosen}))
-                ready.set()
+# The other side, in a process of its own: it answers each word of its input by how many messages came and how many
+# different times /clock told.
+Count = list[int]
 
 
-def cost(kind: type[Foxglove], client: bool) -> tuple[float, int]:
-    """CPU s of the thread that simulates, and how many messages came."""
-    received, ready = list[int](), threading.Event()
-    with closing(kind(port=0)) as link:
-        if client:
-            threading.Thread(target=listen, args=(link.port, received, ready), daemon=True).start()
+def foxglove_client(port: int, count: Count, times: set[int]) -> Callable[[str], None]:
+    """Listen to a WebSocket; return what a word does."""
+    topics = dict[int, str]()
+    link = connect(f"ws://127.0.0.1:{port}", subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None)
+
+    def listen() -> None:
+        for data in link:
+            if isinstance(data, str):
+                said = json.loads(data)
+                if said["op"] == "advertise":
+                    topics.update({one["id"]: one["topic"] for one in said["channels"]})
+            elif data[0] == 1:
+                channel, time = struct.unpack("<IQ", data[1:13])
+                count[0] += 1
+                if topics[channel] == "/clock":
+                    times.add(time)
+
+    def obey(word: str) -> None:
+        while LAST not in topics.values():
+            sleep(0.01)
+        if word == "on":
+            said: dict[str, Any] = {"op": "subscribe", "subscriptions": [{"id": k, "channelId": k} for k in topics]}
+            link.send(json.dumps(said))
+        elif word == "off":
+            link.send(json.dumps({"op": "unsubscribe", "subscriptionIds": list(topics)}))
+
+    threading.Thread(target=listen, daemon=True).start()
+    return obey
+
+
+def ros2_client(port: int, count: Count, times: set[int]) -> Callable[[str], None]:
+    """Listen to all topics of a ROS 2 node; return what a word does."""
+    session, held = opened("peer", "tcp/127.0.0.1:0", f"tcp/127.0.0.1:{port}"), list[Any]()
+
+    def hear(sample: zenoh.Sample) -> None:
+        count[0] += 1
+        if str(sample.key_expr).startswith("0/clock/"):
+            clock = decode("rosgraph_msgs/Clock", sample.payload.to_bytes())["clock"]
+            times.add(clock["sec"] * 10**9 + clock["nanosec"])
+
+    def obey(word: str) -> None:
+        if word == "on":
+            held.append(session.declare_subscriber("0/**", hear))
+        elif word == "off":
+            held.pop().undeclare()
+
+    return obey
+
+
+def opened(mode: str, listen: str, meet: str = "") -> zenoh.Session:
+    """Return a Zenoh session of this machine."""
+    config = zenoh.Config()
+    config.insert_json5("mode", json.dumps(mode))
+    config.insert_json5("listen/endpoints", json.dumps([listen]))
+    config.insert_json5("connect/endpoints", json.dumps([meet] if meet else []))
+    config.insert_json5("scouting/multicast/enabled", "false")
+    return zenoh.open(config)
+
+
+CLIENTS = {"foxglove": foxglove_client, "ros2": ros2_client}
+
+
+def client(tool: str, port: int) -> None:
+    """Be the other side."""
+    count, times = [0], set[int]()
+    if tool == "router":
+        held = opened("router", f"tcp/127.0.0.1:{port}")
+        print(held.zid(), flush=True)
+        sys.stdin.read()
+        return
+    obey = CLIENTS[tool](port, count, times)
+    for line in sys.stdin:
+        obey(line.strip())
+        print(json.dumps([count[0], len(times)]), flush=True)
+
+
+class Other:
+    """That process."""
+
+    def __init__(self, tool: str, port: int) -> None:
+        words = [sys.executable, __file__, "--client", tool, str(port)]
+        self._process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def say(self, word: str) -> list[int]:
+        """Say a word, and return what it answers."""
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(f"{word}\n")
+        self._process.stdin.flush()
+        return list(json.loads(self._process.stdout.readline()))
+
+    def wait(self) -> None:
+        """Wait until it says something by itself."""
+        assert self._process.stdout
+        self._process.stdout.readline()
+
+    def close(self) -> None:
+        """End it."""
+        self._process.kill()
+        self._process.communicate()
+
+
+@contextmanager
+def met(tool: str) -> Iterator[tuple[Sender, Other]]:
+    """A link, and somebody who will listen to it."""
+    with ExitStack() as stack:
+        if tool == "ros2":
+            with socket.socket() as free:
+                free.bind(("127.0.0.1", 0))
+                port = free.getsockname()[1]
+            stack.enter_context(closing(router := Other("router", port)))
+            router.wait()
+            link: Sender = stack.enter_context(closing(Ros2(port=port)))
         else:
-            ready.set()
-        begun = watched(link, ready, DURATION, SPEED, 60.0)
-        return thread_time() - begun, len(received)
+            found = stack.enter_context(closing(Foxglove(port=0)))
+            link, port = found, found.port
+        yield link, stack.enter_context(closing(Other(tool, port)))
 
 
-def watched(link: Foxglove, ready: threading.Event, duration: float, speed: float, rate: float) -> float:
-    """Run, once somebody is ready; return the CPU time of this thread when it began, s."""
-    scenario = cdpr.load_scenario(FILE, overrides={"simulation.duration": duration})
-    made = Driven(scenario, None, link, speed, rate)
-    made.ask_pause()
+def driven(link: Sender, duration: float, speed: float, rate: float, **overrides: object) -> Driven:
+    """Return a simulation that is not begun."""
+    scenario = cdpr.load_scenario(FILE, overrides={"simulation.duration": duration, **overrides})
+    return Driven(scenario, None, link, speed, rate)
 
-    def resume() -> None:
-        ready.wait()
-        sleep(0.1)  # until the server has heard of it
-        link.requests.put(Request("pause", {"paused": False}))
 
-    threading.Thread(target=resume, daemon=True).start()
-    begun = thread_time()
-    made.drive(lambda done, total: None)
-    return begun
+def rates(link: Sender, begin: Callable[[], object], count: int) -> list[float]:
+    """Samples a second of the wall clock, of this many turns of a run; the first after `begin` is not counted."""
+    found, since = list[float](), list[tuple[float, int]]()
+
+    def look(done: int, total: int) -> None:
+        now = perf_counter()
+        if not since:
+            begin()
+        elif now < since[-1][0] + TURN:
+            return
+        elif len(since) > 1:
+            found.append((done - since[-1][1]) / (now - since[-1][0]))
+        since.append((perf_counter(), done))
+        if len(found) == count:
+            raise Interrupted
+
+    with suppress(Interrupted):
+        driven(link, 1e5, FULL, 60.0, **{"log.step": 1.0}).drive(look)
+    return found
+
+
+def ratios(tool: str) -> dict[str, float]:
+    """Return how much slower it is, relative to the run that nobody can watch."""
+    found: dict[str, list[float]] = {"unwatched": [], "no client": [], "one client": []}
+    with closing(Nobody(port=0)) as nobody:
+        rates(nobody, lambda: None, 2)  # what a first run loads
+        for _ in range(TURNS // 4):
+            found["unwatched"] += rates(nobody, lambda: None, 4)
+            for name, word in (("no client", "wait"), ("one client", "on")):
+                with met(tool) as (link, other):
+                    found[name] += rates(link, partial(other.say, word), 4)
+    best = {name: float(np.mean(sorted(values)[-FASTEST:])) for name, values in found.items()}
+    return {f"time, {name} / unwatched": best["unwatched"] / best[name] for name in ("no client", "one client")}
+
+
+def arrived(tool: str) -> dict[str, float]:
+    """Return how many samples come at 1 kHz in real time."""
+    with met(tool) as (link, other):
+        made = driven(link, SECONDS, 1.0, 1000.0)
+        made.ask_pause()
+        shown, show = set[int](), link.show
+
+        def kept(row: Array, sample: int) -> None:
+            shown.add(sample)
+            show(row, sample)
+
+        link.show = kept  # type: ignore[method-assign]
+
+        def resume() -> None:
+            other.say("on")
+            sleep(0.5)  # until it is heard of
+            link.requests.put(Request("pause", {"paused": False}))
+
+        threading.Thread(target=resume, daemon=True).start()
+        made.drive(lambda done, total: None)
+        sleep(1.0)
+        return {"samples shown at 1 kHz": float(len(shown)), "and arrived": float(other.say("tell")[1])}
 
 
 def memory() -> float:
     """MiB that this process holds."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * 4096 / 2**20
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 2**20
 
 
-def grows(minutes: float) -> dict[str, float]:
+def grows(tool: str, minutes: float) -> dict[str, float]:
     """MiB after a tenth of the time, and at the end."""
-    scenario = cdpr.load_scenario(FILE, overrides={"simulation.duration": 60.0 * minutes, "log.step": 0.1})
-    received: list[int] = []
-    held: list[float] = []
-    with closing(Foxglove(port=0)) as link:
-        threading.Thread(target=listen, args=(link.port, received, threading.Event()), daemon=True).start()
-        until = monotonic() + 6.0 * minutes
+    held, until = list[float](), monotonic() + 6.0 * minutes
+    with met(tool) as (link, other):
+        listens = threading.Timer(1.0, other.say, ["on"])
+        listens.start()
 
         def look(done: int, total: int) -> None:
-            received.clear()
             if not held and monotonic() > until:
                 held.append(memory())
 
-        Driven(scenario, None, link, 1.0, 60.0).drive(look)
-    return {"minutes": minutes, "after a tenth, MiB": held[0] if held else memory(), "at the end, MiB": memory()}
+        driven(link, 60.0 * minutes, 1.0, 60.0, **{"log.step": 0.1}).drive(look)
+        count = other.say("tell")[0]
+    told = {"minutes": minutes, "messages": float(count)}
+    return told | {"MiB after a tenth": held[0], "MiB at the end": memory()}
 
 
-WAYS: dict[str, tuple[type[Foxglove], bool]] = {
-    "unwatched": (Nobody, False),
-    "no client": (Foxglove, False),
-    "one client": (Foxglove, True),
-}
-
-
-def measured() -> dict[str, float]:
-    """Return all ratios."""
-    least, count = dict.fromkeys(WAYS, 1e9), 0
-    cost(Foxglove, True)  # what a first run loads
-    for _ in range(ROUNDS):
-        for name, (kind, client) in WAYS.items():
-            seconds, count = cost(kind, client)
-            least[name] = min(least[name], seconds)
-    found = {f"{name} / unwatched": least[name] / least["unwatched"] for name in ("no client", "one client")}
-    everything = [stamp for stamp in arrived(1000.0) if stamp % 10**6 == 0]
-    return found | {"messages of one client": float(count), "of 3000 at 1 kHz": float(len(set(everything)))}
-
-
-def arrived(rate: float) -> list[int]:
-    """Times, ns, of the messages that come of 3 s in real time at this rate."""
-    received, ready = list[int](), threading.Event()
-    with closing(Foxglove(port=0)) as link:
-        threading.Thread(target=listen, args=(link.port, received, ready), daemon=True).start()
-        watched(link, ready, 3.0, 1.0, rate)
-        sleep(0.5)
-    return received
-
-
-if __name__ == "__main__":
-    table = measured()
-    if "--minutes" in sys.argv:
-        table |= grows(float(sys.argv[sys.argv.index("--minutes") + 1]))
-    if "--json" in sys.argv[1:]:
+def main(words: list[str]) -> None:
+    """Measure, and print."""
+    tools = [word for word in words if word in CLIENTS] or list(CLIENTS)
+    table = dict[str, float]()
+    for tool in tools:
+        found = ratios(tool) | arrived(tool)
+        if "--minutes" in words:
+            found |= grows(tool, float(words[words.index("--minutes") + 1]))
+        table |= {f"{tool}: {name}": value for name, value in found.items()}
+    if "--json" in words:
         print(json.dumps(table, indent=1))
     else:
         for name, value in table.items():
-            print(f"{name:<28}{value:.4g}")
+            print(f"{name:<45}{value:.4g}")
+
+
+if __name__ == "__main__":
+    if "--client" in sys.argv:
+        client(sys.argv[2], int(sys.argv[3]))
+    else:
+        main(sys.argv[1:])

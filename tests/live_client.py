@@ -4,11 +4,49 @@ from __future__ import annotations
 
 import json
 import struct
-from contextlib import contextmanager
+import threading
+from contextlib import closing, contextmanager
 
+from conftest import ROOT
 from websockets.sync.client import connect
 
-TEXT_TIMEOUT = 10.0  # s, that a test waits for anything
+import cdpr
+from cdpr.errors import CdprError
+from cdpr.live.drive import Request, drive
+
+TEXT_TIMEOUT = 20.0  # s, that a test waits for anything
+RUN_TIMEOUT = 60.0  # s, that a test waits for the end of a run
+FILE = ROOT / "scenarios" / "caroca.yaml"
+
+
+@contextmanager
+def running(make, duration=2.0, out=None, speed=1.0, held=False, file=FILE, **overrides):
+    """What shows a run, made of `say` and `parameters`; what the run was or raised; what was said.
+
+    Where `held`, it has begun and stands still.
+    """
+    scenario = cdpr.load_scenario(file, overrides={"simulation.duration": duration, **overrides})
+    found, said = {}, []
+    with closing(make(say=said.append, parameters=scenario.options().numbers())) as link:
+        pause = Request("pause", {})
+        if held:
+            link.requests.put(pause)
+
+        def work():
+            try:
+                found["run"] = drive(scenario, link, out=out, speed=speed)
+            except CdprError as error:
+                found["error"] = error
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        try:
+            assert not held or pause.done.wait(RUN_TIMEOUT)
+            yield link, found, said
+        finally:
+            link.requests.put(Request("pause", {"paused": False}))  # whatever failed
+            thread.join(RUN_TIMEOUT)
+            assert not thread.is_alive()
 
 
 class Client:
@@ -51,6 +89,11 @@ class Client:
         self.until(lambda: set(topics) <= set(self.channels.values()))
         chosen = [number for number, topic in self.channels.items() if topic in topics]
         self.say(op="subscribe", subscriptions=[{"id": number, "channelId": number} for number in chosen])
+
+    def more(self, topic, count=3):
+        """Hear so many more messages of a topic."""
+        wanted = count + sum(each[0] == topic for each in self.messages)
+        self.until(lambda: sum(each[0] == topic for each in self.messages) >= wanted)
 
     def publish(self, topic, content, encoding="json"):
         number = 1 + hash(topic) % 1000

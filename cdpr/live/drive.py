@@ -83,6 +83,8 @@ class Driven(Simulation):
                 progress(self.samples, self.steps + 1)
                 self._serve()
                 if self.paused:
+                    if self.samples:  # who comes meanwhile sees where it stands
+                        self._link.show(self.row, self.samples - 1)
                     continue
                 self._advance(self.time + self._slice)
                 # In real time all are shown, of a run that is faster as many a second.

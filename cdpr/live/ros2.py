@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -16,15 +17,16 @@ from typing import Any
 from cdpr.errors import CdprError, PluginError
 from cdpr.live.heard import KINDS, request_of
 from cdpr.live.parameters import PARAMETER_SERVICES
-from cdpr.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, gid, parse_attachment
 from cdpr.live.sender import SERVICES, Sender
 from cdpr.log.ros2 import decode, encode
 from cdpr.log.topics import Topic
 
 try:
     import zenoh
+
+    from cdpr.live.rmw_zenoh import PUBLISHER, SERVICE, SUBSCRIPTION, Node, attachment, gid, parse_attachment
 except ImportError as error:
-    raise PluginError(f"a live link to ROS 2 needs Zenoh ({error}): pip install 'cdpr[live]'") from None
+    raise PluginError(f"a live link to ROS 2 needs Zenoh and xxhash ({error}): pip install 'cdpr[live]'") from None
 
 NAME = "cdpr"
 ROUTER = 7447  # port of a Zenoh router
@@ -58,8 +60,9 @@ class Ros2(Sender):
         if not port:
             raise CdprError(f"--live-port: the port of a Zenoh router is expected, mostly {ROUTER}, got 0")
         try:
+            socket.getaddrinfo(host, port)  # Zenoh tries in silence, for ever
             self._session = zenoh.open(_config(host, port))
-        except zenoh.ZError as error:
+        except (zenoh.ZError, OSError, UnicodeError) as error:
             raise CdprError(f"--live-host: {host}:{port}: {' '.join(str(error).split())}") from None
         self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {host}:{port}"
         if not self.met:

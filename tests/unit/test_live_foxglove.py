@@ -5,57 +5,37 @@ from __future__ import annotations
 import socket
 import subprocess
 import sys
-import threading
 import time
-from contextlib import closing, contextmanager
+from functools import partial
 
+import live_client
 import numpy as np
 import pytest
 from command_line import cdpr_here
-from conftest import ROOT
-from live_client import client
+from live_client import FILE, client
 from rosbags.typesys import Stores, get_typestore
 
 import cdpr
 from cdpr.errors import CdprError
 from cdpr.live import messages
-from cdpr.live.drive import drive
 from cdpr.live.heard import TARGET, TENSION, WRENCH, request_of
 from cdpr.log.reader import load_run
 
 foxglove = pytest.importorskip("cdpr.live.foxglove")
 
-FILE = ROOT / "scenarios" / "caroca.yaml"
 POSE = "/cdpr/platform/pose"
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
 UPRIGHT = {"w": 1.0}
 
 
-@contextmanager
-def running(duration=2.0, out=None, speed=1.0, **overrides):
-    """A server, and what its run was or raised."""
-    scenario = cdpr.load_scenario(FILE, overrides={"simulation.duration": duration, **overrides})
-    found, said = {}, []
-    with closing(foxglove.Foxglove(port=0, say=said.append, parameters=scenario.options().numbers())) as link:
-
-        def work():
-            try:
-                found["run"] = drive(scenario, link, out=out, speed=speed)
-            except CdprError as error:
-                found["error"] = error
-
-        thread = threading.Thread(target=work)
-        thread.start()
-        try:
-            yield link, found, said
-        finally:
-            thread.join(60.0)
-            assert not thread.is_alive()
+def running(*words, **values):
+    return live_client.running(partial(foxglove.Foxglove, port=0), *words, **values)
 
 
 def test_what_is_shown_is_what_is_recorded():
-    with running(0.5) as (link, found, _), client(link.port) as seen:
+    with running(0.5, held=True) as (link, found, _), client(link.port) as seen:
         seen.subscribe(POSE, "/tf", "/clock")
+        assert seen.call("/cdpr/resume")["success"]
         seen.until(lambda: len([1 for topic, _, _ in seen.messages if topic == POSE]) > 10)
     run = found["run"]
     assert run.status == "finished"
@@ -81,13 +61,15 @@ def test_all_topics_of_a_log_are_there():
 def test_what_is_asked_for_is_an_event():
     pose = {"pose": {"position": {"x": 0.2, "y": 0.1, "z": 1.3}, "orientation": UPRIGHT}, "duration": 0.4}
     push = {"wrench": {"force": {"x": 10.0}, "torque": {"z": 1.0}}}
-    with running(1.5) as (link, found, said), client(link.port) as seen:
+    with running(1.5, held=True) as (link, found, said), client(link.port) as seen:
+        seen.subscribe("/clock")
+        assert seen.call("/cdpr/resume")["success"]
         seen.publish(TARGET, pose)
         seen.publish(WRENCH, push)
-        time.sleep(0.1)  # a push that ends with the slice in which it began is none
-        seen.publish(WRENCH, {"wrench": {"force": {}, "torque": {}}})
         seen.set("controller.kp", 150.0)
         seen.until(lambda: seen.parameters.get("controller.kp") == 150.0)
+        seen.more("/clock", 10)  # a push that ends with the slice in which it began is none
+        seen.publish(WRENCH, {"wrench": {"force": {}, "torque": {}}})
     run = found["run"]
     texts = [event.text for event in run.events]
     assert said == []
@@ -118,16 +100,19 @@ BAD = {
 
 
 def test_what_makes_no_sense_is_told_and_changes_nothing():
-    with running(2.5) as (link, found, said), client(link.port) as seen:
+    with running(2.5, held=True) as (link, found, said), client(link.port) as seen:
+        assert seen.call("/cdpr/resume")["success"]
         for topic, content, _ in BAD.values():
             seen.publish(topic, content)
         seen.publish(WRENCH, b"\0\1", encoding="cdr")
+        seen.publish(WRENCH, b"\0\1", encoding="protobuf")
         for name, value in (("speed", -1.0), ("paused", 3), ("controller.kp", -5.0), ("mass", 1.0), ("speed", True)):
             seen.set(name, value)
-        seen.until(lambda: len(seen.statuses) >= len(BAD) + 6)
+        seen.until(lambda: len(seen.statuses) >= len(BAD) + 7)
     for topic, _, text in BAD.values():
         assert any(text in each for each in said), (topic, text, said)
-    assert "/cdpr/wrench: messages in JSON are heard, not in 'cdr'" in said
+    assert "/cdpr/wrench: messages in JSON and CDR are heard, not in 'protobuf'" in said
+    assert "/cdpr/wrench: plain CDR is expected" in said
     assert "speed: a number greater than 0 is expected, got -1.0" in said
     assert "paused: true or false is expected, got 3" in said
     assert "controller.kp: set: value: must be at least 0 (1/s^2), got -5.0" in said
@@ -138,9 +123,11 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
 
 def test_tensions_from_outside_take_the_place_of_the_solvers():
     m = 8
-    with running(0.6) as (link, found, said), client(link.port) as seen:
+    with running(0.6, held=True) as (link, found, said), client(link.port) as seen:
+        seen.subscribe("/clock")
+        assert seen.call("/cdpr/resume")["success"]
         seen.publish(TENSION, {"effort": [400.0] * m})
-        time.sleep(0.2)
+        seen.more("/clock", 12)
         seen.publish(TENSION, {"effort": []})
     assert said == []
     given = (found["run"].tension == 400.0).all(axis=1)
@@ -149,26 +136,39 @@ def test_tensions_from_outside_take_the_place_of_the_solvers():
 
 
 def test_it_can_be_held_stepped_and_begun_anew():
-    with running(0.5) as (link, found, said), client(link.port) as seen:
+    with running(0.5, held=True) as (link, found, said), client(link.port) as seen:
         assert seen.call("/cdpr/pause") == {"success": True, "message": ""}
         seen.subscribe("/clock")
-        before = len(seen.messages)
+        stood = lambda ms: any(stamp == ms * 10**6 for _, stamp, _ in seen.messages)  # noqa: E731
         assert seen.call("/cdpr/step")["success"]
         assert seen.call("/cdpr/step")["success"]
-        seen.until(lambda: len(seen.messages) > before)
-        first = seen.messages[-1][1]
+        seen.until(lambda: stood(1))
         assert seen.call("/cdpr/reset")["success"]
+        seen.messages.clear()
         assert seen.call("/cdpr/step")["success"]
-        seen.until(lambda: seen.messages[-1][1] < first or seen.messages[-1][1] == 0)
+        seen.until(lambda: stood(0))
         assert seen.call("/cdpr/resume")["success"]
         seen.set("speed", 5.0)
     assert found["run"].status == "finished"
     assert said == []
 
 
+def test_who_comes_while_it_stands_still_sees_where():
+    with running(0.2, held=True) as (link, found, _), client(link.port) as seen:
+        assert seen.call("/cdpr/step")["success"]
+        assert seen.call("/cdpr/step")["success"]
+        seen.subscribe(POSE)
+        seen.more(POSE)
+        assert seen.messages[-1][1] == 10**6  # nanoseconds, after two steps from 0
+        assert seen.call("/cdpr/resume")["success"]
+    assert found["run"].status == "finished"
+
+
 def test_a_log_is_not_begun_anew(tmp_path):
-    with running(0.5, out=str(tmp_path / "run")) as (link, found, said), client(link.port) as seen:
+    held = running(0.5, out=str(tmp_path / "run"), held=True)
+    with held as (link, found, said), client(link.port) as seen:
         answer = seen.call("/cdpr/reset")
+        assert seen.call("/cdpr/resume")["success"]
     assert not answer["success"]
     assert "what is logged stays" in answer["message"]
     assert any("reset: what is logged stays" in text for text in said)

@@ -12,6 +12,7 @@ from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from cdpr import load_scenario
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
 from cdpr.log.reader import load_run
 from cdpr.log.run import Header
@@ -324,6 +326,26 @@ def test_the_layout_for_foxglove_names_what_a_log_holds() -> None:
             assert field in names, path
             node, inside = names[field]
             kind = inside if node.name == "NAME" else ""
+
+
+def test_the_layout_for_plotjuggler_names_what_a_log_holds() -> None:
+    root = ElementTree.parse(ROOT / "docs" / "plotjuggler.xml").getroot()
+    series = [curve.attrib["name"] for curve in root.iter("curve")]
+    cables = [cable.name for cable in load_scenario(ROOT / "scenarios" / "caroca.yaml").robot.cables]
+    store = get_typestore(Stores.LATEST)
+    assert len(series) > 20
+    for name in series:
+        topic = next(known for known in FULL_RATE if name.startswith(f"{known}/"))
+        fields = name.removeprefix(f"{topic}/").split("/")
+        kind = FULL_RATE[topic]
+        if kind == "sensor_msgs/msg/JointState":  # there a series is named after the joint
+            cable, *fields = fields
+            assert cable in cables
+        for field in fields:
+            node, inside = dict(store.fielddefs[kind][1])[field]
+            kind = inside if node.name == "NAME" else ""
+    for splitter in root.iter("DockSplitter"):
+        assert len(splitter) == int(splitter.attrib["count"]) == len(splitter.attrib["sizes"].split(";"))
 
 
 @pytest.mark.parametrize("step", [1 / 3000, 0.01, 1 / 60, 0.1])

@@ -69,11 +69,13 @@ def slug(text: str, otherwise: str) -> str:
 def unique(names: list[str]) -> list[str]:
     """Return names of which those that stood there before get a number."""
     taken: set[str] = set()
+    counts: dict[str, int] = {}
     found = []
     for name in names:
-        new, count = name, 2
+        new = name
         while new in taken:
-            new, count = f"{name}_{count}", count + 1
+            counts[name] = counts.get(name, 1) + 1
+            new = f"{name}_{counts[name]}"
         taken.add(new)
         found.append(new)
     return found

@@ -52,7 +52,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     found.robot |= {
         "dof": list(body.dof),
         **({} if cables.pull else {"unilateral": False}),
-        "platform": _platform(body),
+        "platform": _platform(body) | ({"tools": cables.tools} if cables.tools else {}),
         "tension": cables.tension,
         "home": _home(body),
         "cables": cables.rows,
@@ -63,6 +63,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         ("platform", "inertia"): "kg m^2 about the centre of mass, as MuJoCo's compiler has it",
         ("home",): body.begins,
         ("cables",): f"m; sites of tendons; origin and axes of the platform: {body.origin}",
+        **({("platform", "tools"): "m, other sites of the body"} if cables.tools else {}),
         **cables.comments,
     }
     found.warnings = cables.warnings

@@ -7,7 +7,7 @@ from typing import Any
 
 from cdpr.errors import FormatError
 from cdpr.formats.read.imported import refuse, slug, unique
-from cdpr.formats.read.mjcf_body import Body, tidy
+from cdpr.formats.read.mjcf_body import SITE, Body, tidy
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.problems import Path as Key
 
@@ -22,6 +22,7 @@ class Cables:
         rows: as a robot file has them.
         tension: likewise.
         pull: whether none of them may push.
+        tools: named sites of the platform at which no cable ends, (3,), m, platform axes.
         comments, warnings: as `Imported` has them.
     """
 
@@ -39,6 +40,7 @@ class Cables:
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
         self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
+        self.tools = self._tools([site for tendon in motors for site in self._sites(tendon)])
         self.comments = {("cables", k): f"line {self._line(tendon)}" for k, tendon in enumerate(motors)}
         lows, highs = [low for low, _ in limits], [high for _, high in limits]
         self.pull = min(lows) >= 0.0
@@ -51,6 +53,12 @@ class Cables:
         }
         for key in self.tension:
             self.comments["tension", key] = "N, of the ranges of motors and forces, times gear and gain"
+
+    def _tools(self, ends: list[int]) -> dict[str, list[float]]:
+        model, body = self._model, self._body
+        names = {site: model.site(site).name for site in range(model.nsite) if body.moves(site) and site not in ends}
+        named = {site: slug(name, "tool") for site, name in names.items() if name not in ("", SITE)}
+        return {name: tidy(body.place(site)) for site, name in zip(named, unique(list(named.values())), strict=True)}
 
     def _row(self, tendon: int, name: str) -> dict[str, Any]:
         model, body = self._model, self._body

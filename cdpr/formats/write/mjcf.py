@@ -94,6 +94,9 @@ def _platform(world: ET.Element, subject: Subject, frame: BodyFrame) -> None:
     _geom(body, "shape", shape, colour(robot.platform.colour, PLATFORM))
     for cable, row in zip(robot.cables, frame.anchors, strict=True):
         ET.SubElement(body, "site", name=f"{cable.name}_platform", pos=words(row[3:]), size="0.02")
+    for name, tool in robot.platform.tools.items():
+        place = origin + rotations.matrix(turned) @ tool
+        ET.SubElement(body, "site", name=name, pos=words(place), quat=words(turned), size="0.02")
 
 
 def _geom(parent: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:

@@ -7,6 +7,7 @@ controller outside moves it. Version 1.6 has neither frames nor systems: there a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -15,7 +16,7 @@ from cdpr.formats.write import legs
 from cdpr.formats.write.sdf_parts import PHYSICS, SUN, called, inertial, joint, pose, text, turning, visual
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
-from cdpr.model import Robot, rotations
+from cdpr.model import rotations
 from cdpr.model.robot import Array
 
 FRAMES_SINCE = "1.9"
@@ -54,17 +55,19 @@ def write(subject: Subject, options: Options) -> str:
         joint(model, "fixed", "fixed", "world", "frame")
         _platform(model, subject, placed=True)
         legs.add(model, subject, modern)
+        _points(model, "platform", robot.platform.tools, modern)
     else:
         stand = ET.SubElement(world, "model", name=f"{name}_frame")
         text(stand, "static", "true")
         _frame(stand, subject)
-        _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
+        _points(stand, "frame", {f"{cable.name}_frame": cable.frame for cable in robot.cables}, modern)
         model = ET.SubElement(world, "model", name=name)
         if robot.n == 6:  # PyBullet's reader heeds the pose of a model, not that of its link
             text(model, "pose", _stands(subject))
         _platform(model, subject, placed=robot.n < 6)
         _held(model, subject)
-        _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)
+        ends = {f"{cable.name}_platform": cable.platform for cable in robot.cables}
+        _points(model, "platform", {**ends, **robot.platform.tools}, modern)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -119,10 +122,9 @@ def _held(model: ET.Element, subject: Subject) -> None:
         parent = child
 
 
-def _anchors(model: ET.Element, link: str, places: list[Array], robot: Robot, modern: bool) -> None:
-    """Where cables end on a link: named frames, or balls that are drawn."""
-    for cable, place in zip(robot.cables, places, strict=True):
-        name = f"{cable.name}_{link}"
+def _points(model: ET.Element, link: str, places: Mapping[str, Array], modern: bool) -> None:
+    """Points of a link that have a name: frames, or balls that are drawn."""
+    for name, place in places.items():
         if modern:
             frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
             text(frame, "pose", pose(place))

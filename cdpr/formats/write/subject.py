@@ -55,8 +55,11 @@ class Options:
     version: str = "1.9"
 
 
-STYLES = ("platform", "legs")
-VERSIONS = ("1.9", "1.6")
+# What each of them may be, and what that means; the first unless said.
+CHOICES = {
+    "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
+    "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
+}
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,8 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     if to not in TARGETS:
         raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
     given = options or Options()
-    for name, value, known in (("style", given.style, STYLES), ("version", given.version, VERSIONS)):
-        if value not in known:
+    for name, known in CHOICES.items():
+        if (value := getattr(given, name)) not in known:
             raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {value!r}")
     text: str = import_module(TARGETS[to].module).write(subject, given)
     return text
@@ -101,8 +104,9 @@ def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError for cables that the format cannot say: winches, elasticity, pulleys."""
     if wound := _wound(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: with "
-            "--set robot.cable.model=ideal (cable.model=ideal of a robot file) they are left out"
+            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: they "
+            "are left out where the robot says cable.model: ideal (--set robot.cable.model=ideal, of a robot file "
+            "cable.model=ideal)"
         )
     if rolled := _rolled(robot):
         raise FormatError(

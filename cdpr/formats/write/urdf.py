@@ -1,4 +1,4 @@
-"""URDF of frame and platform with a link at each anchor, for RViz and TF.
+"""URDF of frame and platform with a link at each anchor and tool, for RViz and TF.
 
 URDF knows neither cables nor closed loops: the platform hangs on a joint of type floating, which who publishes
 transforms has to move. Each link has an inertia of its own, for readers give a kilogram to one without: the anchors'
@@ -36,12 +36,18 @@ def write(subject: Subject, options: Options) -> str:
     _joined(joint, "frame", "platform", subject.state[:3], subject.state[3:7])
     for cable in robot.cables:
         for parent, place in (("frame", cable.frame), ("platform", cable.platform)):
-            name = f"{cable.name}_{parent}"
-            _visual(_link(root, name, TINY, np.zeros(3), TINY_MOMENT * np.eye(3)), Solid("sphere", (RADIUS,)), parent)
-            fixed = ET.SubElement(root, "joint", name=name, type="fixed")
-            _joined(fixed, parent, name, place, np.array([1.0, 0.0, 0.0, 0.0]))
+            _point(root, f"{cable.name}_{parent}", parent, place)
+    for name, place in platform.tools.items():
+        _point(root, name, "platform", place)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _point(root: ET.Element, name: str, parent: str, place: Array) -> None:
+    """A link where a point of another has a name."""
+    _visual(_link(root, name, TINY, np.zeros(3), TINY_MOMENT * np.eye(3)), Solid("sphere", (RADIUS,)), parent)
+    fixed = ET.SubElement(root, "joint", name=name, type="fixed")
+    _joined(fixed, parent, name, place, np.array([1.0, 0.0, 0.0, 0.0]))
 
 
 def _link(root: ET.Element, name: str, mass: float, centre: Array, inertia: Array) -> ET.Element:
