@@ -475,3 +475,18 @@ def test_where_nothing_can_be_written_is_told(tmp_path):
         done = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "mjcf", "--out", out, code=8, cwd=tmp_path)
         assert "cannot be written" in done.stderr
     assert (tmp_path / "file").read_text() == "kept"
+
+
+@pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
+@pytest.mark.parametrize(("robot", "style"), [("caroca", "legs"), ("planar", "platform"), ("spherical", "platform")])
+def test_tools_may_be_called_as_parts_of_sdf_are(tmp_path, robot, style):
+    subject = subject_of(robot)
+    names = ["fixed", "guide", "guide_1", "carriage_1", "tool_guide", "__t__"]
+    names += [f"{subject.robot.cables[0].name}_{part}" for part in ("lower", "upper", "slide", "ball", "universal")]
+    tools = {name: np.array([0.1 * k, 0.0, 0.0]) for k, name in enumerate(names)}
+    platform = replace(subject.robot.platform, tools=tools)
+    text = export(replace(subject, robot=replace(subject.robot, platform=platform)), "sdf", Options(style))
+    (tmp_path / "robot.sdf").write_text(text)
+    done = subprocess.run([CHECKER, "sdf", "-k", tmp_path / "robot.sdf"], capture_output=True, text=True, check=False)
+    assert "Valid." in done.stdout, done.stdout + done.stderr
+    assert len([each for each in ET.fromstring(text).iter("frame") if each.find("pose") is not None]) >= len(names)

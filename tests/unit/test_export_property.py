@@ -42,6 +42,7 @@ def robots(draw):
             "mass": mass,
             "inertia": [float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))],
             "center_of_mass": (draw(st.sampled_from([0.0, 0.1])) * size * rng.normal(size=3)).tolist(),
+            "tools": {"tip": (0.1 * size * rng.normal(size=3)).tolist()},
         },
         "tension": {"min": float(rng.uniform(0.0, 10.0)), "max": float(rng.uniform(20.0, 1000.0))},
         "home": home,
@@ -89,6 +90,9 @@ def test_any_robot_stands_in_mujoco_as_here_and_comes_back(tmp_path_factory, dra
     file.write_text(text, encoding="utf-8")
     back = cdpr.load_robot("back.yaml", text=next(iter(import_file(file).files.values())))
     assert [cable.name for cable in back.cables] == [cable.name for cable in robot.cables]
+    tip = robot.platform.tools["tip"]
+    assert np.allclose(data.site("tip").xpos, p + R @ tip, rtol=0.0, atol=far)
+    assert np.allclose(back.platform.tools["tip"], tip, rtol=0.0, atol=far)
     unit_of_length = np.repeat([1.0, max(size, float(np.abs(robot.anchors[:, 3:]).max()))], 3)[:, None]
     for _ in range(5):
         state = make_state(p + 0.3 * size * rng.normal(size=3), np.array(unit(rng)))

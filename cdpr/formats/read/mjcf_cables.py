@@ -58,7 +58,8 @@ class Cables:
         model, body = self._model, self._body
         names = {site: model.site(site).name for site in range(model.nsite) if body.moves(site) and site not in ends}
         named = {site: slug(name, "tool") for site, name in names.items() if name not in ("", SITE)}
-        return {name: tidy(body.place(site)) for site, name in zip(named, unique(list(named.values())), strict=True)}
+        places = {site: tidy(body.place(site), body.size) for site in named}
+        return {name: places[site] for site, name in zip(named, unique(list(named.values())), strict=True)}
 
     def _row(self, tendon: int, name: str) -> dict[str, Any]:
         model, body = self._model, self._body

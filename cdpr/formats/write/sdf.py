@@ -124,10 +124,12 @@ def _held(model: ET.Element, subject: Subject) -> None:
 
 def _points(model: ET.Element, link: str, places: Mapping[str, Array], modern: bool) -> None:
     """Points of a link that have a name: frames, or balls that are drawn."""
+    owner = next(each for each in model.iter("link") if each.get("name") == link)
     for name, place in places.items():
+        there = model if modern else owner
+        free = called(name, "tool", [each.get("name") for each in there])  # joints and links have theirs
         if modern:
-            frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
+            frame = ET.SubElement(model, "frame", {"name": free, "attached_to": link})
             text(frame, "pose", pose(place))
         else:
-            owner = next(each for each in model.iter("link") if each.get("name") == link)
-            visual(owner, name, Solid("sphere", (BALL,), place), colour(None, FRAME))
+            visual(owner, free, Solid("sphere", (BALL,), place), colour(None, FRAME))
