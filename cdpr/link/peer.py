@@ -72,7 +72,6 @@ class Peer:
         self._size, self._held = self._in.nbytes, b""
         self._late = b""  # of a frame that has been sent in part
         self._asked, self._answered = 0, -1
-        self._whole = True  # whether what was begun to be sent is sent
         self.skipped = 0  # frames that a peer which runs freely did not get
         until = time.monotonic() + options.start_timeout
         self.called = called = called_of(options, program)
@@ -92,7 +91,7 @@ class Peer:
     def ask(self, values: Array) -> Array:
         """Send a frame and return the answer to it, (takes,), a view. Raises BackendDied where none comes in time."""
         until = time.monotonic() + self._options.timeout
-        self._send(self._next(values), until)
+        self._transport.send(self._next(values), until)
         while len(self._held) < self._size:
             try:
                 self._held += self._transport.receive(self._size - len(self._held), until)
@@ -137,18 +136,13 @@ class Peer:
     def tell(self, values: Array) -> None:
         """Send a last frame that nobody answers, unless it would stand behind half of one, or nobody is there."""
         with suppress(BackendDied):
-            if self._whole:
-                self._send(self._next(values), time.monotonic() + self._options.timeout)
+            if not self._transport.cut:
+                self._transport.send(self._next(values), time.monotonic() + self._options.timeout)
                 self._asked -= 1
 
     def close(self) -> None:
         """Close the connection; a program that was started here ends."""
         self._transport.close(owed=self._answered < self._asked - 1)
-
-    def _send(self, data: bytes, until: float) -> None:
-        self._whole = False
-        self._transport.send(data, until)
-        self._whole = True
 
     def _next(self, values: Array) -> bytes:
         self._out[0], self._out[1:] = self._asked, values

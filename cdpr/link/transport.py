@@ -31,10 +31,11 @@ class Transport:
 
     Attributes:
         called: what the peer is called in messages.
+        cut: whether `send` has sent a part alone.
     """
 
     def __init__(self, called: str, receiving: int, sending: int) -> None:
-        self.called = called
+        self.called, self.cut = called, False
         self._receiving, self._sending, self._open = receiving, sending, True
         for descriptor in {receiving, sending}:
             os.set_blocking(descriptor, False)
@@ -43,8 +44,8 @@ class Transport:
         """Send all of it before a time of `time.monotonic`. Raises BackendDied."""
         view = memoryview(data)
         while view:
-            sent = self.send_some(view)
-            view = view[sent:]
+            view = view[self.send_some(view) :]
+            self.cut = 0 < len(view) < len(data)
             if view and not ready([], [self._sending], until):
                 raise BackendDied(f"{self.called}: takes nothing more: it hangs, or reads too slowly")
 
