@@ -380,8 +380,8 @@ def test_models_at_random(tmp_path, seed):
 
 
 def scaled(robot, factor):
-    """A robot of another size and mass, whose numbers are no short decimals; and with names of other alphabets."""
-    names = ["Zug", "łańcuch", "索", "1", "cable.5", "_6", "κ-7", "8th"]
+    """A robot of another size and mass, whose numbers are no short decimals; names may be so, or of other alphabets."""
+    names = ["Zug", "łańcuch", "索", "1e30", "cable.5", "_6", "inf", "8th"]
     third = factor / 3.0
     cables = [
         replace(
@@ -401,7 +401,7 @@ def scaled(robot, factor):
     platform = replace(
         body, mass=third * body.mass, inertia=third**3 * body.inertia, center_of_mass=third * body.center_of_mass
     )
-    return replace(robot, name="Seilroboter_ä", cables=tuple(cables), platform=platform, home=home, frame=None)
+    return replace(robot, name="nan", cables=tuple(cables), platform=platform, home=home, frame=None)
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
