@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli.names import OutPath
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
     from cdpr.formats.read.bring import Taken
@@ -28,20 +28,12 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
     FILE is recognised by its content. Of a folder all that can be read is, and a table tells what could not, and why.
     Every number says where it came from; what was left out stands at the head of the file.
     """
-    from cdpr.formats.read.bring import import_file, import_folder, write
+    from cdpr.formats.read.bring import import_any, write
 
-    path = Path(file)
-    if path.is_dir():
-        if trajectory is not None:
-            raise click.UsageError("--trajectory belongs to one robot: name its file, not a folder")
-        every = list(import_folder(path, cable_set=cable_set))
-        if not every:
-            raise CdprError(f"{file}: this folder holds no file with an ending that is known")
-    else:
-        every = [import_file(path, cable_set=cable_set, trajectory=trajectory)]
+    every = import_any(file, cable_set=cable_set, trajectory=trajectory)
     rows = []
     for each in every:
-        written = write(each, out, force=force)
+        written = write(each, out, force=force, otherwise="choose another --out, or --force")
         rows.append({**vars(each), "files": [str(name) for name in written]})
         if not as_json:
             _tell(each, written)

@@ -188,7 +188,7 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(?![\w.])")
 
 def plain(taken):
     """What was imported, without comments, which say lines, and names, which may be anything."""
-    return [re.sub(r"#.*|name: [\w-]+", "", text) for text in taken.files.values()]
+    return [re.sub(r'#.*|name: ("[^"]*"|[\w-]+)', "", text) for text in taken.files.values()]
 
 
 def refusal(file):

@@ -15,6 +15,7 @@ import cdpr
 from cdpr.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
+from cdpr.formats.read.imported import unique
 from cdpr.mechanics.kinematics import lengths, make_state
 
 CAROCA = Path(__file__).parent.parent.parent / "scenarios" / "robots" / "caroca.yaml"
@@ -89,7 +90,7 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
     assert "kp: 20.0\n  kd: 10.0\n" in (tmp_path / "out" / "robot_way.yaml").read_text()
     done = here("import", tmp_path / "way.yaml")
     assert done.returncode == 2
-    assert "this is a trajectory: import its robot with --trajectory" in done.stderr
+    assert "way.yaml:1: this is a trajectory: import its robot, and name this as its trajectory" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -131,7 +132,7 @@ def test_a_body_without_inertia_is_a_ball(tmp_path):
 
 def test_a_trajectory_alone_is_told(tmp_path):
     (tmp_path / "way.yaml").write_text(TRAJECTORY)
-    with pytest.raises(CdprError, match=r"way.yaml:1: this is a trajectory: import its robot with --trajectory "):
+    with pytest.raises(CdprError, match=r"way.yaml:1: this is a trajectory: import its robot, and name this"):
         import_file(tmp_path / "way.yaml")
 
 
@@ -226,6 +227,36 @@ def test_nothing_is_written_over(tmp_path):
     assert "is there already: it is not written over" in again.stderr
     assert here("import", tmp_path / "robot.yaml", "--out", tmp_path / "out", "--force").returncode == 0
     assert (tmp_path / "out" / "robot.yaml").read_bytes() == before
+
+
+def test_nothing_is_written_through_a_link_and_no_half_stays(tmp_path, monkeypatch):
+    (tmp_path / "robot.yaml").write_text(SUCCESSOR)
+    (tmp_path / "way.yaml").write_text(TRAJECTORY)
+    taken = import_file(tmp_path / "robot.yaml", trajectory=str(tmp_path / "way.yaml"))
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "robot_way.yaml").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(CdprError, match=r"robot_way\.yaml' is there already: it is not written over; choose another"):
+        write(taken, out, force=False)
+    assert not (tmp_path / "elsewhere").exists()
+    (out / "robot_way.yaml").unlink()
+    whole = Path.write_text
+
+    def full(path, text, **given):
+        whole(path, text[:10], **given)
+        if path.name == "robot_way.yaml":
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(CdprError, match="No space left on device"):
+        write(taken, out, force=False)
+    assert list(out.iterdir()) == []
+
+
+def test_many_cables_of_one_name_take_no_time():
+    names = unique(["c", "c_2", "d"] + ["c"] * 30_000)  # each was compared with all others
+    assert names[:5] == ["c", "c_2", "d", "c_3", "c_4"]
+    assert len(set(names)) == len(names)
 
 
 def test_two_robots_of_one_name_do_not_overwrite_each_other(tmp_path):

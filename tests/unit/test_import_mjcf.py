@@ -398,3 +398,44 @@ def test_models_at_random(tmp_path, seed):
         wrench = wrench_matrix(robot, state) @ tension
         turning = np.linalg.solve(R @ robot.platform.inertia @ R.T, wrench[3:] - np.cross(c, wrench[:3]))
         assert np.allclose(body.xmat.reshape(3, 3) @ data.qacc[3:], turning, rtol=1e-9, atol=1e-9)
+
+
+def scaled(robot, factor):
+    """A robot of another size and mass, whose numbers are no short decimals; names may be so, or of other alphabets."""
+    names = ["Zug", "łańcuch", "索", "1e30", "cable.5", "_6", "inf", "8th"]
+    third = factor / 3.0
+    cables = [
+        replace(
+            cable,
+            name=name,
+            frame=third * cable.frame,
+            platform=third * cable.platform,
+            tension_min=third * cable.tension_min,
+            tension_max=third * cable.tension_max,
+            diameter=third * 0.01,
+            length_max=third * 20.0,
+        )
+        for cable, name in zip(robot.cables, names, strict=True)
+    ]
+    home = np.concatenate([third * home_pose(robot)[0][:3], rotations.from_rpy(0.1, -0.2, 0.3)])
+    body = robot.platform
+    platform = replace(
+        body, mass=third * body.mass, inertia=third**3 * body.inertia, center_of_mass=third * body.center_of_mass
+    )
+    return replace(robot, name="nan", cables=tuple(cables), platform=platform, home=home, frame=None)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_robots_of_any_size_and_name_come_back(tmp_path, factor):
+    """W to the same share whether a robot is of millimetres or kilometres; what is not turned comes back to the bit."""
+    robot = scaled(cdpr.load_robot(ROBOTS / "off_centre.yaml"), factor)
+    back = robot_of(tmp_path, export(begin(robot), "mjcf"))
+    size = min(1.0, float(np.abs(robot.anchors).max()))
+    for state in random_states(100):
+        state[:3] *= size
+        apart = (wrench_matrix(back, state) - wrench_matrix(robot, state)) / np.repeat([1.0, size], 3)[:, None]
+        assert np.abs(apart).max() <= SAME
+    assert (back.name, back.platform.mass) == (robot.name, robot.platform.mass)
+    for ours, theirs in zip(robot.cables, back.cables, strict=True):
+        for what in ("name", "tension_min", "tension_max", "diameter", "length_min", "length_max"):
+            assert getattr(ours, what) == getattr(theirs, what), what

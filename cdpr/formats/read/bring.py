@@ -8,6 +8,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -49,6 +50,24 @@ class Taken:
     error: str = ""
 
 
+def import_any(
+    path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None
+) -> list[Taken]:
+    """Return what became of a file, as `import_file`, or of all that can be read in a folder, as `import_folder`.
+
+    Raises CdprError as `import_file`, and for a folder that holds nothing to read.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        return [import_file(path, cable_set=cable_set, trajectory=trajectory)]
+    if trajectory is not None:
+        raise CdprError(f"{path}: is a folder, and a trajectory belongs to one robot: name its file")
+    every = list(import_folder(folder, cable_set=cable_set))
+    if not every:
+        raise CdprError(f"{path}: this folder holds no file with an ending that is known: {', '.join(ENDINGS)}")
+    return every
+
+
 def import_file(path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None) -> Taken:
     """Return robot and scenarios of a file of another program, as YAML that loads.
 
@@ -86,18 +105,27 @@ def import_folder(path: str | os.PathLike[str], *, cable_set: str | None = None)
         yield taken
 
 
-def write(taken: Taken, folder: Path, *, force: bool) -> list[Path]:
-    """Write files into a folder, which is made. Raises OutputError; nothing that is there is written over."""
-    there = [folder / name for name in taken.files if (folder / name).exists()]
-    if there and not force:
-        raise OutputError(f"'{there[0]}' is there already: it is not written over; choose another --out, or --force")
-    written = []
+def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose another folder") -> list[Path]:
+    """Write files into a folder, which is made.
+
+    Raises OutputError, which leaves nothing where nothing was; unless forced it writes over nothing, not through a
+    link either, and says what to do `otherwise`.
+    """
+    there = {name for name in taken.files if os.path.lexists(folder / name)}
+    for name in taken.files:
+        if name in there and not force:
+            raise OutputError(f"'{folder / name}' is there already: it is not written over; {otherwise}")
+    written: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in taken.files.items():
-            (folder / name).write_text(text, encoding="utf-8")
             written.append(folder / name)
+            written[-1].write_text(text, encoding="utf-8")
     except OSError as error:
+        for path in written:
+            if path.name not in there:
+                with suppress(OSError):
+                    path.unlink(missing_ok=True)
         raise unwritable(folder, error) from error
     return written
 

@@ -21,6 +21,7 @@ from cdpr.formats.read.imported import Motion, refuse, slug, unique
 from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.problems import shown
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.files import read as read_bytes
 from cdpr.scenario.motions import Csv, Waypoints
@@ -230,7 +231,10 @@ BETWEEN: dict[str, Between] = {
 
 def _of_file(element: Element, joint: Joint) -> list[Array]:
     """Of a .traj file: `time_step,STEP`, then rows `t,TIME,p,...,v,...,a,...`; older ones say `q` and no time."""
-    n, path = len(joint.dof), Path(element.file).parent / element.attribute("filename")
+    name = Path(element.attribute("filename"))
+    if name.is_absolute() or ".." in name.parts:  # a stranger's model reads nothing but what came with it
+        raise element.wrong(f"filename: {shown(str(name))} leads out of the folder of the model: put the file there")
+    n, path = len(joint.dof), Path(element.file).parent / name
     try:
         text = read_bytes(str(path), MOST_BYTES, (".traj",)).decode("utf-8")
     except (UnreadableError, UnicodeDecodeError) as error:

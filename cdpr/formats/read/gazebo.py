@@ -36,23 +36,24 @@ WITHOUT_EFFECT = {
 def recognise(content: bytes) -> bool:
     """Whether it names points of cables, or the times and places of a trajectory."""
     ours = re.search(rb"^\s*cables:", content, re.MULTILINE) is not None
-    return (all(word in content for word in (b"points:", b"platform:", b"frame:")) and not ours) or _is_motion(content)
+    return (all(word in content for word in (b"points:", b"platform:", b"frame:")) and not ours) or is_motion(content)
 
 
-def _is_motion(content: bytes) -> bool:
+def is_motion(content: bytes) -> bool:
+    """Whether it is a trajectory, which belongs to a robot."""
     return all(word in content for word in (b"time:", b"position:", b"t4:")) and b"points:" not in content
 
 
 def leads(path: Path, content: bytes) -> bool:
     """Whether a robot is read from here; a trajectory is not read alone."""
-    return not _is_motion(content)
+    return not is_motion(content)
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
     """Read a robot. Raises CdprError."""
     top = document_of(content, str(path))
-    if _is_motion(content):
-        raise top.wrong(f"this is a trajectory: import its robot with --trajectory {path}")
+    if is_motion(content):
+        raise top.wrong("this is a trajectory: import its robot, and name this as its trajectory (--trajectory)")
     thesis = "model" in top
     root = top / "model" if thesis else top
     dialect = "the thesis's dialect" if thesis else "oKermorgant/cdpr's dialect"

@@ -28,7 +28,8 @@ REFUSED = {
     "deformable": "our platforms are rigid",
     "plugin": "what a plugin does does not stand in the file",
 }
-NAMES = ("name", "class")
+NAMED = ("class", "childclass", "model", "body", "joint", "geom", "site", "tendon", "actuator", "objname", "refname")
+NAMES = ("name", *NAMED)  # attributes that hold no numbers, whatever they look like
 SEEN = ("material", "texture")  # attributes that name what is only seen
 PICTURED = ("mesh", "hfield")  # attributes of geoms that need another file
 PULLING = ("motor", "general")

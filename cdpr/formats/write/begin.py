@@ -19,4 +19,5 @@ def begin(loaded: Scenario | Robot) -> Subject:
         state = np.concatenate([home_pose(loaded)[0], np.zeros(6)])
         return Subject(loaded, np.array(World().gravity), state, STEP)
     gravity, step = np.array(loaded.world.gravity), loaded.simulation.physics_step
-    return Subject(loaded.robot, gravity, loaded.initial.state(), step, loaded.actuators is not None)
+    state, actuated = loaded.initial.state(), loaded.actuators is not None
+    return Subject(loaded.robot, gravity, state, step, actuated, len(loaded.events))

@@ -25,12 +25,13 @@ def write(subject: Subject, options: Options) -> str:
     robot = subject.robot
     platform = robot.platform
     root = ET.Element("robot", name=robot.name)
+    for part, given in ({"frame": FRAME, "platform": PLATFORM} | robot.colours).items():
+        ET.SubElement(ET.SubElement(root, "material", name=part), "color", rgba=words(colour(given, FRAME)))
     frame = _link(root, "frame", 1.0, np.zeros(3), np.eye(3))
     for bar in bars(robot):
-        assert robot.frame is not None
-        _visual(frame, bar, "frame", colour(robot.frame.colour, FRAME))
+        _visual(frame, bar, "frame")
     link = _link(root, "platform", platform.mass, platform.center_of_mass, platform.inertia)
-    _visual(link, drawn(robot), "platform", colour(platform.colour, PLATFORM))
+    _visual(link, drawn(robot), "platform")
     joint = ET.SubElement(root, "joint", name="platform", type="floating")
     _joined(joint, "frame", "platform", subject.state[:3], subject.state[3:7])
     for cable in robot.cables:
@@ -59,15 +60,13 @@ def _link(root: ET.Element, name: str, mass: float, centre: Array, inertia: Arra
     return link
 
 
-def _visual(link: ET.Element, solid: Solid, material: str, rgba: list[float] | None = None) -> None:
+def _visual(link: ET.Element, solid: Solid, material: str) -> None:
     visual = ET.SubElement(link, "visual")
     ET.SubElement(visual, "origin", xyz=words(solid.position), rpy=words(rotations.to_euler(solid.attitude, "xyz")))
     shape = {"box": {"size": words(solid.size)}, "sphere": {"radius": words(solid.size[:1])}}
     shape["cylinder"] = {"radius": words(solid.size[:1]), "length": words(solid.size[-1:])}
     ET.SubElement(ET.SubElement(visual, "geometry"), solid.kind, shape[solid.kind])
-    made = ET.SubElement(visual, "material", name=material)
-    if rgba is not None:
-        ET.SubElement(made, "color", rgba=words(rgba))
+    ET.SubElement(visual, "material", name=material)
 
 
 def _joined(joint: ET.Element, parent: str, child: str, place: Array, attitude: Array) -> None:
