@@ -139,6 +139,29 @@ def test_derivatives_are_those_of_finite_differences(case, fmi, moved):
 
 
 @FMI
+def test_what_a_guide_holds_changes_nothing(fmi, moved):
+    driver, robot = moved("planar", fmi)
+    assert robot.dof == ("x", "z", "ry")
+    for name in OUTPUTS:
+        assert not derivative(driver, name, "initial_velocity", [0.0, 1.0, 0.0]).any()
+        assert not derivative(driver, name, "initial_angular_velocity", [1.0, 0.0, 1.0]).any()
+        assert not derivative(driver, name, "initial_quaternion", [0.0, 1.0, 0.0, 1.0]).any()
+
+
+@FMI
+def test_a_quaternion_that_is_a_little_too_long_turns_by_as_much_less(fmi, moved):
+    """It is made one of unit length, as its derivative is."""
+    driver, _ = moved("caroca", fmi)
+    length, seed, q = 1.0008, [0.1, -0.2, 0.3, 0.4], driver.get("initial_quaternion")
+    unit = {name: derivative(driver, name, "initial_quaternion", seed) for name in OUTPUTS}
+    driver.set("initial_quaternion", length * q)
+    for name in OUTPUTS:
+        found = derivative(driver, name, "initial_quaternion", seed)
+        assert np.allclose(length * found, unit[name], rtol=1e-9, atol=1e-9)
+    assert max(np.abs(value).max() for value in unit.values()) > 0.1
+
+
+@FMI
 def test_between_steps_accelerations_follow_tensions_by_the_wrench_matrix(fmi, tmp_path):
     loaded = scenario("caroca")
     plant = plant_of(loaded)
