@@ -282,9 +282,7 @@ class Run(Frozen):
         if name not in tools:
             known = f"one of {', '.join(tools)}" if tools else "none: name tools in robot.platform.tools; one"
             raise CdprError(f"tool: {known} is expected, got {name!r}")
-        q, point = self.orientation, np.array(tools[name])
-        twice = 2.0 * rotations.cross(q[:, 1:], np.broadcast_to(point, (len(q), 3)))
-        return np.asarray(self.position + point + q[:, :1] * twice + rotations.cross(q[:, 1:], twice))
+        return np.asarray(self.position + rotations.rotate(self.orientation, np.array(tools[name])))
 
     @property
     def cable_tension(self) -> Array:

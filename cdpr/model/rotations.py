@@ -35,6 +35,12 @@ def cross(a: Array, b: Array) -> Array:
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
+def rotate(q: Array, vector: Array) -> Array:
+    """A vector (3,) turned by each of unit quaternions (K, 4), (K, 3)."""
+    twice = 2.0 * cross(q[:, 1:], np.broadcast_to(vector, (len(q), 3)))
+    return np.asarray(vector + q[:, :1] * twice + cross(q[:, 1:], twice))
+
+
 def conjugate(q: Array) -> Array:
     """Inverse of a unit quaternion, (4,)."""
     return np.array([q[0], -q[1], -q[2], -q[3]])

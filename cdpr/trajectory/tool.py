@@ -20,7 +20,7 @@ from cdpr.trajectory.trajectory import COLUMNS, Trajectory
 
 MISSED = 1e-9  # m, below what any engine or comparison here tells apart
 MOST = 4096  # pieces of a segment; they miss by the sixth power of their length, so none has needed a tenth of them
-_LOOKS = (0.25, 0.5, 0.75)  # shares of a piece at which it is looked at
+_LOOKS = np.array([0.25, 0.5, 0.75])  # shares of a piece at which it is looked at
 # Coefficient k of a polynomial of w u + s is w^k times the sum over j of _SHIFT[k, j] s^(j - k) c_j.
 _SHIFT = np.array([[comb(j, k) for j in range(6)] for k in range(6)], dtype=np.float64)
 
@@ -38,31 +38,29 @@ def of_tool(motion: Trajectory, tool: Array) -> Trajectory:
     found = []
     for segment in motion.segments:
         if segment[20:38].reshape(3, 6)[:, 1:].any():
-            found += _pieces(segment, arm)
+            found.append(_pieces(segment, arm))
         else:
-            moved = segment.copy()
-            moved[2:20:6] -= rotations.matrix(Trajectory(segment).sample(segment[0])[3:7]) @ arm
+            moved = segment[None].copy()
+            moved[:, 2:20:6] -= rotations.matrix(Trajectory(segment).sample(segment[0])[3:7]) @ arm
             found.append(moved)
-    return Trajectory(np.array(found))
+    return Trajectory(np.concatenate(found))
 
 
-def _pieces(segment: Array, arm: Array) -> list[Array]:
-    """The origin's way in a segment in which the platform turns."""
+def _pieces(segment: Array, arm: Array) -> Array:
+    """The origin's way in a segment in which the platform turns, (K, 42)."""
     motion, count = Trajectory(segment), 1
     while count <= MOST:
         edges = np.linspace(0.0, 1.0, count + 1)
-        ends = np.array([_origin(motion, arm, edge) for edge in edges])
+        x, v, a = _origin(motion, arm, edges)
         h = np.full((count, 1), segment[1] / count)
         found = np.empty((count, COLUMNS))
         found[:, 0], found[:, 1], found[:, 38:] = segment[0] + segment[1] * edges[:-1], h[:, 0], segment[38:]
-        x, v, a = ends[:, 0], ends[:, 1], ends[:, 2]
         found[:, 2:20] = quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])
         found[:, 20:38] = [_part(segment[20:38], low, 1.0 / count) for low in edges[:-1]]
-        if all(
-            _missed(piece, motion, arm, low, 1.0 / count) <= MISSED
-            for piece, low in zip(found, edges[:-1], strict=True)
-        ):
-            return list(found)
+        looks = (np.arange(count)[:, None] + _LOOKS) / count
+        between = found[:, 2:20].reshape(count, 3, 6) @ _LOOKS ** np.arange(6)[:, None]  # (K, 3, looks)
+        if np.abs(between.transpose(0, 2, 1).reshape(-1, 3) - _origin(motion, arm, looks.ravel())[0]).max() <= MISSED:
+            return found
         count *= 2
     raise CdprError(f"trajectory: from {segment[0]:g} s on the platform turns too wildly for a tool to be followed")
 
@@ -74,15 +72,15 @@ def _part(coefficients: Array, low: float, share: float) -> Array:
     return np.asarray(coefficients.reshape(3, 6) @ shift.T).ravel()
 
 
-def _missed(piece: Array, motion: Trajectory, arm: Array, low: float, share: float) -> float:
-    """How far the piece is off the way, m."""
-    where, k = piece[2:20].reshape(3, 6), np.arange(6)
-    return max(float(np.abs(where @ look**k - _origin(motion, arm, low + share * look)[0]).max()) for look in _LOOKS)
-
-
-def _origin(motion: Trajectory, arm: Array, share: float) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration (3,) of the platform's origin at a share of a segment; world axes."""
-    at = motion.sample(motion.start + (motion.end - motion.start) * share)
-    spin, reach = at[10:13], rotations.matrix(at[3:7]) @ arm
-    turned = np.cross(spin, reach)
-    return at[:3] - reach, at[7:10] - turned, at[13:16] - np.cross(at[16:], reach) - np.cross(spin, turned)
+def _origin(motion: Trajectory, arm: Array, shares: Array) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration (K, 3) of the platform's origin at shares (K,) of a segment; world axes."""
+    at = np.empty((len(shares), 19))
+    desired = at[0].copy()
+    sample = motion.sampler(desired)
+    for row, share in zip(at, shares.tolist(), strict=True):
+        sample(motion.start + (motion.end - motion.start) * share)
+        row[:] = desired
+    spin, reach = at[:, 10:13], rotations.rotate(at[:, 3:7], arm)
+    turned = rotations.cross(spin, reach)
+    swung = rotations.cross(at[:, 16:], reach) + rotations.cross(spin, turned)
+    return at[:, :3] - reach, at[:, 7:10] - turned, at[:, 13:16] - swung
