@@ -200,6 +200,9 @@ def test_legs_end_where_cables_do():
         assert np.allclose(poses["lower"][0], cable.frame, atol=1e-12)
         assert np.allclose(poses["upper"][0], end, atol=1e-12)
         assert np.allclose(poses["lower"][0] + length * poses["lower"][1][:, 2], end, atol=1e-9)
+        limit = root.find(f".//joint[@name='{cable.name}_slide']/axis/limit")
+        reach = [length + float(limit.find(side).text) for side in ("lower", "upper")]
+        assert np.allclose(reach, [0.0, 2.0 * np.linalg.norm(np.ptp(subject.robot.anchors[:, :3], axis=0))])
         for part in ("lower", "upper"):
             moments = [float(root.find(f".//link[@name='{cable.name}_{part}']//i{a}{a}").text) for a in "xyz"]
             assert max(moments) <= sum(moments) - max(moments) + 1e-15

@@ -94,6 +94,10 @@ def test_g92_1_forgets_what_g92_2_keeps(folder):
     same(points(folder, shifted.format("G92.1")), [0, 0, 1000], [110, 0, 1000])
 
 
+def test_an_offset_takes_the_place_of_the_one_before(folder):
+    same(points(folder, HEAD + "G92 X100\nG1 X110\nG92 X0\nG1 X5"), [0, 0, 1000], [10, 0, 1000], [15, 0, 1000])
+
+
 def test_g53_counts_from_the_machine_as_the_dialect_has_it(folder):
     relative = "G91\nG1 X10\nG53 X3\nX1"  # LinuxCNC takes G53 as absolute, RepRapFirmware's axes stay relative
     same(points(folder, HEAD + relative), [0, 0, 1000], [10, 0, 1000], [3, 0, 1000], [4, 0, 1000])
@@ -133,6 +137,9 @@ def test_where_the_coordinates_lie(folder):
     same(points(folder, "G91 F100 G1 Y10", keys), [0, 100, 1220])
     rounded = course(folder, "G64 P0.5\nF100 G1 X10\nY20", keys)
     np.testing.assert_allclose(rounded.tolerance, 2 * 0.5e-3)
+    helix = course(folder, "F100 G3 X0 Y200 Z30 J100", keys)
+    end = helix.pieces.at(np.array([0]), helix.pieces.length)[0]
+    same(1e3 * end, [0, 40, 1600])
     arc = course(folder, "F100 G3 X0 Y200 J100", keys)
     middle = arc.pieces.at(np.array([0]), 0.5 * arc.pieces.length)[0][0]
     same(1e3 * middle[None], [200, 100, 1400])
@@ -251,6 +258,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         ("F1 G1 X" + "9" * 2000, 1, "the line has 2007 characters, 1000 at most"),
         ("G1 X1", 1, "no feed yet: an F is expected"),
         ("X1", 1, "coordinates without a motion"),
+        ("F1 G1 X1\nG80\nX2", 3, "coordinates without a motion"),
         ("F0 G1 X1", 1, "F: a feed of 1e-09 m/s or more is expected, got 0 m/s"),
         ("F1 G1 X1 X2", 1, "X stands here twice"),
         ("F1 G0 G1 X1", 1, "G0 and G1 exclude each other"),

@@ -86,6 +86,11 @@ REFUSED = {
     "quaternion": ({"joint": "SPATIAL"}, {}, "bodies.xml:6: joint SPATIAL has a quaternion among its coordinates"),
     "unknown joint": ({"joint": "HELICAL"}, {}, "bodies.xml:6: joint type 'HELICAL' is not known"),
     "no body's inertia": ({"inertia": (1, 1, 5, 0, 0, 0)}, {}, "bodies.xml:8: no rigid body has this inertia"),
+    "actuated": (
+        {"joint": 'SPATIAL_EULER_XYZ" actuated="True'},
+        {},
+        "bodies.xml:6: the joint is actuated itself: platforms here are moved by their cables alone",
+    ),
     "ref": ({"ref": "link"}, {}, "bodies.xml:8: ref of <inertia>: com or joint is expected, got 'link'"),
     "coordinates": ({"q": [1.0, 2.0]}, {}, "bodies.xml:6: q_initial of <joint>: 6 numbers are expected"),
     "passive spring": (

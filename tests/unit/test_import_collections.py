@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from caspr_cases import CABLES, bodies, cable, cables, evaluated, model, numbers
+from command_line import cdpr_here
 from plugin_cases import SUCCESSOR, THESIS, wirex
 
 import cdpr
@@ -221,6 +222,14 @@ def test_no_number_that_is_none_comes_through(tmp_path, name, bad):
         assert came == sound or re.match(rf"{re.escape(str(file))}:\d+:", said), said or new
         refused += bool(said)
     assert refused > 10
+
+
+def test_a_folder_of_which_nothing_can_be_read_is_an_error(tmp_path):
+    (tmp_path / "a.xml").write_text("<html/>")
+    (tmp_path / "b.xml").write_text("<html>")
+    done = cdpr_here("import", tmp_path, "--out", tmp_path / "out", code=2)
+    assert done.stdout.count("not read: ") == 2
+    assert done.stdout.endswith("0 of 2 could be read\n")
 
 
 @pytest.mark.parametrize("name", ["robot_cables.xml", "crane.wcrfx"])
