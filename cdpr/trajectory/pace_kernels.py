@@ -32,8 +32,18 @@ def ramp_way(slow: float, fast: float, acceleration: float, jerk: float) -> floa
 
 
 @kernel
+def grow(tree: Indices, values: Array, base: int, count: int) -> None:
+    """Fill a tree in which the sections of the least values of a chain are found."""
+    for i in range(count):
+        tree[2 * base + count + i] = i
+    for i in range(count - 1, 0, -1):
+        one, other = tree[2 * base + 2 * i], tree[2 * base + 2 * i + 1]
+        tree[2 * base + i] = other if values[base + other] < values[base + one] else one
+
+
+@kernel
 def lowest(tree: Indices, caps: Array, base: int, count: int, first: int, last: int) -> int:
-    """Return the section of the least cap among those from `first` to `last`, counted within the chain."""
+    """Return the section of the least value among those from `first` to `last`, counted within the chain."""
     best = first
     left, right = first + count, last + count + 1
     while left < right:
@@ -93,10 +103,10 @@ def ramp(phases: Array, row: int, s: float, begin: float, end: float, accelerati
 def pace(
     starts: Array,
     caps: Array,
-    limits: Array,
+    accelerations: Array,
+    jerks: Array,
     chains: Indices,
-    together: Array,
-    tree: Indices,
+    trees: Indices,
     stack: Array,
     phases: Array,
     rows: Indices,
@@ -110,10 +120,10 @@ def pace(
     Args:
         starts: (N + 1,) where the sections begin, and the last one ends, m; increasing.
         caps: (N,) largest speed in each, m/s.
-        limits: (N, 2) acceleration and jerk along the path in each, m/s^2, m/s^3.
+        accelerations: (N,) largest along the path in each, m/s^2.
+        jerks: (N,) likewise, m/s^3; both are least in the same section.
         chains: (C + 1,) first section of each chain, and N.
-        together: (C, 2) the same, for changes of speed that go on through several sections of a chain.
-        tree: (2 N,) to work in.
+        trees: (2, 2 N) to work in.
         stack: (2 N + 8, 9) likewise.
         phases: (8 N + 7 C, 5) for the result: duration, s, and speed, acceleration at the beginning, jerk.
         rows: (C + 1,) for the first phase of each chain, and how many there are.
@@ -122,11 +132,8 @@ def pace(
     for chain in range(chains.shape[0] - 1):
         rows[chain] = row
         base, count = chains[chain], chains[chain + 1] - chains[chain]
-        for i in range(count):
-            tree[2 * base + count + i] = i
-        for i in range(count - 1, 0, -1):
-            one, other = tree[2 * base + 2 * i], tree[2 * base + 2 * i + 1]
-            tree[2 * base + i] = other if caps[base + other] < caps[base + one] else one
+        grow(trees[0], caps, base, count)
+        grow(trees[1], jerks, base, count)
         stack[0, 0], stack[0, 1], stack[0, 2] = STRETCH, starts[base], starts[base + count]
         stack[0, 3], stack[0, 4], stack[0, 5], stack[0, 6] = 0.0, 0.0, 0.0, float(count - 1)
         top = 1
@@ -140,11 +147,9 @@ def pace(
                 row = ramp(phases, row, begin, v0, v1, stack[top, 7], stack[top, 8])
                 continue
             first, last = int(stack[top, 5]), int(stack[top, 6])
-            if first == last:
-                acceleration, jerk = limits[base + first, 0], limits[base + first, 1]
-            else:
-                acceleration, jerk = together[chain, 0], together[chain, 1]
-            section = lowest(tree, caps, base, count, first, last)
+            strictest = base + lowest(trees[1], jerks, base, count, first, last)
+            acceleration, jerk = accelerations[strictest], jerks[strictest]
+            section = lowest(trees[0], caps, base, count, first, last)
             cap, way = max(caps[base + section], v0, v1), end - begin
             rise, fall = ramp_way(v0, cap, acceleration, jerk), ramp_way(v1, cap, acceleration, jerk)
             if rise + fall >= way:  # the cap is not reached

@@ -268,10 +268,10 @@ def test_speeds_keep_their_caps_and_are_not_wasted(seed):
     length = 10.0 ** rng.uniform(-4, 0, count)
     starts = np.concatenate([[0.0], np.cumsum(length)])
     caps = rng.choice([0.1, 0.5, 10.0 ** rng.uniform(-3, 0.3)], count)
-    limits = np.tile([2.0, 20.0], (count, 1))
+    limits = np.full(count, 2.0), np.full(count, 20.0)
     phases, rows = np.zeros((8 * count + 7, 5)), np.zeros(2, dtype=np.int64)
-    tree, stack = np.zeros(2 * count, dtype=np.int64), np.zeros((2 * count + 8, 9))
-    pace(starts, caps, limits, np.array([0, count]), limits[:1], tree, stack, phases, rows)
+    trees, stack = np.zeros((2, 2 * count), dtype=np.int64), np.zeros((2 * count + 8, 9))
+    pace(starts, caps, *limits, np.array([0, count]), trees, stack, phases, rows)
     time, s, v, a, jerk = phases[: rows[1]].T
     np.testing.assert_allclose(s[0], 0.0)
     assert v[0] == 0.0

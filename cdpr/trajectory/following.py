@@ -1,0 +1,227 @@
+"""Along a path of many pieces with limited speed, acceleration and jerk, each piece at the speed that is wanted.
+
+Between two stops the way s(t) along the path has piecewise constant jerk (`pace_kernels.pace`), with limits that leave
+room for the path's own curvature (`corners.caps`), so that norms of velocity, acceleration and jerk of q(s(t)) keep
+theirs. It is not the fastest such motion: where speeds rise in steps, the acceleration falls to zero at each.
+
+The motion becomes quintics of time, as all others: of straight pieces exactly, of others within EXACT of the path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr.errors import CdprError
+from cdpr.model.robot import Array
+from cdpr.trajectory.corners import AROUND, ROUND, caps, corners
+from cdpr.trajectory.course import Course
+from cdpr.trajectory.curves import Curves, Indices, together
+from cdpr.trajectory.jerk_limited import Limits
+from cdpr.trajectory.knots import quintic
+from cdpr.trajectory.smoothing import smoothed
+from cdpr.trajectory.trajectory import COLUMNS, Trajectory, hold
+
+# How far a quintic may be from q(s(t)), m, and its jerk from that of q(s(t)), as a share of the limit; of which the
+# path's planning takes that much less.
+EXACT, JERK_EXACT = 1e-10, 1e-3
+
+# Phases shorter than this, s, are left out: the motion moves by less than rounding meanwhile.
+SHORTEST = 1e-11
+
+# A piece of which less is left than this share of the longest one is used up by its corners.
+USED_UP = 1e-12
+
+# Parts shorter than this, s, are made of their derivatives at the beginning, of which the fourth moves it by less than
+# rounding: from differences between both ends the jerk would be rounding alone.
+BRIEF = 1e-5
+
+MAX_SEGMENTS = 2_000_000  # of 336 bytes each
+
+HALVINGS = 60  # of a phase's duration, in which the time at a place is looked for
+
+
+def follow(start: float, course: Course, limits: Limits, orientation: Array) -> Trajectory:
+    """Follow a course from `start` (s) on, from rest to rest, with one attitude (4,), within limits.
+
+    At a corner that is neither smooth nor rounded the motion stops. Corners are rounded within their tolerance, as fast
+    as limits allow. CdprError where that takes more than MAX_SEGMENTS quintics.
+    """
+    if not len(course.pieces):
+        raise ValueError("a course has one piece or more")
+    fastest = min(limits.velocity, float(course.speed.max()))
+    kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
+    course, joined = smoothed(course, kept)
+    cut, rounded = corners(course.pieces, np.where(joined, 0.0, course.tolerance[:-1]), course.speed, kept)
+    path = _sections(course, joined, cut, rounded)
+    used = path.curves.take(path.curve)
+    share = np.where(used.bounds[:, 1] == 0.0, 1.0, np.where(path.curve < len(course.pieces), ROUND, AROUND))
+    speeds = caps(used, path.speed, kept, np.where(share < 1.0, share, 0.0))
+    phases, rows = _paced(path, speeds, _along(share, limits))
+    times = start + np.concatenate([[0.0], np.cumsum(phases[:, 0])[:-1]])
+    pauses = np.concatenate([[0.0], np.cumsum(course.pause[path.last])[:-1]])
+    times += np.repeat(pauses, np.diff(rows))
+    chain = np.repeat(np.arange(len(rows) - 1), np.diff(rows))
+    return _table(path, phases, chain, times, limits.jerk, orientation)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """Sections of a path, M in C chains, which are passed without a stop.
+
+    Attributes:
+        curves: what they are parts of.
+        curve: of which each is a part, (M,).
+        offset: s of the curve at its beginning, m, (M,).
+        starts: along the path, of beginnings and of the end, m, (M + 1,).
+        speed: largest that is wanted, m/s, (M,).
+        chains: first section of each chain, and M, (C + 1,).
+        last: piece at which each chain ends, (C,).
+    """
+
+    curves: Curves
+    curve: Indices
+    offset: Array
+    starts: Array
+    speed: Array
+    chains: Indices
+    last: Indices
+
+
+def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Curves) -> _Path:
+    """Put pieces and rounded corners in their order."""
+    count = len(course.pieces)
+    none = np.zeros(1)
+    begin, end = np.concatenate([none, cut]), np.concatenate([cut, none])
+    corner = np.flatnonzero(cut > 0.0)
+    # Keys of order: 2 i for piece i, 2 i + 1 for the corner at its end.
+    order = np.concatenate([2 * np.arange(count), 2 * corner + 1])
+    by_order = np.argsort(order)
+    slow = np.minimum(course.speed[:-1], course.speed[1:])
+    length = np.concatenate([course.pieces.length - begin - end, 2.0 * cut[corner]])[by_order]
+    curve = np.concatenate([np.arange(count), count + np.arange(len(corner))])[by_order]
+    offset = np.concatenate([begin, np.zeros(len(corner))])[by_order]
+    speed = np.concatenate([course.speed, slow[corner]])[by_order]
+    # A piece that its corners have used up is none; its chain goes on with the next corner.
+    stays = length > USED_UP * course.pieces.length.max()
+    goes_on = np.concatenate([smooth | (cut > 0.0), [False]])
+    new = np.concatenate([[True], ~goes_on[:-1]])[order[by_order] // 2] & (order[by_order] % 2 == 0)
+    chain = np.cumsum(new)[stays]
+    chains = np.concatenate([[0], np.flatnonzero(np.diff(chain)) + 1, [len(chain)]])
+    starts = np.concatenate([none, np.cumsum(length[stays])])
+    last = np.flatnonzero(~goes_on)
+    curves = together([course.pieces, rounded])
+    return _Path(curves, curve[stays], offset[stays], starts, speed[stays], chains, last)
+
+
+def _along(share: Array, limits: Limits) -> tuple[Array, Array]:
+    """Return acceleration and jerk along the path, (N,) each, of shares (N,) that are 1 where it is straight."""
+    whole = share * np.where(share < 1.0, 1.0 - JERK_EXACT, 1.0)
+    return whole * limits.acceleration, whole * limits.jerk
+
+
+def _paced(path: _Path, speeds: Array, limits: tuple[Array, Array]) -> tuple[Array, Indices]:
+    """Return the phases (P, 5) and the first of each chain, and P, (C + 1,), as the kernel says."""
+    from cdpr.trajectory.pace_kernels import pace
+
+    count, many = len(speeds), len(path.chains) - 1
+    phases, rows = np.zeros((8 * count + 7 * many, 5)), np.zeros(many + 1, dtype=np.int64)
+    trees, stack = np.zeros((2, 2 * count), dtype=np.int64), np.zeros((2 * count + 8, 9))
+    pace(path.starts, speeds, *limits, path.chains, trees, stack, phases, rows)
+    return phases[: rows[-1]].copy(), rows
+
+
+def _state(phases: Array, time: Array) -> tuple[Array, Array, Array]:
+    """Return s - s(0), s' and s'' of phases (K, 5) at times (K,) after their beginnings."""
+    _, _, v, a, jerk = phases.T
+    return (
+        time * (v + time * (0.5 * a + time * jerk / 6.0)),
+        v + time * (a + 0.5 * time * jerk),
+        a + time * jerk,
+    )
+
+
+def _table(path: _Path, phases: Array, chain: Indices, times: Array, jerk: float, orientation: Array) -> Trajectory:
+    """Make the trajectory of phases (P, 5) of chains (P,) that begin at times (P,), s."""
+    phase, begin = _parts(path.starts, phases)
+    following = np.concatenate([phase[1:] == phase[:-1], [False]])
+    end = np.where(following, np.concatenate([begin[1:], [0.0]]), phases[phase, 0])
+    long = end - begin > SHORTEST
+    phase, begin, end = phase[long], begin[long], end[long]
+    if not len(phase):
+        return hold(path.curves.at(path.curve[:1], path.offset[:1])[0][0], orientation)
+    middle = phases[phase, 1] + _state(phases[phase], 0.5 * (begin + end))[0]
+    section = np.searchsorted(path.starts, middle, side="right") - 1
+    # Near a stop rounding may put it into the next chain, which goes another way.
+    section = np.clip(section, path.chains[chain[phase]], path.chains[chain[phase] + 1] - 1)
+    many = _divided(path, phases[phase], begin, end, section, jerk)
+    if not many.sum() <= MAX_SEGMENTS:
+        raise CdprError(
+            f"the motion takes {many.sum():.3g} polynomials of time, {MAX_SEGMENTS} at most are allowed: divide the "
+            "path, or round it less finely"
+        )
+    which = np.repeat(np.arange(len(phase)), many.astype(np.int64))
+    step = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many.astype(np.int64))
+    whole = (end - begin)[which]
+    first, share = begin[which] + whole * step / many[which], whole / many[which]
+    phase, section = phase[which], section[which]
+    part, curve = phases[phase], path.curve[section]
+    way, v0, a0 = _state(part, first)
+    _, v1, a1 = _state(part, first + share)
+    ds = share * (v0 + share * (0.5 * a0 + share * part[:, 4] / 6.0))
+    s = part[:, 1] + way - path.starts[section] + path.offset[section]
+    x, d, dd = path.curves.at(curve, s)
+    _, d1, dd1 = path.curves.at(curve, s + ds)
+    v, a = d * v0[:, None], d * a0[:, None] + dd * v0[:, None] ** 2
+    rows = np.zeros((len(share), COLUMNS))
+    rows[:, 0], rows[:, 1], rows[:, 38:] = times[phase] + first, share, orientation
+    h = share[:, None]
+    way = path.curves.way(curve, s, ds)
+    rows[:, 2:20] = quintic(h, x, way, v, d1 * v1[:, None], a, d1 * a1[:, None] + dd1 * v1[:, None] ** 2)
+    # Straight parts are cubics.
+    plain = (share < BRIEF) | (path.curves.bounds[curve, 1] == 0.0)
+    v0, a0, part = v0[plain, None], a0[plain, None], part[plain]
+    third = path.curves.third(curve[plain], s[plain]) * v0**3 + 3.0 * dd[plain] * v0 * a0 + d[plain] * part[:, 4:]
+    h, none = h[plain], np.zeros_like(third)
+    cubic = [x[plain], v[plain] * h, 0.5 * a[plain] * h**2, third * h**3 / 6.0, none, none]
+    rows[plain, 2:20] = np.stack(cubic, axis=2).reshape(-1, 18)
+    return Trajectory(rows)
+
+
+def _parts(starts: Array, phases: Array) -> tuple[Indices, Array]:
+    """Divide phases where sections end: the phase of each part, in order, and when it begins in it, s."""
+    inner = starts[1:-1]
+    within = np.clip(np.searchsorted(phases[:, 1], inner, side="right") - 1, 0, len(phases) - 1)
+    part, away = phases[within], inner - phases[within, 1]
+    low, high = np.zeros(len(inner)), part[:, 0].copy()
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = _state(part, middle)[0] < away
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    phase = np.concatenate([np.arange(len(phases)), within])
+    begin = np.concatenate([np.zeros(len(phases)), high])
+    order = np.lexsort((begin, phase))
+    return phase[order], begin[order]
+
+
+def _divided(path: _Path, phases: Array, begin: Array, end: Array, section: Indices, jerk: float) -> Array:
+    """Return of how many quintics each part is made.
+
+    Of Hermite interpolation's error the largest is h^6 max|p^(6)| / 46080, and that of its third derivative, at both
+    ends, h^3 max|p^(6)| / 120, here taken twice; the sixth derivative of q(s(t)) is bounded by Faa di Bruno's formula,
+    with s'''' = 0.
+    """
+    k2, k3, k4, k5, k6 = path.curves.bounds[path.curve[section], 1:].T
+    (_, v0, a0), (_, v1, a1) = _state(phases, begin), _state(phases, end)
+    v, a, j = np.maximum(v0, v1), np.maximum(np.abs(a0), np.abs(a1)), np.abs(phases[:, 4])
+    sixth = (
+        k2 * 10.0 * j**2
+        + k3 * (15.0 * a**3 + 60.0 * v * a * j)
+        + k4 * (45.0 * v**2 * a**2 + 20.0 * v**3 * j)
+        + k5 * 15.0 * v**4 * a
+        + k6 * v**6
+    )
+    needed = np.maximum((sixth / (46080.0 * EXACT)) ** (1.0 / 6.0), (sixth / (60.0 * JERK_EXACT * jerk)) ** (1.0 / 3.0))
+    return np.asarray(np.maximum(np.ceil(needed * (end - begin)), 1.0))
