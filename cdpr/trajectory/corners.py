@@ -9,10 +9,10 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.curves import PLACES, Curves, Indices, joining, together
 from cdpr.trajectory.jerk_limited import Limits
 
-# The share of acceleration and jerk that changes of speed may take on round pieces, and on rounded corners; the rest
-# is for the path's curvature. On the former both are at right angles (0.6^2 + 0.8^2 = 1), on the latter they may add
-# up.
-ROUND, AROUND = 0.6, 0.3
+# The share of acceleration and jerk that changes of speed may take on curves, on corners beside round pieces, and on
+# corners alone between long lines, on which speeds change: the rest is for the path's curvature. On the first both are
+# at right angles or nearly so (0.6^2 + 0.8^2 = 1), on the second they may add up.
+ROUND, AROUND, ALONE = 0.6, 0.3, 0.1
 
 TRIES, SMALLER = 24, 0.5**0.5  # sizes of a rounded corner that are tried; from one to the next by this factor
 CHUNK = 4096  # corners that are worked on at once: memory

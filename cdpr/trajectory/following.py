@@ -9,14 +9,14 @@ The motion becomes quintics of time, as all others: of straight pieces exactly, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.errors import CdprError
 from cdpr.model.robot import Array
-from cdpr.trajectory.corners import AROUND, ROUND, caps, corners
+from cdpr.trajectory.corners import ALONE, AROUND, ROUND, caps, corners
 from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, Indices, together
 from cdpr.trajectory.jerk_limited import Limits
@@ -38,6 +38,8 @@ USED_UP = 1e-12
 # rounding: from differences between both ends the jerk would be rounding alone.
 BRIEF = 1e-5
 
+SAME = 1e-9  # durations that differ by less of themselves are equal
+
 MAX_SEGMENTS = 2_000_000  # of 336 bytes each
 
 HALVINGS = 60  # of a phase's duration, in which the time at a place is looked for
@@ -46,25 +48,24 @@ HALVINGS = 60  # of a phase's duration, in which the time at a place is looked f
 def follow(start: float, course: Course, limits: Limits, orientation: Array) -> Trajectory:
     """Follow a course from `start` (s) on, from rest to rest, with one attitude (4,), within limits.
 
-    At a corner that is neither smooth nor rounded the motion stops. Corners are rounded within their tolerance, as fast
-    as limits allow. CdprError where that takes more than MAX_SEGMENTS quintics.
+    At a corner that is neither smooth nor rounded the motion stops. Corners are rounded within their tolerance, and as
+    fast as limits allow, where that takes no more time than stopping at them. CdprError where that takes more than
+    MAX_SEGMENTS quintics.
     """
     if not len(course.pieces):
         raise ValueError("a course has one piece or more")
-    fastest = min(limits.velocity, float(course.speed.max()))
-    kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
-    course, joined = smoothed(course, kept)
-    cut, rounded = corners(course.pieces, np.where(joined, 0.0, course.tolerance[:-1]), course.speed, kept)
-    path = _sections(course, joined, cut, rounded)
-    used = path.curves.take(path.curve)
-    share = np.where(used.bounds[:, 1] == 0.0, 1.0, np.where(path.curve < len(course.pieces), ROUND, AROUND))
-    speeds = caps(used, path.speed, kept, np.where(share < 1.0, share, 0.0))
-    phases, rows = _paced(path, speeds, _along(share, limits))
+    plan = _planned(course, limits)
+    if course.tolerance[:-1].any():
+        exact = replace(course, tolerance=np.zeros(len(course.pieces)))
+        slower = _slower(plan, _planned(exact, limits))
+        if slower.any():
+            plan = _planned(replace(course, tolerance=np.where(slower, 0.0, course.tolerance)), limits)
+    phases, rows = plan.phases, plan.rows
     times = start + np.concatenate([[0.0], np.cumsum(phases[:, 0])[:-1]])
-    pauses = np.concatenate([[0.0], np.cumsum(course.pause[path.last])[:-1]])
+    pauses = np.concatenate([[0.0], np.cumsum(course.pause[plan.ends])[:-1]])
     times += np.repeat(pauses, np.diff(rows))
     chain = np.repeat(np.arange(len(rows) - 1), np.diff(rows))
-    return _table(path, phases, chain, times, limits.jerk, orientation)
+    return _table(plan.path, phases, chain, times, limits.jerk, orientation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +89,47 @@ class _Path:
     speed: Array
     chains: Indices
     last: Indices
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """How a path is passed.
+
+    Attributes:
+        path: with C chains.
+        phases: duration, s, and speed, acceleration at the beginning, jerk, (P, 5).
+        rows: first phase of each chain, and P, (C + 1,).
+        ends: piece of the course at which each chain ends, (C,).
+    """
+
+    path: _Path
+    phases: Array
+    rows: Indices
+    ends: Indices
+
+
+def _planned(course: Course, limits: Limits) -> _Plan:
+    """Round what may be rounded, and find how fast it can be passed."""
+    fastest = min(limits.velocity, float(course.speed.max()))
+    kept = Limits(fastest, (1.0 - JERK_EXACT) * limits.acceleration, (1.0 - JERK_EXACT) * limits.jerk)
+    made, joined, source = smoothed(course, kept)
+    cut, rounded = corners(made.pieces, np.where(joined, 0.0, made.tolerance[:-1]), made.speed, kept)
+    path = _sections(made, joined, cut, rounded)
+    used = path.curves.take(path.curve)
+    share = _shares(path, used, len(made.pieces), kept)
+    speeds = caps(used, path.speed, kept, np.where(share < 1.0, share, 0.0))
+    return _Plan(path, *_paced(path, speeds, _along(share, limits)), source[path.last])
+
+
+def _slower(plan: _Plan, exact: _Plan) -> NDArray[np.bool_]:
+    """Return of each piece whether it belongs to a chain that would be faster with a stop at each of its corners."""
+
+    def ends(each: _Plan) -> Array:
+        return np.concatenate([[0.0], np.cumsum(each.phases[:, 0])])[each.rows[1:]]
+
+    without = ends(exact)[np.searchsorted(exact.ends, plan.ends)]
+    slower = np.diff(ends(plan), prepend=0.0) > np.diff(without, prepend=0.0) * (1.0 + SAME)
+    return np.repeat(slower, np.diff(plan.ends, prepend=-1))
 
 
 def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Curves) -> _Path:
@@ -114,6 +156,27 @@ def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Cu
     last = np.flatnonzero(~goes_on)
     curves = together([course.pieces, rounded])
     return _Path(curves, curve[stays], offset[stays], starts, speed[stays], chains, last)
+
+
+def _shares(path: _Path, used: Curves, pieces: int, limits: Limits) -> Array:
+    """Return which shares of acceleration and jerk changes of speed may take in sections, (M,), 1 in straight ones."""
+    straight = used.bounds[:, 1] == 0.0
+    share = np.where(straight, 1.0, np.where(path.curve < pieces, ROUND, AROUND))
+    # Zones of sections that are all straight or all not; of the latter those that long lines surround are alone.
+    new = np.concatenate([[True], straight[1:] != straight[:-1]])
+    new[path.chains[:-1]] = True
+    first = np.flatnonzero(new)
+    length = np.add.reduceat(np.diff(path.starts), first)
+    cap = np.minimum.reduceat(caps(used, path.speed, limits, np.full(len(share), ALONE)), first)
+    a, j = ALONE * limits.acceleration, ALONE * limits.jerk
+    needed = 0.5 * cap * np.where(cap * j >= a * a, cap / a + a / j, 2.0 * np.sqrt(cap / j))
+    beside = np.where(straight[first], length, 0.0)
+    chain = np.searchsorted(path.chains, first, side="right")
+    same = np.concatenate([[False], chain[1:] == chain[:-1], [False]])
+    around = np.concatenate([[0.0], beside, [0.0]])
+    short = np.minimum(np.where(same[:-1], around[:-2], 0.0), np.where(same[1:], around[2:], 0.0))
+    alone = (short >= needed) & (share[first] == ROUND)
+    return np.where(np.repeat(alone, np.diff(np.append(first, len(share)))), ALONE, share)
 
 
 def _along(share: Array, limits: Limits) -> tuple[Array, Array]:

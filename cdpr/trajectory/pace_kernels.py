@@ -63,6 +63,59 @@ def lowest(tree: Indices, caps: Array, base: int, count: int, first: int, last: 
 
 
 @kernel
+def change_way(
+    slow: float,
+    fast: float,
+    place: float,
+    onward: bool,
+    starts: Array,
+    accelerations: Array,
+    jerks: Array,
+    tree: Indices,
+    base: int,
+    count: int,
+    first: int,
+    last: int,
+) -> tuple[float, float, float]:
+    """Return the way of a change of speed, and the acceleration and jerk that all sections which it touches allow.
+
+    It begins at `place`, where section `first` does, or ends there, where section `last` does.
+    """
+    near, far = first, last
+    if onward:
+        far = first
+    else:
+        near = last
+    while True:
+        strictest = base + lowest(tree, jerks, base, count, near, far)
+        acceleration, jerk = accelerations[strictest], jerks[strictest]
+        way = ramp_way(slow, fast, acceleration, jerk)
+        if onward:
+            if far == last or place + way <= starts[base + far + 1]:
+                break
+            low, high = far + 1, last  # the last section that begins before the change ends
+            while low < high:
+                middle = (low + high + 1) // 2
+                if starts[base + middle] < place + way:
+                    low = middle
+                else:
+                    high = middle - 1
+            far = low
+        else:
+            if near == first or place - way >= starts[base + near]:
+                break
+            low, high = first, near - 1  # the first section that ends behind where the change begins
+            while low < high:
+                middle = (low + high) // 2
+                if starts[base + middle + 1] > place - way:
+                    high = middle
+                else:
+                    low = middle + 1
+            near = low
+    return way, acceleration, jerk
+
+
+@kernel
 def put(phases: Array, row: int, time: float, s: float, v: float, a: float, jerk: float) -> int:
     """Append a phase: duration, s, speed, acceleration at its beginning, jerk; return the next row."""
     if time <= 0.0:
@@ -147,27 +200,40 @@ def pace(
                 row = ramp(phases, row, begin, v0, v1, stack[top, 7], stack[top, 8])
                 continue
             first, last = int(stack[top, 5]), int(stack[top, 6])
-            strictest = base + lowest(trees[1], jerks, base, count, first, last)
-            acceleration, jerk = accelerations[strictest], jerks[strictest]
             section = lowest(trees[0], caps, base, count, first, last)
             cap, way = max(caps[base + section], v0, v1), end - begin
-            rise, fall = ramp_way(v0, cap, acceleration, jerk), ramp_way(v1, cap, acceleration, jerk)
+            rise, a0, j0 = change_way(
+                v0, cap, begin, True, starts, accelerations, jerks, trees[1], base, count, first, last
+            )
+            fall, a1, j1 = change_way(
+                v1, cap, end, False, starts, accelerations, jerks, trees[1], base, count, first, last
+            )
             if rise + fall >= way:  # the cap is not reached
                 low, high = max(v0, v1), cap
                 for _ in range(HALVINGS):
                     middle = 0.5 * (low + high)
                     if middle <= low or middle >= high:
                         break
-                    up, down = ramp_way(v0, middle, acceleration, jerk), ramp_way(v1, middle, acceleration, jerk)
+                    up, _, _ = change_way(
+                        v0, middle, begin, True, starts, accelerations, jerks, trees[1], base, count, first, last
+                    )
+                    down, _, _ = change_way(
+                        v1, middle, end, False, starts, accelerations, jerks, trees[1], base, count, first, last
+                    )
                     if up + down > way:
                         high = middle
                     else:
                         low = middle
-                rise, fall = ramp_way(v0, low, acceleration, jerk), ramp_way(v1, low, acceleration, jerk)
-                row = ramp(phases, row, begin, v0, low, acceleration, jerk)
+                rise, a0, j0 = change_way(
+                    v0, low, begin, True, starts, accelerations, jerks, trees[1], base, count, first, last
+                )
+                fall, a1, j1 = change_way(
+                    v1, low, end, False, starts, accelerations, jerks, trees[1], base, count, first, last
+                )
+                row = ramp(phases, row, begin, v0, low, a0, j0)
                 if low > 0.0:
                     row = put(phases, row, (way - rise - fall) / low, begin + rise, low, 0.0, 0.0)
-                row = ramp(phases, row, end - fall, low, v1, acceleration, jerk)
+                row = ramp(phases, row, end - fall, low, v1, a1, j1)
                 continue
             there, back = begin + rise, end - fall
             x = min(max(starts[base + section], there), back)
@@ -176,13 +242,13 @@ def pace(
             stack[top, 0] = STRETCH if y < back and section < last else RAMP
             stack[top, 1], stack[top, 2], stack[top, 3], stack[top, 4] = y, end, cap, v1
             stack[top, 5], stack[top, 6] = float(section + 1), float(last)
-            stack[top, 7], stack[top, 8] = acceleration, jerk
+            stack[top, 7], stack[top, 8] = a1, j1
             stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = CRUISE, x, y
             stack[top + 1, 3], stack[top + 1, 4] = cap, cap
             top += 2
             stack[top, 0] = STRETCH if x > there and section > first else RAMP
             stack[top, 1], stack[top, 2], stack[top, 3], stack[top, 4] = begin, x, v0, cap
             stack[top, 5], stack[top, 6] = float(first), float(section - 1)
-            stack[top, 7], stack[top, 8] = acceleration, jerk
+            stack[top, 7], stack[top, 8] = a0, j0
             top += 1
     rows[chains.shape[0] - 1] = row

@@ -32,7 +32,10 @@ MISSES = 6.0
 NARROWEST, NARROW = 1e-6, 1e-5
 
 # Shares of acceleration and jerk for the curvature of a corner, when it is compared with a stop.
-BENT, BENT_JERK = 0.85, 0.6
+BENT, BENT_JERK = 0.95, 0.85
+
+# Corners of sizes beyond so many times their shorter chord vanish among others.
+MERGED = 2.0
 
 INNER, OUTER = 0.25, 0.5  # shares of a half chord for the sizes of its ends, so that the curve goes on straight
 
@@ -52,8 +55,10 @@ class _Runs:
     goes_on: NDArray[np.bool_]
 
 
-def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_]]:
-    """Return a course with curves for lines where tolerances allow, and whether each piece joins the next, (N - 1,).
+def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_], Indices]:
+    """Return a course of N pieces, with curves for lines where tolerances allow.
+
+    And whether each piece joins the next, (N - 1,), and of which given piece it is, (N,).
 
     No curve is farther from its lines than their tolerances, and a single corner that would take more time than a stop
     stays one.
@@ -66,7 +71,7 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_]]
     course = replace(course, tolerance=np.where(course.stop, 0.0, tolerance))
     runs = _runs(course, smooth)
     if not len(runs.first):
-        return course, smooth & ~course.stop[inner]
+        return course, smooth & ~course.stop[inner], np.arange(count)
     curves, owner, run = _curved(course, turn, runs, limits)
     heads, tails = np.flatnonzero(runs.goes_on[:, 0]), np.flatnonzero(runs.goes_on[:, 1])
     halves = together([_halves(pieces, runs.first[heads], 0.0), _halves(pieces, runs.last[tails], 0.5)])
@@ -93,6 +98,7 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_]]
             np.where(ends, course.pause[source], 0.0),
         ),
         joined,
+        source,
     )
 
 
@@ -116,7 +122,10 @@ def _worth(course: Course, turn: Array, limits: Limits) -> NDArray[np.bool_]:
     length = course.pieces.length
     before, after = length[:-1], length[1:]
     sharp = np.maximum(turn, SMOOTH)
-    size = np.minimum(MISSES * course.tolerance[:-1] / sharp, before + after)
+    size = MISSES * course.tolerance[:-1] / sharp
+    shorter = np.minimum(before, after)
+    single = size <= MERGED * shorter
+    size = np.minimum(size, 0.5 * shorter)
     across = np.sqrt(BENT * limits.acceleration * size / sharp), np.cbrt(BENT_JERK * limits.jerk * size**2 / sharp)
     slow = np.minimum(np.minimum(*across), np.minimum(course.speed[:-1], course.speed[1:]))
     rounded, stopped = np.zeros(len(turn)), np.zeros(len(turn))
@@ -135,7 +144,7 @@ def _worth(course: Course, turn: Array, limits: Limits) -> NDArray[np.bool_]:
             )
             total += time * change / (2.0 * full)
         rounded += size / np.maximum(np.minimum(slow, full), 1e-300) - size / full
-    return np.where(size <= 0.5 * np.minimum(before, after), (rounded <= stopped) & (size >= NARROWEST), True)
+    return ~single | ((rounded <= stopped) & (size >= NARROWEST))
 
 
 def _runs(course: Course, smooth: NDArray[np.bool_]) -> _Runs:
