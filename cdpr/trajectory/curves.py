@@ -24,7 +24,6 @@ PLACES = (
 MISSED, VARIED = 1.01, 1.5
 
 STRAIGHT = 1e-9  # a cubic of which the direction turns by less, rad, is a line
-TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +190,8 @@ def cubics(length: Array, begin: Sequence[Array], second: Array) -> Curves:
         np.sum(end * second, axis=1),
     ]
     across = [np.sum(dd * third, axis=1), np.sum(second * third, axis=1)]
-    skew[:, 0] = np.abs(along).max(axis=0) / np.maximum(size, TINY)
-    skew[:, 1] = np.abs(across).max(axis=0) / np.maximum(size * bounds[:, 2], TINY)
+    skew[:, 0] = np.abs(along).max(axis=0) / np.where(straight, 1.0, size)
+    skew[:, 1] = np.abs(across).max(axis=0) / np.where(bounds[:, 2] > 0.0, size * bounds[:, 2], 1.0)
     still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
     return Curves(length, powers, *still, bounds, np.where(straight[:, None], 0.0, np.minimum(skew, 1.0)))
 
