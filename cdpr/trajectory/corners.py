@@ -53,26 +53,31 @@ def caps(pieces: Curves, speed: Array, limits: Limits, share: Array) -> Array:
     `share` (N,) of acceleration and jerk is what the change of speed takes along the path. p = q(s(t)) has
     p'' = q'' v^2 + q' s'' and p''' = q''' v^3 + 3 q'' v s'' + q' s''', of which the norms are bounded.
     """
+    high = np.minimum(speed, limits.velocity) / pieces.bounds[:, 0]
+    left = np.flatnonzero(~_kept(pieces, high, limits, share))
+    if len(left):
+        pieces, share, most = pieces.take(left), share[left], high[left]
+        slow, fast = np.full_like(most, MAGNITUDES), np.zeros_like(most)  # how often it is to be halved
+        for _ in range(HALVINGS):
+            middle = 0.5 * (slow + fast)
+            within = _kept(pieces, most * np.exp2(-middle), limits, share)
+            slow, fast = np.where(within, middle, slow), np.where(within, fast, middle)
+        found = most * np.exp2(-slow)
+        high[left] = np.where(_kept(pieces, found, limits, share), found, 0.0)
+    return high
+
+
+def _kept(pieces: Curves, v: Array, limits: Limits, share: Array) -> NDArray[np.bool_]:
+    """Say whether limits are kept at speeds v (N,), m/s, while the speed changes."""
     k1, k2, k3 = pieces.bounds[:, 0], pieces.bounds[:, 1], pieces.bounds[:, 2]
     skew, turned = pieces.skew.T
     j = share * limits.jerk
     # Between speeds that differ by v the acceleration rises to sqrt(j v) at most.
     a = np.minimum(share * limits.acceleration, np.sqrt(j * limits.velocity))
-
-    def kept(v: Array) -> NDArray[np.bool_]:
-        inward, along, across = k2 * v**2, k1 * j + k3 * v**3, 3.0 * k2 * v * a
-        second = (a * k1) ** 2 + inward**2 + 2.0 * skew * a * k1 * inward
-        third = along**2 + across**2 + 2.0 * across * (skew * k1 * j + turned * k3 * v**3)
-        return np.asarray((second <= limits.acceleration**2) & (third <= limits.jerk**2))
-
-    high = np.minimum(speed, limits.velocity) / k1
-    good = kept(high)
-    slow, fast = np.full_like(high, MAGNITUDES), np.zeros_like(high)  # how often high is to be halved
-    for _ in range(HALVINGS):
-        middle = 0.5 * (slow + fast)
-        within = kept(high * np.exp2(-middle))
-        slow, fast = np.where(within, middle, slow), np.where(within, fast, middle)
-    return np.where(good, high, np.where(kept(high * np.exp2(-slow)), high * np.exp2(-slow), 0.0))
+    inward, along, across = k2 * v**2, k1 * j + k3 * v**3, 3.0 * k2 * v * a
+    second = (a * k1) ** 2 + inward**2 + 2.0 * skew * a * k1 * inward
+    third = along**2 + across**2 + 2.0 * across * (skew * k1 * j + turned * k3 * v**3)
+    return np.asarray((second <= limits.acceleration**2) & (third <= limits.jerk**2))
 
 
 def _rounded(pieces: Curves, which: Indices, tolerance: Array, speed: Array, limits: Limits) -> tuple[Array, Curves]:

@@ -69,10 +69,11 @@ class Curves:
         x = c0 + w * (c1 + w * (c2 + w * (c3 + w * (c4 + w * c5))))
         d = c1 + w * (2.0 * c2 + w * (3.0 * c3 + w * (4.0 * c4 + w * 5.0 * c5)))
         dd = 2.0 * c2 + w * (6.0 * c3 + w * (12.0 * c4 + w * 20.0 * c5))
-        radius, growth, angle, out, on = self._turned(which, w)
-        x = x + radius * out
-        d = d + radius * angle * on + growth * out
-        dd = dd - radius * angle**2 * out + 2.0 * growth * angle * on
+        if self.angle.any():
+            radius, growth, angle, out, on = self._turned(which, w)
+            x = x + radius * out
+            d = d + radius * angle * on + growth * out
+            dd = dd - radius * angle**2 * out + 2.0 * growth * angle * on
         return x, d / length, dd / length**2
 
     def third(self, which: Indices, s: Array) -> Array:

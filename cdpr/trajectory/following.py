@@ -42,6 +42,8 @@ SAME = 1e-9  # durations that differ by less of themselves are equal
 
 MAX_SEGMENTS = 2_000_000  # of 336 bytes each
 
+CHUNK = 65536  # polynomials that are made at once: memory
+
 HALVINGS = 60  # of a phase's duration, in which the time at a place is looked for
 
 
@@ -55,7 +57,7 @@ def follow(start: float, course: Course, limits: Limits, orientation: Array) -> 
     if not len(course.pieces):
         raise ValueError("a course has one piece or more")
     plan = _planned(course, limits)
-    if course.tolerance[:-1].any():
+    if plan.rounded:
         exact = replace(course, tolerance=np.zeros(len(course.pieces)))
         slower = _slower(plan, _planned(exact, limits))
         if slower.any():
@@ -100,12 +102,14 @@ class _Plan:
         phases: duration, s, and speed, acceleration at the beginning, jerk, (P, 5).
         rows: first phase of each chain, and P, (C + 1,).
         ends: piece of the course at which each chain ends, (C,).
+        rounded: whether it leaves the course anywhere.
     """
 
     path: _Path
     phases: Array
     rows: Indices
     ends: Indices
+    rounded: bool
 
 
 def _planned(course: Course, limits: Limits) -> _Plan:
@@ -118,7 +122,12 @@ def _planned(course: Course, limits: Limits) -> _Plan:
     used = path.curves.take(path.curve)
     share = _shares(path, used, len(made.pieces), kept)
     speeds = caps(used, path.speed, kept, np.where(share < 1.0, share, 0.0))
-    return _Plan(path, *_paced(path, speeds, _along(share, limits)), source[path.last])
+    return _Plan(
+        path,
+        *_paced(path, speeds, _along(share, limits)),
+        source[path.last],
+        made.pieces is not course.pieces or len(rounded) > 0,
+    )
 
 
 def _slower(plan: _Plan, exact: _Plan) -> NDArray[np.bool_]:
@@ -225,32 +234,42 @@ def _table(path: _Path, phases: Array, chain: Indices, times: Array, jerk: float
             f"the motion takes {many.sum():.3g} polynomials of time, {MAX_SEGMENTS} at most are allowed: divide the "
             "path, or round it less finely"
         )
-    which = np.repeat(np.arange(len(phase)), many.astype(np.int64))
-    step = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many.astype(np.int64))
-    whole = (end - begin)[which]
-    first, share = begin[which] + whole * step / many[which], whole / many[which]
-    phase, section = phase[which], section[which]
-    part, curve = phases[phase], path.curve[section]
-    way, v0, a0 = _state(part, first)
-    _, v1, a1 = _state(part, first + share)
-    ds = share * (v0 + share * (0.5 * a0 + share * part[:, 4] / 6.0))
-    s = part[:, 1] + way - path.starts[section] + path.offset[section]
+    last = np.cumsum(many.astype(np.int64))
+    rows = np.empty((int(last[-1]), COLUMNS))
+    rows[:, 38:] = orientation
+    for row in range(0, len(rows), CHUNK):
+        number = np.arange(row, min(row + CHUNK, len(rows)))
+        which = np.searchsorted(last, number, side="right")
+        step, whole = number - last[which] + many[which], (end - begin)[which] / many[which]
+        first, part = begin[which] + whole * step, phases[phase[which]]
+        rows[number, 0], rows[number, 1] = times[phase[which]] + first, whole
+        rows[number, 2:20] = _polynomials(path, part, first, whole, section[which])
+        rows[number, 20:38] = 0.0
+    return Trajectory(rows)
+
+
+def _polynomials(path: _Path, phases: Array, first: Array, share: Array, section: Indices) -> Array:
+    """Return polynomials (K, 18) of durations `share`, which begin at times `first` of phases (K, 5) in sections."""
+    curve = path.curve[section]
+    way, v0, a0 = _state(phases, first)
+    s = phases[:, 1] + way - path.starts[section] + path.offset[section]
     x, d, dd = path.curves.at(curve, s)
-    _, d1, dd1 = path.curves.at(curve, s + ds)
-    v, a = d * v0[:, None], d * a0[:, None] + dd * v0[:, None] ** 2
-    rows = np.zeros((len(share), COLUMNS))
-    rows[:, 0], rows[:, 1], rows[:, 38:] = times[phase] + first, share, orientation
-    h = share[:, None]
-    way = path.curves.way(curve, s, ds)
-    rows[:, 2:20] = quintic(h, x, way, v, d1 * v1[:, None], a, d1 * a1[:, None] + dd1 * v1[:, None] ** 2)
+    h, v, a = share[:, None], d * v0[:, None], d * a0[:, None] + dd * v0[:, None] ** 2
     # Straight parts are cubics.
     plain = (share < BRIEF) | (path.curves.bounds[curve, 1] == 0.0)
-    v0, a0, part = v0[plain, None], a0[plain, None], part[plain]
-    third = path.curves.third(curve[plain], s[plain]) * v0**3 + 3.0 * dd[plain] * v0 * a0 + d[plain] * part[:, 4:]
-    h, none = h[plain], np.zeros_like(third)
-    cubic = [x[plain], v[plain] * h, 0.5 * a[plain] * h**2, third * h**3 / 6.0, none, none]
-    rows[plain, 2:20] = np.stack(cubic, axis=2).reshape(-1, 18)
-    return Trajectory(rows)
+    third = np.zeros_like(x)
+    third[plain] = path.curves.third(curve[plain], s[plain]) * v0[plain, None] ** 3
+    third[plain] += (3.0 * dd * v0[:, None] * a0[:, None] + d * phases[:, 4:])[plain]
+    none = np.zeros_like(x)
+    found = np.stack([x, v * h, 0.5 * a * h**2, third * h**3 / 6.0, none, none], axis=2).reshape(-1, 18)
+    bent = np.flatnonzero(~plain)
+    curve, s, share, v0, a0, phases = curve[bent], s[bent], share[bent], v0[bent], a0[bent], phases[bent]
+    ds = share * (v0 + share * (0.5 * a0 + share * phases[:, 4] / 6.0))
+    _, v1, a1 = _state(phases, first[bent] + share)
+    _, d1, dd1 = path.curves.at(curve, s + ds)
+    ends = d1 * v1[:, None], d1 * a1[:, None] + dd1 * v1[:, None] ** 2
+    found[bent] = quintic(h[bent], x[bent], path.curves.way(curve, s, ds), v[bent], ends[0], a[bent], ends[1])
+    return found
 
 
 def _parts(starts: Array, phases: Array) -> tuple[Indices, Array]:

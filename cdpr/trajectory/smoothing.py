@@ -58,7 +58,7 @@ class _Runs:
 def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_], Indices]:
     """Return a course of N pieces, with curves for lines where tolerances allow.
 
-    And whether each piece joins the next, (N - 1,), and of which given piece it is, (N,).
+    And whether each piece joins the next, (N - 1,), and of which given piece each is, (N,).
 
     No curve is farther from its lines than their tolerances, and a single corner that would take more time than a stop
     stays one.
@@ -66,9 +66,9 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
     pieces, count = course.pieces, len(course.pieces)
     smooth, turn = _meeting(pieces)
     inner = slice(None, -1)
-    tolerance = course.tolerance.copy()
-    tolerance[inner] = np.where(smooth | _worth(course, turn, limits), tolerance[inner], 0.0)
-    course = replace(course, tolerance=np.where(course.stop, 0.0, tolerance))
+    tolerance = np.where(course.stop, 0.0, course.tolerance)
+    tolerance[inner][~smooth & ~_worth(course, turn, limits)] = 0.0
+    course = replace(course, tolerance=tolerance)
     runs = _runs(course, smooth)
     if not len(runs.first):
         return course, smooth & ~course.stop[inner], np.arange(count)
