@@ -171,13 +171,14 @@ def _shares(path: _Path, used: Curves, pieces: int, limits: Limits) -> Array:
     """Return which shares of acceleration and jerk changes of speed may take in sections, (M,), 1 in straight ones."""
     straight = used.bounds[:, 1] == 0.0
     share = np.where(straight, 1.0, np.where(path.curve < pieces, ROUND, AROUND))
-    # Zones of sections that are all straight or all not; of the latter those that long lines surround are alone.
+    # Zones of sections that are all straight or all not; of the latter those are alone that lie between lines which are
+    # long enough for any change of speed before and after them.
     new = np.concatenate([[True], straight[1:] != straight[:-1]])
     new[path.chains[:-1]] = True
     first = np.flatnonzero(new)
     length = np.add.reduceat(np.diff(path.starts), first)
     cap = np.minimum.reduceat(caps(used, path.speed, limits, np.full(len(share), ALONE)), first)
-    a, j = ALONE * limits.acceleration, ALONE * limits.jerk
+    a, j = limits.acceleration, limits.jerk
     needed = 0.5 * cap * np.where(cap * j >= a * a, cap / a + a / j, 2.0 * np.sqrt(cap / j))
     beside = np.where(straight[first], length, 0.0)
     chain = np.searchsorted(path.chains, first, side="right")

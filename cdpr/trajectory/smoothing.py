@@ -16,6 +16,7 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, Indices, cubics, lines, together
 from cdpr.trajectory.jerk_limited import Limits
+from cdpr.trajectory.worth import MISSES, worth
 
 # Pieces are joined smoothly where their directions differ by less, and their curvatures by less of themselves: points
 # in decimals miss a straight line by rounding. What is left is a step of 1e-9 of the speed.
@@ -24,18 +25,8 @@ SMOOTH = 1e-9
 # A corner is so many times as wide as its speed needs, where its tolerance allows.
 AMPLE = 3.0
 
-# A single corner of size h, rounded from h before it to h behind, is missed by h / MISSES times its turn.
-MISSES = 6.0
-
-# A corner that has to be narrower than the former, m, is none: the motion stops there. None needs to be narrower than
-# the latter: from points so near, directions are still precise to 1e-10.
-NARROWEST, NARROW = 1e-6, 1e-5
-
-# Shares of acceleration and jerk for the curvature of a corner, when it is compared with a stop.
-BENT, BENT_JERK = 0.95, 0.85
-
-# Corners of sizes beyond so many times their shorter chord vanish among others.
-MERGED = 2.0
+# No corner has to be narrower, m: from points so near, directions are still precise to 1e-10.
+NARROW = 1e-5
 
 INNER, OUTER = 0.25, 0.5  # shares of a half chord for the sizes of its ends, so that the curve goes on straight
 
@@ -67,12 +58,13 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
     smooth, turn = _meeting(pieces)
     inner = slice(None, -1)
     tolerance = np.where(course.stop, 0.0, course.tolerance)
-    tolerance[inner][~smooth & ~_worth(course, turn, limits)] = 0.0
+    widths = worth(course, np.maximum(turn, SMOOTH), limits)
+    tolerance[inner][~smooth & (widths == 0.0)] = 0.0
     course = replace(course, tolerance=tolerance)
     runs = _runs(course, smooth)
     if not len(runs.first):
         return course, smooth & ~course.stop[inner], np.arange(count)
-    curves, owner, run = _curved(course, turn, runs, limits)
+    curves, owner, run = _curved(course, turn, widths, runs, limits)
     heads, tails = np.flatnonzero(runs.goes_on[:, 0]), np.flatnonzero(runs.goes_on[:, 1])
     halves = together([_halves(pieces, runs.first[heads], 0.0), _halves(pieces, runs.last[tails], 0.5)])
     number = np.full(count + 1, 0)  # of the run that each line belongs to
@@ -113,40 +105,6 @@ def _meeting(pieces: Curves) -> tuple[NDArray[np.bool_], Array]:
     return smooth, turn
 
 
-def _worth(course: Course, turn: Array, limits: Limits) -> NDArray[np.bool_]:
-    """Say which corners are worth rounding, (N - 1,): all but single ones of lines where a stop takes less time.
-
-    What a corner costs is the time of both changes of speed, and of the corner, less the time of the same way at full
-    speed. Full is the speed that is reached in the line between two stops.
-    """
-    length = course.pieces.length
-    before, after = length[:-1], length[1:]
-    sharp = np.maximum(turn, SMOOTH)
-    size = MISSES * course.tolerance[:-1] / sharp
-    shorter = np.minimum(before, after)
-    single = size <= MERGED * shorter
-    size = np.minimum(size, 0.5 * shorter)
-    across = np.sqrt(BENT * limits.acceleration * size / sharp), np.cbrt(BENT_JERK * limits.jerk * size**2 / sharp)
-    slow = np.minimum(np.minimum(*across), np.minimum(course.speed[:-1], course.speed[1:]))
-    rounded, stopped = np.zeros(len(turn)), np.zeros(len(turn))
-    for way, speed in ((before, course.speed[:-1]), (after, course.speed[1:])):
-        rise = limits.acceleration / limits.jerk
-        # The fastest that is reached on the way from a stop to a stop, with and without a time of full acceleration.
-        steady = 0.5 * limits.acceleration * (np.sqrt(rise**2 + 4.0 * way / limits.acceleration) - rise)
-        full = np.where(steady >= limits.acceleration * rise, steady, np.cbrt(0.25 * limits.jerk * way**2))
-        full = np.minimum(np.minimum(full, speed), limits.velocity)
-        for total, end in ((rounded, np.minimum(slow, full)), (stopped, np.zeros(len(turn)))):
-            change = full - end
-            time = np.where(
-                change >= limits.acceleration * rise,
-                change / limits.acceleration + rise,
-                2.0 * np.sqrt(change / limits.jerk),
-            )
-            total += time * change / (2.0 * full)
-        rounded += size / np.maximum(np.minimum(slow, full), 1e-300) - size / full
-    return ~single | ((rounded <= stopped) & (size >= NARROWEST))
-
-
 def _runs(course: Course, smooth: NDArray[np.bool_]) -> _Runs:
     """Find the longest rows of lines with corners that may be missed; those that go straight on stay as they are."""
     pieces = course.pieces
@@ -170,7 +128,7 @@ def _halves(pieces: Curves, which: Indices, begin: float) -> Curves:
     return lines(*ends)
 
 
-def _curved(course: Course, turn: Array, runs: _Runs, limits: Limits) -> tuple[Curves, Indices, Indices]:
+def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Limits) -> tuple[Curves, Indices, Indices]:
     """Return the curves of all runs, of which line each has its speed, and the run of each."""
     from cdpr.trajectory.spline_kernels import splines
 
@@ -199,6 +157,7 @@ def _curved(course: Course, turn: Array, runs: _Runs, limits: Limits) -> tuple[C
     wanted[inner] = np.maximum(wanted[inner], np.where(turn[corner] > SMOOTH, NARROW, 0.0))
     parted[inner] = course.speed[corner] != course.speed[corner + 1]
     size = MISSES * missing / np.maximum(turns, SMOOTH)
+    size[inner] = np.minimum(size[inner], widths[corner])
     for end, step, on in ((starts[:-1], 1, runs.goes_on[:, 0]), (ends, -1, runs.goes_on[:, 1])):
         chord = np.abs(way[end] - way[end + step])
         wanted[end[on]] = size[end[on]] = INNER * chord[on]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ SPIRAL, SPIRAL_SHARE = 3e-5, 1e-3
 FUZZ = 1e-6
 
 NO_WAY = 1e-12  # m; steps shorter than this lead nowhere
+
+Point = tuple[float, float]
 
 ROUNDING = 1e-15  # entries of a rotation matrix below this are zero
 
@@ -86,16 +89,15 @@ class _Laid:
     delay: float = 0.0
 
 
-@dataclass(frozen=True)
-class _Arc:
+class _Arc(NamedTuple):
     """A round piece in the file's coordinates."""
 
-    centre: Array
-    out: Array
-    on: Array
+    centre: list[float]
+    out: list[float]
+    on: list[float]
     radii: tuple[float, float]
     angle: float
-    climb: Array
+    climb: list[float]
 
 
 @lru_cache(maxsize=4)
@@ -170,15 +172,13 @@ def _target(step: Step, here: list[float], offset: list[float]) -> list[float]:
 def _arc(step: Step, here: list[float], there: list[float], offset: list[float]) -> _Arc:
     """Return an arc; ValueError where there is none."""
     first, second, turn = step.plane
-    begin = np.array([here[first], here[second]])
-    end = np.array([there[first], there[second]])
+    begin, end = (here[first], here[second]), (there[first], there[second])
     if step.radius is not None:
         middle = _middle(begin, end, step.radius, step.clockwise)
     else:
-        given = np.array([step.centre[axis] or 0.0 for axis in step.plane[:2]])
-        base = begin if step.centre_relative else np.array([0.0 if step.machine else offset[k] for k in step.plane[:2]])
-        middle = base + given
-    (x0, y0), (x1, y1) = begin - middle, end - middle
+        base = begin if step.centre_relative else (0.0, 0.0) if step.machine else (offset[first], offset[second])
+        middle = base[0] + (step.centre[first] or 0.0), base[1] + (step.centre[second] or 0.0)
+    x0, y0, x1, y1 = begin[0] - middle[0], begin[1] - middle[1], end[0] - middle[0], end[1] - middle[1]
     r0, r1 = math.hypot(x0, y0), math.hypot(x1, y1)
     if r0 <= NO_WAY or r1 <= NO_WAY:
         raise ValueError("the arc's centre is where it begins or ends")
@@ -193,28 +193,28 @@ def _arc(step: Step, here: list[float], there: list[float], offset: list[float])
         # With a radius both ends differ, so that a whole turn is never meant.
         angle = 2.0 * math.pi
     angle += 2.0 * math.pi * (step.turns - 1)
-    centre, out, on, climb = np.zeros((4, 3))
-    centre[[first, second, turn]] = *middle, here[turn]
-    out[[first, second]] = x0 / r0, y0 / r0
-    on[[first, second]] = -sense * y0 / r0, sense * x0 / r0
+    centre, out, on, climb = [0.0] * 3, [0.0] * 3, [0.0] * 3, [0.0] * 3
+    centre[first], centre[second], centre[turn] = *middle, here[turn]
+    out[first], out[second] = x0 / r0, y0 / r0
+    on[first], on[second] = -sense * y0 / r0, sense * x0 / r0
     climb[turn] = there[turn] - here[turn]
     growth = r1 if abs(r1 - r0) > NO_WAY else r0
     return _Arc(centre, out, on, (r0, growth), angle, climb)
 
 
-def _middle(begin: Array, end: Array, radius: float, clockwise: bool) -> Array:
+def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
     """Return the centre of an arc of a radius, m: of less than half a turn where it is positive."""
-    chord = end - begin
-    length = float(np.linalg.norm(chord))
+    x, y = end[0] - begin[0], end[1] - begin[1]
+    length = math.hypot(x, y)
     if length <= NO_WAY:
         raise ValueError("an arc with a radius R ends where it begins: give its centre instead")
     away = radius**2 - 0.25 * length**2
     if away < -max(2.0 * SPIRAL * abs(radius), SPIRAL_SHARE * radius**2):
         raise ValueError(f"no arc of radius {abs(radius):.9g} m reaches over {length:.9g} m, more than twice of it")
-    left = np.array([-chord[1], chord[0]]) / length
     # Turning to the left, the centre of the shorter way is on the left.
     side = (-1.0 if clockwise else 1.0) * (1.0 if radius > 0.0 else -1.0)
-    return np.asarray(begin + 0.5 * chord + side * math.sqrt(max(away, 0.0)) * left)
+    share = side * math.sqrt(max(away, 0.0)) / length
+    return begin[0] + 0.5 * x - share * y, begin[1] + 0.5 * y + share * x
 
 
 def _far(laid: _Laid, placing: Placing) -> list[tuple[int, int, str]]:
@@ -222,8 +222,11 @@ def _far(laid: _Laid, placing: Placing) -> list[tuple[int, int, str]]:
     if not laid.lines:
         return []
     reach = np.abs(placing.world(np.array([there for _, there in laid.ends]))).max(axis=1)
-    for k, arc in laid.arcs.items():
-        reach[k] = max(reach[k], np.abs(placing.world(arc.centre[None])).max() + placing.scale * max(arc.radii))
+    if laid.arcs:
+        which = np.array(list(laid.arcs))
+        centres = np.abs(placing.world(np.array([arc.centre for arc in laid.arcs.values()]))).max(axis=1)
+        radii = placing.scale * np.array([max(arc.radii) for arc in laid.arcs.values()])
+        reach[which] = np.maximum(reach[which], centres + radii)
     wrong = np.flatnonzero(~(reach <= MAX_DISTANCE))[:1]
     return [(laid.lines[k], 0, f"leads {reach[k]:.4g} m from the origin, {MAX_DISTANCE:g} m at most") for k in wrong]
 

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 from cdpr.fields import MAX_DISTANCE
 from cdpr.model.frozen import Frozen
@@ -57,8 +58,7 @@ IGNORABLE = r"G[0-9]+(\.[0-9]+)?|M[0-9]+|[A-EHLOQS-W]"  # words that may be pass
 Triple = tuple[float | None, float | None, float | None]
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """One thing that a line asks for, lengths in m as the file has them.
 
     Attributes:
@@ -139,6 +139,7 @@ class _Reader:
 
     def __init__(self, dialect: str, unit: str, ignore: set[str]) -> None:
         self.dialect, self.ignore = dialect, ignore
+        self.known = KNOWN[dialect] | IDLE[dialect]
         self.steps: list[Step] = []
         self.passed_over: set[str] = set()
         self.moves = 0
@@ -218,7 +219,7 @@ class _Reader:
         return codes, others, machine
 
     def _known(self, word: Word, value: float) -> None:
-        if value not in KNOWN[self.dialect] | IDLE[self.dialect]:
+        if value not in self.known:
             known = ", ".join(f"G{code:g}" for code in sorted(KNOWN[self.dialect]))
             raise LineError(f"{word.name} is not known here, only {known}{self._way_out(word.name)}")
 

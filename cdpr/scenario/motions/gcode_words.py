@@ -19,6 +19,7 @@ MAX_BYTES = 32 * 1024 * 1024
 MAX_LINE = 1000  # characters; controllers take 256
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|)\s*")
+WORDS = re.compile(rf"(?:{WORD.pattern})*")
 COMMENT = re.compile(r"\([^()]*\)")
 COMPUTED = re.compile(r"(IF|ELIF|ELSE|WHILE|BREAK|CONTINUE|VAR|GLOBAL|SET|ABORT)\b")
 SAID = re.compile(r"ECHO\b")
@@ -113,15 +114,12 @@ def _words(text: str, dialect: str) -> list[Word]:
 
 
 def _split(line: str) -> list[Word]:
-    words, place = [], 0
-    while place < len(line):
-        match = WORD.match(line, place)
-        if match is None:
-            raise LineError(f"words of a letter and a number are expected, got {shown(line[place : place + 20])}")
-        if match[1] != "N":
-            words.append(_word(match))
-        place = match.end()
-    return words
+    whole = WORDS.match(line)
+    assert whole is not None  # for it may be empty
+    if whole.end() < len(line):
+        place = line[whole.end() : whole.end() + 20]
+        raise LineError(f"words of a letter and a number are expected, got {shown(place)}")
+    return [Word(name, float(number) if number else None) for name, number in WORD.findall(line) if name != "N"]
 
 
 def _word(match: re.Match[str]) -> Word:
