@@ -166,6 +166,8 @@ class _Reader:
             self._pause(number, others)
         for code in (92.0, 92.1, 92.2, 92.3):
             if code in codes:
+                if code == 92.0 and self.dialect == LINUXCNC and not others.keys() & set(AXES):
+                    raise LineError("G92: where the motion is to be, X, Y or Z, is expected")
                 kind = {92.0: "offset", 92.3: "recall"}.get(code, "forget")
                 target = self._triple(others, AXES) if code == 92.0 else (None, None, None)
                 self.steps.append(Step(number, kind, target))
@@ -338,8 +340,8 @@ class _Reader:
         for k, word in enumerate(words):
             if word.letter != "M":
                 continue
-            if word.value is None:
-                raise LineError("M: a number is expected after it")
+            if word.value is None or word.value < 0.0:
+                raise LineError("M: a number of 0 or more is expected after it")
             if word.value in REFUSED[self.dialect] and word.name not in self.ignore:
                 raise LineError(f"{word.name} runs or changes what is not known here{self._way_out(word.name)}")
             if word.value in ENDS[self.dialect]:
