@@ -1,7 +1,8 @@
 """What a G-code file of 100 000 moves costs: CPU seconds from `load_scenario` to the planned motion, and memory.
 
-Each is loaded in a fresh process that has compiled before. Kinds are a spiral of chords of 1 mm, slices of a printed part
-(a wavy outline and a zigzag), right angles of lines of 20 mm, and arcs of 2 mm; with exact stops, and rounded within 1 mm.
+Each is loaded in a fresh process that has compiled before. Kinds are a spiral of chords of 1 mm, slices of a printed
+part (a wavy outline and a zigzag), right angles of lines of 20 mm, and arcs of 2 mm; with exact stops, and rounded
+within 1 mm.
 Run: python benchmarks/gcode.py [--json]
 """
 
@@ -17,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 MOVES = 100_000
-REPEATS = 1
+REPEATS = 3
 ROBOT = Path(__file__).parent.parent / "scenarios" / "robots" / "caroca.yaml"
 SCENARIO = """
 robot: robot.yaml

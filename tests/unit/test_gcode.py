@@ -182,6 +182,17 @@ def test_who_says_how_corners_are_passed(folder):
     assert ends[1] < ends[0]
 
 
+def test_short_lines_of_a_curve_are_passed_as_the_curve_is(folder):
+    """A circle in chords of 1 mm, to the micron, at a feed for each line, and the same as an arc."""
+    angle = np.linspace(0, 2 * np.pi, 629)
+    chords = "".join(f"G1 X{100 * np.cos(a):.3f} Y{100 * np.sin(a):.3f} F24000\n" for a in angle[1:])
+    begin = "F24000\nG1 X100 Y0 Z1000\nG4 P0\n"
+    arc = read(folder, begin + "G3 I-100\n").planned.end
+    assert read(folder, begin + chords, ", tolerance: 0.0001").planned.end < 1.1 * arc
+    assert read(folder, begin + "G64 P0.1\n" + chords).planned.end < 1.1 * arc
+    assert read(folder, begin + chords).planned.end > 10 * arc
+
+
 # What is no motion
 
 
@@ -258,7 +269,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
             "no arc: its centre is 0.001 m from where it begins and 0.008 m from where it ends",
         ),
         ("F1\nG1 X999999999\nG91 X999999999", 3, "leads 2e+06 m from the origin"),
-        ("F1 G1 X1e3", 1, "'G1 X1E3': E behind a digit is an exponent to some, and filament to others"),
+        ("F1 G1 X1e3", 1, "'X1E3': E behind a digit is an exponent to some, and filament to others"),
         ("F1 G1 X1\nG92\nX2", 2, "G92: where the motion is to be, X, Y or Z, is expected"),
         ("F1 G1 X1\nM-3", 2, "M: a number of 0 or more is expected after it"),
     ],

@@ -23,7 +23,7 @@ WORDS = re.compile(rf"(?:{WORD.pattern})*")
 COMMENT = re.compile(r"\([^()]*\)")
 QUOTED = re.compile(r'"[^"]*"?')
 # Directly after a digit RepRapFirmware takes E for an exponent, others for filament.
-EXPONENT = re.compile(r"[0-9.]E[-+]?[0-9]")
+EXPONENT = re.compile(r"[A-Z]?\s*[-+0-9.]*[0-9.]E[-+]?[0-9]+")
 # M words that take any text without quotes: names of files, messages.
 TEXTS = {23.0, 28.0, 30.0, 32.0, 36.0, 37.0, 38.0, 98.0, 117.0, 118.0}
 COMPUTED = re.compile(r"(IF|ELIF|ELSE|WHILE|BREAK|CONTINUE|VAR|GLOBAL|SET|ABORT)\b")
@@ -130,8 +130,8 @@ def _plain_numbers(line: str) -> None:
     found = EXPONENT.search(line)
     if found:
         raise LineError(
-            f"{shown(line[max(found.start() - 5, 0) : found.end()])}: E behind a digit is an exponent to some, and "
-            "filament to others: write the number out, or a space before the E"
+            f"{shown(found[0])}: E behind a digit is an exponent to some, and filament to others: write the number out, "
+            "or a space before the E"
         )
 
 
