@@ -212,7 +212,7 @@ def test_a_polygon_is_passed_without_stops():
 @pytest.mark.parametrize("limits", [LIMITS, Limits(0.5, 1.0, 3.0), Limits(2.0, 20.0, 2000.0)])
 @pytest.mark.parametrize(("radius", "chord", "tolerance"), ARCS)
 def test_short_chords_of_an_arc_take_little_longer_than_it(radius, chord, tolerance, limits):
-    """A whole turn, in coordinates to the micron; tolerances are those of files, and more than the chords' own error."""
+    """A whole turn, in coordinates to the micron; tolerances are those of files, more than the chords err."""
     angle = np.linspace(0, 2 * np.pi, round(2 * np.pi * radius / chord) + 1)
     points = np.round(np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=1), 6)
     exact = follow(0.0, course(arc(radius, 2 * np.pi)), limits, UPRIGHT).end

@@ -130,7 +130,7 @@ def _plain_numbers(line: str) -> None:
     found = EXPONENT.search(line)
     if found:
         raise LineError(
-            f"{shown(found[0])}: E behind a digit is an exponent to some, and filament to others: write the number out, "
+            f"{shown(found[0])}: E behind a digit is an exponent to some, filament to others: write out the number, "
             "or a space before the E"
         )
 
