@@ -167,7 +167,7 @@ def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curv
 
 
 def cubics(length: Array, begin: Sequence[Array], second: Array) -> Curves:
-    """Cubics of lengths (N,) from q, q', q'' (N, 3) at their begin and q'' at their end, with |q'| <= 1.
+    """Cubics of lengths (N,) from q, q', q'' (N, 3) at their begin and q'' at their end.
 
     Where the direction turns by less than STRAIGHT they are lines.
     """
@@ -180,10 +180,11 @@ def cubics(length: Array, begin: Sequence[Array], second: Array) -> Curves:
     powers[:, :, 0], powers[:, :, 1] = x, h * (d + np.where(straight[:, None], h * (dd / 3.0 + second / 6.0), 0.0))
     powers[:, :, 2] = np.where(straight[:, None], 0.0, 0.5 * h**2 * dd)
     powers[:, :, 3] = np.where(straight[:, None], 0.0, h**3 * third / 6.0)
-    bounds[:, 0] = 1.0
     bounds[:, 1], bounds[:, 2] = np.where(straight, 0.0, size), np.where(straight, 0.0, np.linalg.norm(third, axis=1))
     # Products of polynomials are within their Bernstein coefficients; q' has d, middle, end, and q'' dd, second.
     middle, end = d + 0.5 * h * dd, d + 0.5 * h * (dd + second)
+    fastest = np.max([np.linalg.norm(each, axis=1) for each in (d, middle, end)], axis=0)
+    bounds[:, 0] = np.where(fastest <= 1.0 + STRAIGHT, 1.0, fastest)
     along = [
         np.sum(d * dd, axis=1),
         np.sum(d * second + 2.0 * middle * dd, axis=1) / 3.0,

@@ -28,6 +28,9 @@ AMPLE = 3.0
 # No corner has to be narrower, m: from points so near, directions are still precise to 1e-10.
 NARROW = 1e-5
 
+# Where corners beside it turn alike, by no more than this factor more or less, a corner may be so many times wider.
+ALIKE, WIDER = 4.0, 8
+
 INNER, OUTER = 0.25, 0.5  # shares of a half chord for the sizes of its ends, so that the curve goes on straight
 
 
@@ -121,6 +124,21 @@ def _runs(course: Course, smooth: NDArray[np.bool_]) -> _Runs:
     return _Runs(first, last, goes_on)
 
 
+def _in_curves(pieces: Curves, corner: Indices, turn: Array) -> NDArray[np.bool_]:
+    """Say at which corners (K,) lines turn much as they do at both beside it."""
+    _, direction, _ = pieces.at(np.arange(len(pieces)), np.zeros(len(pieces)))
+    change = np.zeros((len(turn) + 2, 3))
+    change[1:-1] = np.diff(direction, axis=0)
+    here = change[corner + 1]
+    likewise = np.ones(len(corner), dtype=bool)
+    for beside in (change[corner], change[corner + 2]):
+        size = np.linalg.norm(beside, axis=1)
+        likewise &= (
+            (np.sum(here * beside, axis=1) > 0.0) & (size < ALIKE * turn[corner]) & (ALIKE * size > turn[corner])
+        )
+    return likewise
+
+
 def _halves(pieces: Curves, which: Indices, begin: float) -> Curves:
     """Return the halves of lines (K,) that begin at this share of them."""
     length = pieces.length[which]
@@ -158,6 +176,7 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     parted[inner] = course.speed[corner] != course.speed[corner + 1]
     size = MISSES * missing / np.maximum(turns, SMOOTH)
     size[inner] = np.minimum(size[inner], widths[corner])
+    size[inner] *= np.where(_in_curves(pieces, corner, turn), WIDER, 1.0)
     for end, step, on in ((starts[:-1], 1, runs.goes_on[:, 0]), (ends, -1, runs.goes_on[:, 1])):
         chord = np.abs(way[end] - way[end + step])
         wanted[end[on]] = size[end[on]] = INNER * chord[on]
@@ -177,7 +196,7 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
         np.empty(total),
         starts,
         np.empty(6 * longest),
-        np.empty((6 * longest + 3, 4)),
+        np.empty((6 * longest + 3, 7)),
         np.empty((3, 4)),
         found,
         rows,

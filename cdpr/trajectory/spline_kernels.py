@@ -1,8 +1,8 @@
 """Cubic B-splines that follow polygons within a tolerance: where their knots are, and their polynomials; compiled.
 
 The control points lie on the polygon, at the means of three knots each (Schoenberg's variation-diminishing spline, de
-Boor 1978, chapter XI): so straight stretches stay exactly as they are, the derivative by the polygon's length is never
-longer than 1, and wide spans average what many short chords zigzag.
+Boor 1978, chapter XI), or in curves as far outside of it as makes parabolas exact: so straight stretches stay as they
+are, and wide spans average what many short chords zigzag.
 """
 
 from __future__ import annotations
@@ -131,7 +131,11 @@ def knot(knots: Array, spans: int, j: int) -> float:
 
 @kernel
 def controls_of(points: Array, way: Array, first: int, last: int, knots: Array, spans: int, controls: Array) -> None:
-    """Write the control points (spans + 3, 4): where each is on the polygon, and its place."""
+    """Write the control points (spans + 3, 7): where each is, its place, and where the polygon is there.
+
+    Points of the polygon alone would make arcs smaller, by a sixth of a span squared over the radius. Where the polygon
+    turns likewise before and behind them they are moved outward, as for a parabola of the least of these curvatures.
+    """
     k = first
     for i in range(spans + 3):
         s = (knot(knots, spans, i - 2) + knot(knots, spans, i - 1) + knot(knots, spans, i)) / 3.0
@@ -145,6 +149,32 @@ def controls_of(points: Array, way: Array, first: int, last: int, knots: Array, 
         controls[i, 3] = s
         for axis in range(3):
             controls[i, axis] = points[k, axis] + share * (points[k + 1, axis] - points[k, axis])
+            controls[i, 4 + axis] = controls[i, axis]
+    for i in range(1, spans + 2):
+        x, y, z = curvature(controls, i)
+        own = math.sqrt(x * x + y * y + z * z)
+        least = own
+        for other in (max(i - 1, 1), min(i + 1, spans + 1)):
+            u, v, w = curvature(controls, other)
+            least = min(least, math.sqrt(u * u + v * v + w * w)) if x * u + y * v + z * w > 0.0 else 0.0
+        if least > 0.0:
+            before, middle, after = knot(knots, spans, i - 2), knot(knots, spans, i - 1), knot(knots, spans, i)
+            spread = (middle - before) ** 2 + (after - middle) ** 2 + (after - before) ** 2
+            outward = least / own * spread / 36.0
+            controls[i, 0] -= outward * x
+            controls[i, 1] -= outward * y
+            controls[i, 2] -= outward * z
+
+
+@kernel
+def curvature(controls: Array, i: int) -> tuple[float, float, float]:
+    """Return the second derivative of a parabola through the polygon at a control point and both beside it."""
+    before, after = controls[i, 3] - controls[i - 1, 3], controls[i + 1, 3] - controls[i, 3]
+    x = (controls[i + 1, 4] - controls[i, 4]) / after - (controls[i, 4] - controls[i - 1, 4]) / before
+    y = (controls[i + 1, 5] - controls[i, 5]) / after - (controls[i, 5] - controls[i - 1, 5]) / before
+    z = (controls[i + 1, 6] - controls[i, 6]) / after - (controls[i, 6] - controls[i - 1, 6]) / before
+    scale = 2.0 / (before + after)
+    return scale * x, scale * y, scale * z
 
 
 @kernel
@@ -301,7 +331,7 @@ def splines(
         factor: (M,) to work in.
         runs: (R + 1,) first vertex of each polygon, and M.
         knots: (K,) to work in, as many as three for each vertex.
-        controls: (K + 3, 4) likewise.
+        controls: (K + 3, 7) likewise.
         span: (3, 4) likewise.
         pieces: (P, 15) for the result, as many as four for each vertex: begin and end, m, place, and first and second
             derivative there, second derivative at the end, and a chord that it follows, counted within its polygon.
