@@ -36,6 +36,8 @@ PLACES = 8
 FAR, MUCH, LITTLE = 4.0, 0.5, 0.9
 ROUNDS = 60  # of them; then each vertex is rounded alone, within halves of its chords
 
+WIDE = 0.2  # rad, by which a span of a curve may turn that is wider than chords: beyond, bounds are looser
+
 ALONE = 0.8  # of the size at which a single corner is missed by its tolerance, so that merged knots keep it, too
 
 
@@ -167,6 +169,12 @@ def controls_of(points: Array, way: Array, first: int, last: int, knots: Array, 
 
 
 @kernel
+def moved(controls: Array, i: int) -> bool:
+    """Say whether a control point is not on the polygon."""
+    return controls[i, 0] != controls[i, 4] or controls[i, 1] != controls[i, 5] or controls[i, 2] != controls[i, 6]
+
+
+@kernel
 def curvature(controls: Array, i: int) -> tuple[float, float, float]:
     """Return the second derivative of a parabola through the polygon at a control point and both beside it."""
     before, after = controls[i, 3] - controls[i - 1, 3], controls[i + 1, 3] - controls[i, 3]
@@ -223,13 +231,16 @@ def hold_to(
     span: Array,
     factor: Array,
 ) -> bool:
-    """Say whether the curve keeps the tolerance of each chord; where not, write by what sizes are to be multiplied."""
+    """Say whether the curve keeps the tolerance of each chord, in spans that are not too wide.
+
+    Where not, write by what sizes are to be multiplied.
+    """
     kept = True
     for k in range(first, last + 1):
         factor[k] = 1.0
     k, low, high = first, first, first
     for j in range(spans):
-        length, bend = knots[j + 1] - knots[j], 0.0
+        length, bend, before = knots[j + 1] - knots[j], 0.0, k
         for axis in range(3):
             c = span[axis]
             c[0], c[1], c[2], c[3] = span_of(knots, spans, controls, j, axis)
@@ -245,6 +256,8 @@ def hold_to(
                 worst = max(worst, (away + between) / min(tolerance[k - 1], tolerance[k]))
             share = (knots[j] + x - way[k]) / (way[k + 1] - way[k])
             worst = max(worst, (missed(span, length, x, points, share, k) + between) / tolerance[k])
+        if k > before + 1 and bend * length > WIDE and moved(controls, j + 1) and moved(controls, j + 2):
+            worst = max(worst, bend * length / WIDE)
         if not worst <= 1.0:
             kept = False
             reach = 1
