@@ -160,8 +160,7 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     share[starts[:-1]] = np.where(runs.goes_on[:, 0], 0.5, 0.0)
     share[ends] = np.where(runs.goes_on[:, 1], 0.5, 1.0)
     points = np.ascontiguousarray(pieces.at(line, share * pieces.length[line])[0])
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    way -= np.repeat(way[starts[:-1]], many + 1)
+    way = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1)])
     inner = np.ones(total, dtype=bool)
     inner[starts[:-1]] = inner[ends] = False
     corner = line[inner] - 1
@@ -177,8 +176,8 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     size = MISSES * missing / np.maximum(turns, SMOOTH)
     size[inner] = np.minimum(size[inner], widths[corner])
     size[inner] *= np.where(_in_curves(pieces, corner, turn), WIDER, 1.0)
-    for end, step, on in ((starts[:-1], 1, runs.goes_on[:, 0]), (ends, -1, runs.goes_on[:, 1])):
-        chord = np.abs(way[end] - way[end + step])
+    beside = (starts[:-1], 1, way[starts[:-1] + 1], runs.goes_on[:, 0]), (ends, -1, way[ends], runs.goes_on[:, 1])
+    for end, step, chord, on in beside:
         wanted[end[on]] = size[end[on]] = INNER * chord[on]
         size[end[on] + step] = np.minimum(size[end[on] + step], OUTER * chord[on])
     chords = np.minimum(missing, np.concatenate([missing[1:], [np.inf]]))

@@ -293,6 +293,9 @@ def fit(
     span: Array,
 ) -> int:
     """Find knots and control points for one polygon and return how many spans they make, as `splines` says."""
+    way[first] = 0.0
+    for k in range(first + 1, last + 1):
+        way[k] += way[k - 1]
     widen(way, wanted, first, last)
     for k in range(first, last + 1):
         size[k] = min(size[k], wanted[k], way[last] - way[first])
@@ -334,7 +337,7 @@ def splines(
 
     Args:
         points: (M, 3), m, the vertices of all.
-        way: (M,) along its polygon, m; increasing in each.
+        way: (M,) length of the chord before each, m; becomes that of the polygon up to there.
         turn: (M,) by how much the direction changes at each, as the norm of the difference of unit vectors.
         wanted: (M,) how wide each corner has to be for the speed, m; 0 at ends; changed.
         tolerance: (M,) of the chord after each vertex, m.

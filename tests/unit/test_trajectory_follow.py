@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import BSpline
+from scipy.interpolate import make_lsq_spline
 from test_trajectory_paths import UPRIGHT, assert_smooth, samples
 
 from cdpr.errors import CdprError
@@ -300,29 +300,40 @@ def test_each_line_of_a_curve_keeps_its_feed():
         assert 0.99 * feed < speed[within].max() <= feed * (1 + 1e-9)
 
 
-def test_splines_are_those_that_their_knots_and_control_points_say():
-    """Held to scipy's B-splines: control points at the means of three knots each, on the polygon."""
-    rng = np.random.default_rng(4)
-    angle = np.cumsum(rng.uniform(0.01, 0.3, 80))
-    points = np.stack([0.1 * np.cos(angle), 0.1 * np.sin(angle), 0.02 * angle], axis=1)
-    points = np.concatenate([points, points[-1] + [[0, 0.3, 0], [0.3, 0.3, 0], [0.3, 0, 0]]])
-    made, joined, _ = smoothed(course(polyline(points), 0.06, tolerance=1e-3), LIMITS)
+def controls(points, speed, tolerance):
+    """Return control points of the curve that follows lines, and the places of these on the lines.
+
+    By scipy's B-splines with the same knots: only what is a cubic spline is found again.
+    """
+    made, joined, _ = smoothed(course(polyline(points), speed, tolerance=tolerance), LIMITS)
     assert joined.all()
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     knots = np.concatenate([[0.0], np.cumsum(made.pieces.length)])
     padded = np.concatenate([[0.0] * 3, knots, [knots[-1]] * 3])
-    places = np.array([padded[k + 1 : k + 4].mean() for k in range(len(padded) - 4)])
-    controls = np.stack([np.interp(places, way, axis) for axis in points.T], axis=1)
-    spline = BSpline(padded, controls, 3)
-    which = np.repeat(np.arange(len(made.pieces)), 5)
-    s = np.tile([0.0, 0.2, 0.5, 0.8, 1.0], len(made.pieces)) * made.pieces.length[which]
+    which = np.repeat(np.arange(len(made.pieces)), 8)
+    s = np.tile((np.arange(8) + 0.5) / 8, len(made.pieces)) * made.pieces.length[which]
     found = made.pieces.at(which, s)
-    for order, atol in ((0, 1e-12), (1, 1e-9), (2, 1e-4)):
-        inner = (s > 0) & (s < made.pieces.length[which])
-        np.testing.assert_allclose(found[order][inner], spline(knots[which] + s, order)[inner], atol=atol)
-    assert np.linalg.norm(found[1], axis=1).max() <= 1 + 1e-9
-    straight = made.pieces.bounds[:, 1] == 0.0
-    assert made.pieces.length[straight].max() > 0.1, "long lines stay lines between their corners"
+    spline = make_lsq_spline(knots[which] + s, found[0], padded, 3)
+    for order, atol in ((0, 1e-11), (1, 1e-8), (2, 1e-4)):
+        np.testing.assert_allclose(found[order], spline(knots[which] + s, order), atol=atol)
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    places = np.array([padded[k + 1 : k + 4].mean() for k in range(len(spline.c))])
+    return spline.c, np.stack([np.interp(places, way, axis) for axis in np.transpose(points)], axis=1)
+
+
+def test_corners_become_splines_with_control_points_on_their_lines():
+    found, on_lines = controls(CORNERS, 0.06, 1e-3)
+    np.testing.assert_allclose(found, on_lines, atol=1e-9)
+
+
+def test_short_lines_become_splines_that_keep_the_radius():
+    """Control points on the chords alone would make it smaller by h^2 / 6 r, half a millimetre."""
+    angle = np.cumsum(np.random.default_rng(4).uniform(0.02, 0.04, 200))
+    points = np.stack([0.1 * np.cos(angle), 0.1 * np.sin(angle), 0.02 * angle], axis=1)
+    found, on_lines = controls(points, np.inf, 1e-3)
+    assert len(found) < 0.5 * len(points)
+    assert (np.hypot(*found.T[:2]) > np.hypot(*on_lines.T[:2]))[1:-1].all()
+    way = along(follow(0.0, course(polyline(points), tolerance=1e-3), LIMITS, UPRIGHT))
+    np.testing.assert_allclose(np.hypot(*way.T[:2]), 0.1, atol=4e-5)
 
 
 @settings(max_examples=40, deadline=None)
