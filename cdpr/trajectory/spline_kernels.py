@@ -171,7 +171,9 @@ def controls_of(points: Array, way: Array, first: int, last: int, knots: Array, 
 @kernel
 def moved(controls: Array, i: int) -> bool:
     """Say whether a control point is not on the polygon."""
-    return controls[i, 0] != controls[i, 4] or controls[i, 1] != controls[i, 5] or controls[i, 2] != controls[i, 6]
+    return bool(
+        controls[i, 0] != controls[i, 4] or controls[i, 1] != controls[i, 5] or controls[i, 2] != controls[i, 6]
+    )
 
 
 @kernel
