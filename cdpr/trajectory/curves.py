@@ -166,16 +166,16 @@ def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curv
     return Curves(length, powers, *still, bounds, np.ones((count, 2)))
 
 
-def cubics(length: Array, begin: Sequence[Array], second: Array) -> Curves:
+def cubics(length: Array, begin: Sequence[Array], second: Array, whole: Array) -> Curves:
     """Cubics of lengths (N,) from q, q', q'' (N, 3) at their begin and q'' at their end.
 
-    Where the direction turns by less than STRAIGHT they are lines.
+    Where the direction turns by less than STRAIGHT on the whole length of what they are parts of, they are lines.
     """
     count, h = len(length), length[:, None]
     x, d, dd = begin
     size = np.maximum(np.linalg.norm(dd, axis=1), np.linalg.norm(second, axis=1))
     third = (second - dd) / h
-    straight = size * length <= STRAIGHT
+    straight = size * whole <= STRAIGHT
     powers, bounds, skew = np.zeros((count, 3, 6)), np.zeros((count, 6)), np.zeros((count, 2))
     powers[:, :, 0], powers[:, :, 1] = x, h * (d + np.where(straight[:, None], h * (dd / 3.0 + second / 6.0), 0.0))
     powers[:, :, 2] = np.where(straight[:, None], 0.0, 0.5 * h**2 * dd)

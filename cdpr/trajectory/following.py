@@ -61,7 +61,9 @@ def follow(start: float, course: Course, limits: Limits, orientation: Array) -> 
         exact = replace(course, tolerance=np.zeros(len(course.pieces)))
         slower = _slower(plan, _planned(exact, limits))
         if slower.any():
-            plan = _planned(replace(course, tolerance=np.where(slower, 0.0, course.tolerance)), limits)
+            tolerance = np.where(slower, 0.0, course.tolerance)
+            tolerance[plan.ends] = 0.0  # what stopped there stops again: the other chains stay what they are
+            plan = _planned(replace(course, tolerance=tolerance), limits)
     phases, rows = plan.phases, plan.rows
     times = start + np.concatenate([[0.0], np.cumsum(phases[:, 0])[:-1]])
     pauses = np.concatenate([[0.0], np.cumsum(course.pause[plan.ends])[:-1]])

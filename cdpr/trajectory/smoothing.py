@@ -28,6 +28,8 @@ AMPLE = 3.0
 # No corner has to be narrower, m: from points so near, directions are still precise to 1e-10.
 NARROW = 1e-5
 
+SHORT = 4e-6  # m; corners beside shorter lines may have no room to be rounded
+
 # Where corners beside it turn alike, by no more than this factor more or less, a corner may be so many times wider.
 ALIKE, WIDER = 4.0, 8
 
@@ -68,6 +70,16 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
     if not len(runs.first):
         return course, smooth & ~course.stop[inner], np.arange(count)
     curves, owner, run = _curved(course, turn, widths, runs, limits)
+    without = np.bincount(run, minlength=len(runs.first)) == 0
+    if without.any():
+        # Stop beside what is too short, and if that does not help at all corners.
+        within = np.zeros(count, dtype=np.int64)
+        np.add.at(within, runs.first[without], 1)
+        np.add.at(within, runs.last[without], -1)
+        sharp = (np.cumsum(within)[inner] > 0) & ~smooth & (tolerance[inner] > 0.0)
+        short = sharp & (np.minimum(pieces.length[:-1], pieces.length[1:]) < SHORT)
+        tolerance[inner][short if short.any() else sharp] = 0.0
+        return smoothed(course, limits)
     heads, tails = np.flatnonzero(runs.goes_on[:, 0]), np.flatnonzero(runs.goes_on[:, 1])
     halves = together([_halves(pieces, runs.first[heads], 0.0), _halves(pieces, runs.last[tails], 0.5)])
     number = np.full(count + 1, 0)  # of the run that each line belongs to
@@ -181,7 +193,7 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
         wanted[end[on]] = size[end[on]] = INNER * chord[on]
         size[end[on] + step] = np.minimum(size[end[on] + step], OUTER * chord[on])
     chords = np.minimum(missing, np.concatenate([missing[1:], [np.inf]]))
-    rows, found = np.zeros(len(many) + 1, dtype=np.int64), np.empty((7 * total, 15))
+    rows, found = np.zeros(len(many) + 1, dtype=np.int64), np.empty((7 * total, 16))
     longest = int(many.max()) + 1
     splines(
         points,
@@ -202,6 +214,7 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     )
     found = found[: rows[-1]]
     run = np.repeat(np.arange(len(many)), np.diff(rows))
-    curves = cubics(found[:, 1] - found[:, 0], (found[:, 2:5], found[:, 5:8], found[:, 8:11]), found[:, 11:14])
+    begin = found[:, 2:5], found[:, 5:8], found[:, 8:11]
+    curves = cubics(found[:, 1] - found[:, 0], begin, found[:, 11:14], found[:, 15])
     owner = found[:, 14].astype(np.int64) + runs.first[run]
     return curves, owner, run

@@ -22,6 +22,8 @@ Flags = NDArray[np.bool_]
 # become one, or none.
 NEAR = 0.5
 
+GAP = 1e-6  # m, between knots: from points so near, second derivatives are still precise to 1e-4 / m
+
 # A vertex of a size that is no more than so many times the longer chord beside it is a knot: with fewer knots than
 # vertices, but not many fewer, the curvature would go up and down.
 OWN = 1.5
@@ -101,22 +103,22 @@ def knots_of(way: Array, size: Array, first: int, last: int, knots: Array) -> in
     for k in range(first, last):
         begin, end, before, after = way[k], way[k + 1], size[k], size[k + 1]
         own = k == first or before <= OWN * max(end - begin, begin - way[k - 1])
-        if own and begin > knots[spans]:
+        if own and begin > knots[spans] + GAP and way[last] - begin > GAP:
             spans = fill(way, size, filled, last, knots, spans, begin) if skipped else spans + 1
             knots[spans] = begin
             filled, skipped = k, False
         skipped = skipped or not own
         owns = k + 1 == last or after <= OWN * max(end - begin, way[k + 2] - end)
         left, right = begin + before, end - after
-        has_left = own and begin < left < end - NEAR * after
-        has_right = owns and begin + NEAR * before < right < end
+        has_left = own and max(begin, knots[spans]) + GAP < left < end - max(NEAR * after, GAP)
+        has_right = owns and begin + max(NEAR * before, GAP) < right < end - GAP
         if has_left and has_right and right - left < NEAR * min(before, after):
             left = 0.5 * (left + right)
             has_right = False
         if has_left:
             spans += 1
             knots[spans] = left
-        if has_right and right > knots[spans]:
+        if has_right and right > knots[spans] + GAP:
             spans = fill(way, size, filled, last, knots, spans, right) if skipped else spans + 1
             knots[spans] = right
             filled, skipped = k, False
@@ -294,14 +296,16 @@ def fit(
     controls: Array,
     span: Array,
 ) -> int:
-    """Find knots and control points for one polygon and return how many spans they make, as `splines` says."""
+    """Find knots and control points for one polygon and return how many spans they make, as `splines` says.
+
+    None where chords are so short that corners are not rounded each within its own.
+    """
     way[first] = 0.0
     for k in range(first + 1, last + 1):
         way[k] += way[k - 1]
     widen(way, wanted, first, last)
     for k in range(first, last + 1):
         size[k] = min(size[k], wanted[k], way[last] - way[first])
-    spans = 0
     for attempt in range(ROUNDS + 1):
         if attempt == ROUNDS:
             for k in range(first + 1, last):
@@ -311,10 +315,10 @@ def fit(
         spans = knots_of(way, size, first, last, knots)
         controls_of(points, way, first, last, knots, spans, controls)
         if hold_to(points, way, tolerance, first, last, knots, spans, controls, span, factor):
-            break
+            return spans
         for k in range(first, last + 1):
             size[k] *= factor[k]
-    return spans
+    return 0
 
 
 @kernel
@@ -351,9 +355,10 @@ def splines(
         knots: (K,) to work in, as many as three for each vertex.
         controls: (K + 3, 7) likewise.
         span: (3, 4) likewise.
-        pieces: (P, 15) for the result, as many as four for each vertex: begin and end, m, place, and first and second
-            derivative there, second derivative at the end, and a chord that it follows, counted within its polygon.
-        rows: (R + 1,) for the first piece of each polygon, and how many there are.
+        pieces: (P, 16) for the result, as many as four for each vertex: begin and end, m, place, and first and second
+            derivative there, second derivative at the end, a chord that it follows, counted within its polygon, and the
+            length of the span that it is of.
+        rows: (R + 1,) for the first piece of each polygon, and how many there are; some may have none.
     """
     row = 0
     for run in range(runs.shape[0] - 1):
@@ -381,7 +386,7 @@ def splines(
                     pieces[row, 5 + axis] = c1 + x * (c2 + 0.5 * x * third)
                     pieces[row, 8 + axis] = c2 + x * third
                     pieces[row, 11 + axis] = c2 + y * third
-                pieces[row, 14] = float(k - 1 - first)
+                pieces[row, 14], pieces[row, 15] = float(k - 1 - first), length
                 row += 1
                 begin = end
     rows[runs.shape[0] - 1] = row
