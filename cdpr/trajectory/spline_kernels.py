@@ -73,7 +73,7 @@ def fill(way: Array, size: Array, first: int, last: int, knots: Array, spans: in
         total += 2.0 * (after - place) / (size[chord] + size[chord + 1])
         place = after
         chord += 1
-    many = max(int(total + 0.5), 1)
+    many = min(max(int(total + 0.5), 1), 2 * (chord - k))  # sizes are wider than most chords
     reached, place = 0.0, begin
     for i in range(1, many):
         while True:
@@ -103,9 +103,10 @@ def knots_of(way: Array, size: Array, first: int, last: int, knots: Array) -> in
     for k in range(first, last):
         begin, end, before, after = way[k], way[k + 1], size[k], size[k + 1]
         own = k == first or before <= OWN * max(end - begin, begin - way[k - 1])
-        if own and begin > knots[spans] + GAP and way[last] - begin > GAP:
-            spans = fill(way, size, filled, last, knots, spans, begin) if skipped else spans + 1
-            knots[spans] = begin
+        if own and way[last] - begin > GAP:
+            if begin > knots[spans] + GAP:
+                spans = fill(way, size, filled, last, knots, spans, begin) if skipped else spans + 1
+                knots[spans] = begin
             filled, skipped = k, False
         skipped = skipped or not own
         owns = k + 1 == last or after <= OWN * max(end - begin, way[k + 2] - end)
