@@ -31,7 +31,7 @@ NARROW = 1e-5
 SHORT = 4e-6  # m; corners beside shorter lines may have no room to be rounded
 
 # Where corners beside it turn alike, by no more than this factor more or less, a corner may be so many times wider.
-ALIKE, WIDER = 4.0, 8
+ALIKE, WIDER = 4.0, 8.0
 
 INNER, OUTER = 0.25, 0.5  # shares of a half chord for the sizes of its ends, so that the curve goes on straight
 

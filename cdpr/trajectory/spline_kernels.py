@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cdpr.model.jit import kernel
 from cdpr.model.robot import Array
+from cdpr.trajectory.worth import MISSES
 
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -311,7 +312,7 @@ def fit(
         if attempt == ROUNDS:
             for k in range(first + 1, last):
                 short = min(way[k] - way[k - 1], way[k + 1] - way[k])
-                size[k] = min(size[k], 0.5 * short, ALONE * 6.0 * missing[k] / max(turn[k], 1e-300))
+                size[k] = min(size[k], 0.5 * short, ALONE * MISSES * missing[k] / max(turn[k], 1e-300))
         grade(way, size, first, last)
         spans = knots_of(way, size, first, last, knots)
         controls_of(points, way, first, last, knots, spans, controls)
