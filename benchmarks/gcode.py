@@ -3,6 +3,7 @@
 Each is loaded in a fresh process that has compiled before. Kinds are a spiral of chords of 1 mm, slices of a printed
 part (a wavy outline and a zigzag), right angles of lines of 20 mm, and arcs of 2 mm; with exact stops, and rounded
 within 1 mm.
+And how much longer whole turns take in chords, to the micron, than as arcs, in shares of the arc's time.
 Run: python benchmarks/gcode.py [--json]
 """
 
@@ -17,8 +18,19 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
+from cdpr.trajectory import Course, Limits, follow, lines
+from cdpr.trajectory import arcs as arcs_of
+
 MOVES = 100_000
 REPEATS = 3
+TURN = 2.0 * math.pi
+RADII = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # m
+CHORDS = (1e-4, 3e-4, 1e-3, 2e-3, 5e-3)  # m
+TOLERANCES = (1e-5, 2e-5, 5e-5, 1e-4, 1e-3, 5e-3)  # m
+MISSED = 1.0 / 1.3
+LIMITS = (Limits(1.0, 2.0, 20.0), Limits(0.5, 1.0, 3.0), Limits(2.0, 20.0, 2000.0))
 ROBOT = Path(__file__).parent.parent / "scenarios" / "robots" / "caroca.yaml"
 SCENARIO = """
 robot: robot.yaml
@@ -104,6 +116,39 @@ def loaded(lines: Iterator[str], tolerance: float) -> list[float]:
     return min(found)
 
 
+def turn(radius: float, chord: float | None, tolerance: float, limits: Limits) -> float:
+    """Seconds of a whole turn, m, as an arc or in chords."""
+    if chord is None:
+        unit = np.eye(3)[:, None]
+        pieces = arcs_of(
+            np.zeros((1, 3)), unit[0], unit[1], np.full((1, 2), radius), np.array([TURN]), np.zeros((1, 3))
+        )
+    else:
+        angle = np.linspace(0.0, TURN, max(round(TURN * radius / chord), 2) + 1)
+        points = np.round(np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.0 * angle], axis=1), 6)
+        pieces = lines(points[:-1], points[1:])
+    count = len(pieces)
+    fast, never = np.full(count, limits.velocity), np.zeros(count, dtype=bool)
+    course = Course(pieces, fast, np.full(count, tolerance), never, np.zeros(count))
+    return follow(0.0, course, limits, np.array([1.0, 0.0, 0.0, 0.0])).end
+
+
+def turns() -> dict[str, float]:
+    """The largest share over all limits and radii, of chords that miss no more than MISSED of the tolerance."""
+    shares = {}
+    for tolerance in TOLERANCES:
+        for chord in CHORDS:
+            found = [
+                turn(radius, chord, tolerance, limits) / turn(radius, None, 0.0, limits)
+                for limits in LIMITS
+                for radius in RADII
+                if chord <= 0.5 * radius and radius <= 3000 * chord and chord**2 / 8 / radius <= MISSED * tolerance
+            ]
+            if found:
+                shares[f"{1e3 * chord:g} mm within {1e3 * tolerance:g} mm"] = max(found)
+    return shares
+
+
 def measure() -> dict[str, dict[str, float]]:
     """All figures, by kind and tolerance."""
     result = {}
@@ -111,6 +156,7 @@ def measure() -> dict[str, dict[str, float]]:
         for tolerance in (0.0, 1e-3):
             seconds, mebibytes, end = loaded(kind(), tolerance)
             result[f"{name}, {tolerance:g} m"] = {"CPU s": seconds, "MiB": mebibytes, "motion": end}
+    result["turns"] = turns()
     return result
 
 

@@ -213,6 +213,14 @@ def span_of(knots: Array, spans: int, controls: Array, j: int, axis: int) -> tup
 
 
 @kernel
+def write_span(knots: Array, spans: int, controls: Array, j: int, span: Array) -> None:
+    """Write what `span_of` says of each coordinate into `span` (3, 4)."""
+    for axis in range(3):
+        c = span[axis]
+        c[0], c[1], c[2], c[3] = span_of(knots, spans, controls, j, axis)
+
+
+@kernel
 def missed(span: Array, length: float, x: float, points: Array, share: float, k: int) -> float:
     """Return how far the curve is from the polygon's place on chord `k`, at x from the span's beginning."""
     square = 0.0
@@ -247,9 +255,7 @@ def hold_to(
     k, low, high = first, first, first
     for j in range(spans):
         length, bend, before = knots[j + 1] - knots[j], 0.0, k
-        for axis in range(3):
-            c = span[axis]
-            c[0], c[1], c[2], c[3] = span_of(knots, spans, controls, j, axis)
+        write_span(knots, spans, controls, j, span)
         for end in (2, 3):
             bend = max(bend, math.sqrt(span[0, end] ** 2 + span[1, end] ** 2 + span[2, end] ** 2))
         between = bend * (length / PLACES) ** 2 / 8.0
@@ -369,9 +375,7 @@ def splines(
         spans = fit(points, way, turn, wanted, tolerance, missing, size, factor, first, last, knots, controls, span)
         k = first
         for j in range(spans):
-            for axis in range(3):
-                c = span[axis]
-                c[0], c[1], c[2], c[3] = span_of(knots, spans, controls, j, axis)
+            write_span(knots, spans, controls, j, span)
             begin, length = knots[j], knots[j + 1] - knots[j]
             while begin < knots[j + 1]:
                 end = knots[j + 1]
