@@ -9,8 +9,9 @@ one kernel.
 from typing import TYPE_CHECKING
 
 from cdpr.lazy import lazily
-from cdpr.trajectory.course import Course, follow
+from cdpr.trajectory.course import Course
 from cdpr.trajectory.curves import Curves, arcs, lines, together
+from cdpr.trajectory.following import follow
 from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
 from cdpr.trajectory.knots import Knot, interpolate, through
 from cdpr.trajectory.paths import arch, circle

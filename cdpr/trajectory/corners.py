@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,41 +9,22 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.curves import PLACES, Curves, Indices, joining, together
 from cdpr.trajectory.jerk_limited import Limits
 
-# Pieces are joined smoothly where their directions differ by less, and their curvatures by less of themselves: points
-# in decimals miss a straight line by rounding. What is left is a step of 1e-9 of the speed.
-SMOOTH = 1e-9
-
-# The share of acceleration and jerk that changes of speed may take on round pieces, and on rounded corners; the rest
-# is for the path's curvature. On the former both are at right angles (0.6^2 + 0.8^2 = 1), on the latter they may add
-# up.
-ROUND, AROUND = 0.6, 0.3
+# The share of acceleration and jerk that changes of speed may take on curves, on corners beside round pieces, and on
+# corners alone between long lines, on which speeds change: the rest is for the path's curvature. On the first both are
+# at right angles or nearly so (0.6^2 + 0.8^2 = 1), on the second they may add up.
+ROUND, AROUND, ALONE = 0.6, 0.3, 0.1
 
 TRIES, SMALLER = 24, 0.5**0.5  # sizes of a rounded corner that are tried; from one to the next by this factor
 CHUNK = 4096  # corners that are worked on at once: memory
 # A cap is looked for down to 2^-MAGNITUDES of the speed wanted, by so many halvings of that interval.
 MAGNITUDES, HALVINGS = 200.0, 60
 
-# A corner that takes less of a piece than this is none.
+# A corner that takes less of a piece than this is none; speeds and distances that differ by less are equal.
 LEAST = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Corners:
-    """What becomes of N - 1 corners between N pieces.
-
-    Attributes:
-        smooth: whether the pieces join as they are.
-        cut: how much of both pieces is replaced by a rounded corner, m; 0 where none is.
-        rounded: the pieces that do, of those alone.
-    """
-
-    smooth: NDArray[np.bool_]
-    cut: Array
-    rounded: Curves
-
-
-def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> Corners:
-    """Judge the corners between N pieces.
+def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> tuple[Array, Curves]:
+    """Return how much of both pieces each corner between N pieces takes, (N - 1,), m, and the rounded ones.
 
     Args:
         pieces: one begins where the one before it ends.
@@ -57,23 +36,15 @@ def corners(pieces: Curves, tolerance: Array, speed: Array, limits: Limits) -> C
     the corner; for straight ones the fastest corner of all polynomials of its degree with continuous acceleration.
     It is the smallest that is passed at the speed wanted, or else the fastest within the tolerance.
     """
-    count = len(pieces)
-    before, after = np.arange(count - 1), np.arange(1, count)
-    _, d0, dd0 = pieces.at(before, pieces.length[:-1])
-    _, d1, dd1 = pieces.at(after, np.zeros(count - 1))
-    turn = np.linalg.norm(d1 - d0, axis=1)
-    bend = np.linalg.norm(dd1 - dd0, axis=1)
-    smooth = (turn <= SMOOTH) & (bend <= SMOOTH * (np.linalg.norm(dd0, axis=1) + np.linalg.norm(dd1, axis=1)))
-    cut = np.zeros(count - 1)
-    wanted = np.flatnonzero(~smooth & (tolerance > 0.0))
+    cut = np.zeros(len(pieces) - 1)
+    wanted = np.flatnonzero(tolerance > 0.0)
     parts: list[Curves] = []
     for begin in range(0, len(wanted), CHUNK):
         part = wanted[begin : begin + CHUNK]
-        found, curve = _rounded(pieces, part, turn[part], tolerance[part], speed, limits)
-        cut[part] = found
-        parts.append(curve.take(found > 0.0))
+        cut[part], curve = _rounded(pieces, part, tolerance[part], speed, limits)
+        parts.append(curve.take(cut[part] > 0.0))
     nothing = pieces.take(np.zeros(0, dtype=np.int64))
-    return Corners(smooth, cut, together(parts) if parts else nothing)
+    return cut, together(parts) if parts else nothing
 
 
 def caps(pieces: Curves, speed: Array, limits: Limits, share: Array) -> Array:
@@ -82,43 +53,48 @@ def caps(pieces: Curves, speed: Array, limits: Limits, share: Array) -> Array:
     `share` (N,) of acceleration and jerk is what the change of speed takes along the path. p = q(s(t)) has
     p'' = q'' v^2 + q' s'' and p''' = q''' v^3 + 3 q'' v s'' + q' s''', of which the norms are bounded.
     """
+    high = np.minimum(speed, limits.velocity) / pieces.bounds[:, 0]
+    left = np.flatnonzero(~_kept(pieces, high, limits, share))
+    if len(left):
+        pieces, share, most = pieces.take(left), share[left], high[left]
+        slow, fast = np.full_like(most, MAGNITUDES), np.zeros_like(most)  # how often it is to be halved
+        for _ in range(HALVINGS):
+            middle = 0.5 * (slow + fast)
+            within = _kept(pieces, most * np.exp2(-middle), limits, share)
+            slow, fast = np.where(within, middle, slow), np.where(within, fast, middle)
+        found = most * np.exp2(-slow)
+        high[left] = np.where(_kept(pieces, found, limits, share), found, 0.0)
+    return high
+
+
+def _kept(pieces: Curves, v: Array, limits: Limits, share: Array) -> NDArray[np.bool_]:
+    """Say whether limits are kept at speeds v (N,), m/s, while the speed changes."""
     k1, k2, k3 = pieces.bounds[:, 0], pieces.bounds[:, 1], pieces.bounds[:, 2]
+    skew, turned = pieces.skew.T
     j = share * limits.jerk
     # Between speeds that differ by v the acceleration rises to sqrt(j v) at most.
     a = np.minimum(share * limits.acceleration, np.sqrt(j * limits.velocity))
-
-    def kept(v: Array) -> NDArray[np.bool_]:
-        inward, along, across = k2 * v**2, k1 * j + k3 * v**3, 3.0 * k2 * v * a
-        second = np.where(pieces.square, np.hypot(a * k1, inward), a * k1 + inward)
-        third = np.where(pieces.square, np.hypot(along, across), along + across)
-        return np.asarray((second <= limits.acceleration) & (third <= limits.jerk))
-
-    high = np.minimum(speed, limits.velocity) / k1
-    good = kept(high)
-    slow, fast = np.full_like(high, MAGNITUDES), np.zeros_like(high)  # how often high is to be halved
-    for _ in range(HALVINGS):
-        middle = 0.5 * (slow + fast)
-        within = kept(high * np.exp2(-middle))
-        slow, fast = np.where(within, middle, slow), np.where(within, fast, middle)
-    return np.where(good, high, np.where(kept(high * np.exp2(-slow)), high * np.exp2(-slow), 0.0))
+    inward, along, across = k2 * v**2, k1 * j + k3 * v**3, 3.0 * k2 * v * a
+    second = (a * k1) ** 2 + inward**2 + 2.0 * skew * a * k1 * inward
+    third = along**2 + across**2 + 2.0 * across * (skew * k1 * j + turned * k3 * v**3)
+    return np.asarray((second <= limits.acceleration**2) & (third <= limits.jerk**2))
 
 
-def _rounded(
-    pieces: Curves, which: Indices, turn: Array, tolerance: Array, speed: Array, limits: Limits
-) -> tuple[Array, Curves]:
+def _rounded(pieces: Curves, which: Indices, tolerance: Array, speed: Array, limits: Limits) -> tuple[Array, Curves]:
     """Return how much each rounded corner takes of both pieces, (K,), m, and the corners."""
     wanted = np.minimum(np.minimum(speed[which], speed[which + 1]), limits.velocity)
     most = 0.5 * np.minimum(pieces.length[which], pieces.length[which + 1])
     # Of straight pieces the middle is 3/32 of the whole length times the turn away from the corner.
+    turn = np.linalg.norm(pieces.at(which + 1, 0.0 * most)[1] - pieces.at(which, pieces.length[which])[1], axis=1)
     size = np.minimum(most, 16.0 / 3.0 * tolerance / np.maximum(turn, 1e-300))
     best, cut, curve = np.zeros(len(which)), np.zeros(len(which)), _corner(pieces, which, size)
     left = np.arange(len(which))
     for _ in range(TRIES):
         tried = _corner(pieces, which[left], size[left])
         cap = caps(tried, wanted[left], limits, np.full(len(left), AROUND))
-        allowed = _missed(pieces, which[left], tried, size[left]) <= tolerance[left] * (1.0 + SMOOTH)
+        allowed = _missed(pieces, which[left], tried, size[left]) <= tolerance[left] * (1.0 + LEAST)
         allowed &= (size > LEAST * most)[left] & (cap > 0.0)
-        fast = allowed & (cap * tried.bounds[:, 0] >= wanted[left] * (1.0 - SMOOTH))
+        fast = allowed & (cap * tried.bounds[:, 0] >= wanted[left] * (1.0 - LEAST))
         # A smaller one that is as fast is nearer to the path.
         better = fast | (allowed & (cap > best[left]))
         chosen = left[better]

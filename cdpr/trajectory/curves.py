@@ -23,6 +23,8 @@ PLACES = (
 # A norm of polynomials of degree n between two such places exceeds both by about (n / PLACES)^2 / 8 of itself.
 MISSED, VARIED = 1.01, 1.5
 
+STRAIGHT = 1e-9  # a cubic of which the direction turns by less, rad, is a line
+
 
 @dataclass(frozen=True, eq=False)
 class Curves:
@@ -35,7 +37,7 @@ class Curves:
         radii: of beginning and end, m, (N, 2).
         angle: by which the radius turns, rad, (N,).
         bounds: largest norms of the first to sixth derivative of q by s, (N, 6).
-        square: whether q'' is at right angles to q', (N,).
+        skew: largest |q' . q''| and |q'' . q'''| as shares of the bounds, (N, 2): 0 where they are at right angles.
     """
 
     length: Array
@@ -44,7 +46,7 @@ class Curves:
     radii: Array
     angle: Array
     bounds: Array
-    square: NDArray[np.bool_]
+    skew: Array
 
     def __len__(self) -> int:
         return len(self.length)
@@ -67,10 +69,11 @@ class Curves:
         x = c0 + w * (c1 + w * (c2 + w * (c3 + w * (c4 + w * c5))))
         d = c1 + w * (2.0 * c2 + w * (3.0 * c3 + w * (4.0 * c4 + w * 5.0 * c5)))
         dd = 2.0 * c2 + w * (6.0 * c3 + w * (12.0 * c4 + w * 20.0 * c5))
-        radius, growth, angle, out, on = self._turned(which, w)
-        x = x + radius * out
-        d = d + radius * angle * on + growth * out
-        dd = dd - radius * angle**2 * out + 2.0 * growth * angle * on
+        if self.angle.any():
+            radius, growth, angle, out, on = self._turned(which, w)
+            x = x + radius * out
+            d = d + radius * angle * on + growth * out
+            dd = dd - radius * angle**2 * out + 2.0 * growth * angle * on
         return x, d / length, dd / length**2
 
     def third(self, which: Indices, s: Array) -> Array:
@@ -117,7 +120,7 @@ def lines(begin: Array, end: Array) -> Curves:
     bounds = np.zeros((count, 6))
     bounds[:, 0] = 1.0
     still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
-    return Curves(length, powers, *still, bounds, np.ones(count, dtype=bool))
+    return Curves(length, powers, *still, bounds, np.zeros((count, 2)))
 
 
 def arcs(center: Array, out: Array, on: Array, radii: Array, angle: Array, climb: Array) -> Curves:
@@ -139,7 +142,8 @@ def arcs(center: Array, out: Array, on: Array, radii: Array, angle: Array, climb
     bounds = np.ones((count, 6))
     for k in range(2, 7):
         bounds[:, k - 1] = np.hypot(radius * angle**k, k * growth * angle ** (k - 1)) / length**k
-    return Curves(length, powers, np.stack([out, on], axis=1), radii, angle, bounds, growth == 0.0)
+    skew = np.where(growth == 0.0, 0.0, 1.0)[:, None] * np.ones(2)
+    return Curves(length, powers, np.stack([out, on], axis=1), radii, angle, bounds, skew)
 
 
 def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curves:
@@ -159,7 +163,39 @@ def joining(length: Array, begin: Sequence[Array], end: Sequence[Array]) -> Curv
             norms /= length
             bounds[:, 0] = 1.0 + VARIED * np.maximum(norms - 1.0, 0.0)
     still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
-    return Curves(length, powers, *still, bounds, np.zeros(count, dtype=bool))
+    return Curves(length, powers, *still, bounds, np.ones((count, 2)))
+
+
+def cubics(length: Array, begin: Sequence[Array], second: Array, whole: Array) -> Curves:
+    """Cubics of lengths (N,) from q, q', q'' (N, 3) at their begin and q'' at their end.
+
+    Where the direction turns by less than STRAIGHT on the whole length of what they are parts of, they are lines.
+    """
+    count, h = len(length), length[:, None]
+    x, d, dd = begin
+    size = np.maximum(np.linalg.norm(dd, axis=1), np.linalg.norm(second, axis=1))
+    third = (second - dd) / h
+    straight = size * whole <= STRAIGHT
+    powers, bounds, skew = np.zeros((count, 3, 6)), np.zeros((count, 6)), np.zeros((count, 2))
+    powers[:, :, 0], powers[:, :, 1] = x, h * (d + np.where(straight[:, None], h * (dd / 3.0 + second / 6.0), 0.0))
+    powers[:, :, 2] = np.where(straight[:, None], 0.0, 0.5 * h**2 * dd)
+    powers[:, :, 3] = np.where(straight[:, None], 0.0, h**3 * third / 6.0)
+    bounds[:, 1], bounds[:, 2] = np.where(straight, 0.0, size), np.where(straight, 0.0, np.linalg.norm(third, axis=1))
+    # Products of polynomials are within their Bernstein coefficients; q' has d, middle, end, and q'' dd, second.
+    middle, end = d + 0.5 * h * dd, d + 0.5 * h * (dd + second)
+    fastest = np.max([np.linalg.norm(each, axis=1) for each in (d, middle, end)], axis=0)
+    bounds[:, 0] = np.where(fastest <= 1.0 + STRAIGHT, 1.0, fastest)
+    along = [
+        np.sum(d * dd, axis=1),
+        np.sum(d * second + 2.0 * middle * dd, axis=1) / 3.0,
+        np.sum(2.0 * middle * second + end * dd, axis=1) / 3.0,
+        np.sum(end * second, axis=1),
+    ]
+    across = [np.sum(dd * third, axis=1), np.sum(second * third, axis=1)]
+    skew[:, 0] = np.abs(along).max(axis=0) / np.where(straight, 1.0, size)
+    skew[:, 1] = np.abs(across).max(axis=0) / np.where(bounds[:, 2] > 0.0, size * bounds[:, 2], 1.0)
+    still = np.zeros((count, 2, 3)), np.zeros((count, 2)), np.zeros(count)
+    return Curves(length, powers, *still, bounds, np.where(straight[:, None], 0.0, np.minimum(skew, 1.0)))
 
 
 def together(parts: Sequence[Curves]) -> Curves:

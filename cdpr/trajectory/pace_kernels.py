@@ -32,8 +32,18 @@ def ramp_way(slow: float, fast: float, acceleration: float, jerk: float) -> floa
 
 
 @kernel
+def grow(tree: Indices, values: Array, base: int, count: int) -> None:
+    """Fill a tree in which the sections of the least values of a chain are found."""
+    for i in range(count):
+        tree[2 * base + count + i] = i
+    for i in range(count - 1, 0, -1):
+        one, other = tree[2 * base + 2 * i], tree[2 * base + 2 * i + 1]
+        tree[2 * base + i] = other if values[base + other] < values[base + one] else one
+
+
+@kernel
 def lowest(tree: Indices, caps: Array, base: int, count: int, first: int, last: int) -> int:
-    """Return the section of the least cap among those from `first` to `last`, counted within the chain."""
+    """Return the section of the least value among those from `first` to `last`, counted within the chain."""
     best = first
     left, right = first + count, last + count + 1
     while left < right:
@@ -50,6 +60,59 @@ def lowest(tree: Indices, caps: Array, base: int, count: int, first: int, last: 
         left //= 2
         right //= 2
     return best
+
+
+@kernel
+def change_way(
+    slow: float,
+    fast: float,
+    place: float,
+    onward: bool,
+    starts: Array,
+    accelerations: Array,
+    jerks: Array,
+    tree: Indices,
+    base: int,
+    count: int,
+    first: int,
+    last: int,
+) -> tuple[float, float, float]:
+    """Return the way of a change of speed, and the acceleration and jerk that all sections which it touches allow.
+
+    It begins at `place`, where section `first` does, or ends there, where section `last` does.
+    """
+    near, far = first, last
+    if onward:
+        far = first
+    else:
+        near = last
+    while True:
+        strictest = base + lowest(tree, jerks, base, count, near, far)
+        acceleration, jerk = accelerations[strictest], jerks[strictest]
+        way = ramp_way(slow, fast, acceleration, jerk)
+        if onward:
+            if far == last or place + way <= starts[base + far + 1]:
+                break
+            low, high = far + 1, last  # the last section that begins before the change ends
+            while low < high:
+                middle = (low + high + 1) // 2
+                if starts[base + middle] < place + way:
+                    low = middle
+                else:
+                    high = middle - 1
+            far = low
+        else:
+            if near == first or place - way >= starts[base + near]:
+                break
+            low, high = first, near - 1  # the first section that ends behind where the change begins
+            while low < high:
+                middle = (low + high) // 2
+                if starts[base + middle + 1] > place - way:
+                    high = middle
+                else:
+                    low = middle + 1
+            near = low
+    return way, acceleration, jerk
 
 
 @kernel
@@ -93,10 +156,10 @@ def ramp(phases: Array, row: int, s: float, begin: float, end: float, accelerati
 def pace(
     starts: Array,
     caps: Array,
-    limits: Array,
+    accelerations: Array,
+    jerks: Array,
     chains: Indices,
-    together: Array,
-    tree: Indices,
+    trees: Indices,
     stack: Array,
     phases: Array,
     rows: Indices,
@@ -110,10 +173,10 @@ def pace(
     Args:
         starts: (N + 1,) where the sections begin, and the last one ends, m; increasing.
         caps: (N,) largest speed in each, m/s.
-        limits: (N, 2) acceleration and jerk along the path in each, m/s^2, m/s^3.
+        accelerations: (N,) largest along the path in each, m/s^2.
+        jerks: (N,) likewise, m/s^3; both are least in the same section.
         chains: (C + 1,) first section of each chain, and N.
-        together: (C, 2) the same, for changes of speed that go on through several sections of a chain.
-        tree: (2 N,) to work in.
+        trees: (2, 2 N) to work in.
         stack: (2 N + 8, 9) likewise.
         phases: (8 N + 7 C, 5) for the result: duration, s, and speed, acceleration at the beginning, jerk.
         rows: (C + 1,) for the first phase of each chain, and how many there are.
@@ -122,11 +185,8 @@ def pace(
     for chain in range(chains.shape[0] - 1):
         rows[chain] = row
         base, count = chains[chain], chains[chain + 1] - chains[chain]
-        for i in range(count):
-            tree[2 * base + count + i] = i
-        for i in range(count - 1, 0, -1):
-            one, other = tree[2 * base + 2 * i], tree[2 * base + 2 * i + 1]
-            tree[2 * base + i] = other if caps[base + other] < caps[base + one] else one
+        grow(trees[0], caps, base, count)
+        grow(trees[1], jerks, base, count)
         stack[0, 0], stack[0, 1], stack[0, 2] = STRETCH, starts[base], starts[base + count]
         stack[0, 3], stack[0, 4], stack[0, 5], stack[0, 6] = 0.0, 0.0, 0.0, float(count - 1)
         top = 1
@@ -140,29 +200,40 @@ def pace(
                 row = ramp(phases, row, begin, v0, v1, stack[top, 7], stack[top, 8])
                 continue
             first, last = int(stack[top, 5]), int(stack[top, 6])
-            if first == last:
-                acceleration, jerk = limits[base + first, 0], limits[base + first, 1]
-            else:
-                acceleration, jerk = together[chain, 0], together[chain, 1]
-            section = lowest(tree, caps, base, count, first, last)
+            section = lowest(trees[0], caps, base, count, first, last)
             cap, way = max(caps[base + section], v0, v1), end - begin
-            rise, fall = ramp_way(v0, cap, acceleration, jerk), ramp_way(v1, cap, acceleration, jerk)
+            rise, a0, j0 = change_way(
+                v0, cap, begin, True, starts, accelerations, jerks, trees[1], base, count, first, last
+            )
+            fall, a1, j1 = change_way(
+                v1, cap, end, False, starts, accelerations, jerks, trees[1], base, count, first, last
+            )
             if rise + fall >= way:  # the cap is not reached
                 low, high = max(v0, v1), cap
                 for _ in range(HALVINGS):
                     middle = 0.5 * (low + high)
                     if middle <= low or middle >= high:
                         break
-                    up, down = ramp_way(v0, middle, acceleration, jerk), ramp_way(v1, middle, acceleration, jerk)
+                    up, _, _ = change_way(
+                        v0, middle, begin, True, starts, accelerations, jerks, trees[1], base, count, first, last
+                    )
+                    down, _, _ = change_way(
+                        v1, middle, end, False, starts, accelerations, jerks, trees[1], base, count, first, last
+                    )
                     if up + down > way:
                         high = middle
                     else:
                         low = middle
-                rise, fall = ramp_way(v0, low, acceleration, jerk), ramp_way(v1, low, acceleration, jerk)
-                row = ramp(phases, row, begin, v0, low, acceleration, jerk)
+                rise, a0, j0 = change_way(
+                    v0, low, begin, True, starts, accelerations, jerks, trees[1], base, count, first, last
+                )
+                fall, a1, j1 = change_way(
+                    v1, low, end, False, starts, accelerations, jerks, trees[1], base, count, first, last
+                )
+                row = ramp(phases, row, begin, v0, low, a0, j0)
                 if low > 0.0:
                     row = put(phases, row, (way - rise - fall) / low, begin + rise, low, 0.0, 0.0)
-                row = ramp(phases, row, end - fall, low, v1, acceleration, jerk)
+                row = ramp(phases, row, end - fall, low, v1, a1, j1)
                 continue
             there, back = begin + rise, end - fall
             x = min(max(starts[base + section], there), back)
@@ -171,13 +242,13 @@ def pace(
             stack[top, 0] = STRETCH if y < back and section < last else RAMP
             stack[top, 1], stack[top, 2], stack[top, 3], stack[top, 4] = y, end, cap, v1
             stack[top, 5], stack[top, 6] = float(section + 1), float(last)
-            stack[top, 7], stack[top, 8] = acceleration, jerk
+            stack[top, 7], stack[top, 8] = a1, j1
             stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = CRUISE, x, y
             stack[top + 1, 3], stack[top + 1, 4] = cap, cap
             top += 2
             stack[top, 0] = STRETCH if x > there and section > first else RAMP
             stack[top, 1], stack[top, 2], stack[top, 3], stack[top, 4] = begin, x, v0, cap
             stack[top, 5], stack[top, 6] = float(first), float(section - 1)
-            stack[top, 7], stack[top, 8] = acceleration, jerk
+            stack[top, 7], stack[top, 8] = a0, j0
             top += 1
     rows[chains.shape[0] - 1] = row

@@ -211,6 +211,17 @@ def test_who_says_how_corners_are_passed(folder):
     assert ends[1] < ends[0]
 
 
+def test_short_lines_of_a_curve_are_passed_as_the_curve_is(folder):
+    """A circle in chords of 1 mm, to the micron, at a feed for each line, and the same as an arc."""
+    angle = np.linspace(0, 2 * np.pi, 629)
+    chords = "".join(f"G1 X{100 * np.cos(a):.3f} Y{100 * np.sin(a):.3f} F24000\n" for a in angle[1:])
+    begin = "F24000\nG1 X100 Y0 Z1000\nG4 P0\n"
+    arc = read(folder, begin + "G3 I-100\n").planned.end
+    assert read(folder, begin + chords, ", tolerance: 0.0001").planned.end < 1.1 * arc
+    assert read(folder, begin + "G64 P0.1\n" + chords).planned.end < 1.1 * arc
+    assert read(folder, begin + chords).planned.end > 10 * arc
+
+
 # What is no motion
 
 
@@ -289,6 +300,9 @@ def test_a_feed_beyond_the_limits_is_told(folder):
             "no arc: its centre is 0.001 m from where it begins and 0.008 m from where it ends",
         ),
         ("F1\nG1 X999999999\nG91 X999999999", 3, "leads 2e+06 m from the origin"),
+        ("F1 G1 X1e3", 1, "'X1E3': E behind a digit is an exponent to some, filament to others"),
+        ("F1 G1 X1\nG92\nX2", 2, "G92: where the motion is to be, X, Y or Z, is expected"),
+        ("F1 G1 X1\nM-3", 2, "M: a number of 0 or more is expected after it"),
     ],
 )
 def test_each_mistake_is_one_line_with_its_place(folder, text, line, what):
@@ -308,6 +322,9 @@ def test_each_mistake_is_one_line_with_its_place(folder, text, line, what):
         ("G64 P1\nG1 X1", "G64 is not known here, only G0"),
         ("M220 S0", "M220: S, a percentage greater than 0"),
         ('M32 "x.g"', "M32 runs or changes what is not known here"),
+        ("G1 X5 E1e-3", "E behind a digit is an exponent to some, filament to others"),
+        ("M104 S200 G1 X5", "G1 is another command behind M104: give it a line of its own"),
+        ("T1 G1 X5", "G1 is another command behind T1"),
     ],
 )
 def test_mistakes_of_the_other_dialect(folder, text, what):
@@ -316,11 +333,30 @@ def test_mistakes_of_the_other_dialect(folder, text, what):
     assert what in found
 
 
+def test_lines_end_as_on_any_system(folder):
+    for end in ("\n", "\r\n", "\r"):
+        same(points(folder, end.join(["F6000", "G1 X100", "Y5", ""])), [100, 100, 1200], [100, 5, 1200])
+    assert refused(folder, "F6000\rG1 X1\rG28\r")[0].startswith("a.ngc:3:1: ")
+
+
+def test_lines_without_end(folder):
+    """Ten megabytes are no more than a comment, or a fault in its line."""
+    same(points(folder, f"F6000 ;{'a' * 10**7}\nG1 X5 ({'a' * 10**7})"), [5, 100, 1200])
+    (found,) = refused(folder, "F6000\nG1 X" + "5" * 10**7)
+    assert found.startswith("a.ngc:2:1: trajectory.file: the line has 10000004 characters")
+
+
+def test_what_is_text_is_no_command(folder):
+    text = 'M117 G1 X9\nM291 P"then G1 X9" S1\nM104 S200 T0\nG1X5Y6E.5\n'
+    same(points(folder, text, PRINTER), [5, 6, 1200])
+
+
 def test_a_right_checksum(folder):
     total = 0
     for byte in b"N1 G1 X5":
         total ^= byte
-    same(points(folder, f"N1 G1 X5*{total}", PRINTER), [5, 100, 1200])
+    for comment in ("", " ; a * b", " (a * b) (c*d)"):
+        same(points(folder, f"N1 G1 X5*{total}{comment}", PRINTER), [5, 100, 1200])
 
 
 def test_not_more_faults_are_told_than_anyone_reads(folder):

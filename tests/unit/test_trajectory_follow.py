@@ -47,11 +47,11 @@ def largest(motion):
     return Limits(*norms)
 
 
-def assert_kept(motion, limits=LIMITS):
+def assert_kept(motion, limits=LIMITS, slack=ROUNDING):
     found = largest(motion)
-    assert found.velocity <= limits.velocity * (1 + ROUNDING)
-    assert found.acceleration <= limits.acceleration * (1 + ROUNDING)
-    assert found.jerk <= limits.jerk * (1 + ROUNDING)
+    assert found.velocity <= limits.velocity * (1 + slack)
+    assert found.acceleration <= limits.acceleration * (1 + slack)
+    assert found.jerk <= limits.jerk * (1 + slack)
 
 
 def assert_derivatives(motion):
@@ -160,11 +160,12 @@ def distance(points, path):
     return max(np.linalg.norm(path - point, axis=1).min() for point in points)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-3, 2e-2])
+@pytest.mark.parametrize(("tolerance", "feed"), [(1e-4, 0.02), (1e-3, 0.06), (2e-2, 0.3)])
 @pytest.mark.parametrize("pieces", [polyline(CORNERS), slot()], ids=["corners", "slot"])
-def test_rounded_corners_stay_within_their_tolerance(pieces, tolerance):
-    motion = follow(0.0, course(pieces, tolerance=tolerance), LIMITS, UPRIGHT)
-    assert_kept(motion)
+def test_rounded_corners_stay_within_their_tolerance(pieces, tolerance, feed):
+    """At feeds at which it pays to round them."""
+    motion = follow(0.0, course(pieces, feed, tolerance=tolerance), LIMITS, UPRIGHT)
+    assert_kept(motion, dataclasses.replace(LIMITS, velocity=feed))
     assert_derivatives(motion)
     assert_smooth(motion)
     times, rows = samples(motion, 3001)
@@ -268,10 +269,11 @@ def test_speeds_keep_their_caps_and_are_not_wasted(seed):
     length = 10.0 ** rng.uniform(-4, 0, count)
     starts = np.concatenate([[0.0], np.cumsum(length)])
     caps = rng.choice([0.1, 0.5, 10.0 ** rng.uniform(-3, 0.3)], count)
-    limits = np.tile([2.0, 20.0], (count, 1))
+    shares = rng.choice([1.0, 0.6, 0.1], count) if rng.random() < 0.5 else np.ones(count)
+    limits = 2.0 * shares, 20.0 * shares
     phases, rows = np.zeros((8 * count + 7, 5)), np.zeros(2, dtype=np.int64)
-    tree, stack = np.zeros(2 * count, dtype=np.int64), np.zeros((2 * count + 8, 9))
-    pace(starts, caps, limits, np.array([0, count]), limits[:1], tree, stack, phases, rows)
+    trees, stack = np.zeros((2, 2 * count), dtype=np.int64), np.zeros((2 * count + 8, 9))
+    pace(starts, caps, *limits, np.array([0, count]), trees, stack, phases, rows)
     time, s, v, a, jerk = phases[: rows[1]].T
     np.testing.assert_allclose(s[0], 0.0)
     assert v[0] == 0.0
@@ -287,8 +289,11 @@ def test_speeds_keep_their_caps_and_are_not_wasted(seed):
         section = np.clip(np.searchsorted(starts, place - 1e-9, side="right") - 1, 0, count - 1)
         next_one = np.clip(np.searchsorted(starts, place + 1e-9, side="right") - 1, 0, count - 1)
         assert (speed <= np.maximum(caps[section], caps[next_one]) * (1 + 1e-9)).all()
+        most = np.maximum(shares[section], shares[next_one])
+        assert (np.abs(a + t * jerk) <= 2.0 * most * (1 + 1e-9) + 1e-9).all(), "each section keeps its own limits"
+        assert (np.abs(jerk) <= 20.0 * most * (1 + 1e-9)).all()
     slowest = int(np.argmin(caps))
-    if length[slowest] > 2 * caps[slowest] * (caps[slowest] / 2.0 + 0.1):
+    if length[slowest] > 2 * caps[slowest] * (caps[slowest] / 2.0 + 0.1) / shares.min():
         assert np.isclose(v, caps[slowest]).any(), "the least cap is reached where there is room"
 
 
@@ -308,4 +313,5 @@ def test_limits_of_any_size(limits, tolerance):
     assert np.isfinite(motion.segments).all()
     end = pieces.at(np.array([2]), pieces.length[2:])[0][0]
     np.testing.assert_allclose(motion.sample(motion.end)[:3], end, atol=1e-9)
-    assert_kept(motion, Limits(*limits))
+    # At 1e-12 m/s speeds change on ways below the rounding of positions, and may so lie in the next section.
+    assert_kept(motion, Limits(*limits), 1e-6)

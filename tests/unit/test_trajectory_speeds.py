@@ -10,7 +10,7 @@ from test_trajectory_paths import UPRIGHT, samples
 from cdpr.trajectory import Limits, follow
 
 BEND = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
-LIMITS = Limits(1.0, 2.0, 20.0)
+LIMITS = Limits(1.0, 0.1, 0.1)  # low, so that the corner is a large one
 
 
 @pytest.mark.parametrize("speeds", [(0.05, 0.4), (0.4, 0.05)])

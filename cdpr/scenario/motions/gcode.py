@@ -49,7 +49,7 @@ class Gcode(Motion):
     limits: Limits = Field(description="limits of the translation; a feed beyond `velocity` is kept at it")
     tolerance: NonNegative = Field(
         0.0,
-        description="how far corners may be missed to pass them without a stop, where the file has no G61 or G64 P; "
+        description="how far lines and corners may be missed to pass without a stop, where there is no G61 or G64 P; "
         "0 stops at each",
         json_schema_extra=unit("m"),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ SPIRAL, SPIRAL_SHARE = 3e-5, 1e-3
 FUZZ = 1e-6
 
 NO_WAY = 1e-12  # m; steps shorter than this lead nowhere
+
+Point = tuple[float, float]
 
 ROUNDING = 1e-15  # entries of a rotation matrix below this are zero
 
@@ -74,28 +77,20 @@ class Path:
 
 @dataclass
 class _Laid:
-    """What is gathered: of each piece its ends or centre, and what it is passed with."""
+    """What is gathered: where each piece ends, what it is passed with, which ones are arcs, and of these what they are.
+
+    Of numbers one after the other, for so many small objects would take more time than all else.
+    """
 
     lines: list[int] = field(default_factory=list)
-    ends: list[tuple[list[float], list[float]]] = field(default_factory=list)
-    arcs: dict[int, _Arc] = field(default_factory=dict)
+    ends: list[float] = field(default_factory=list)
+    arcs: list[int] = field(default_factory=list)
+    round: list[float] = field(default_factory=list)
     speed: list[float] = field(default_factory=list)
     tolerance: list[float] = field(default_factory=list)
     stop: list[bool] = field(default_factory=list)
     pause: list[float] = field(default_factory=list)
     delay: float = 0.0
-
-
-@dataclass(frozen=True)
-class _Arc:
-    """A round piece in the file's coordinates."""
-
-    centre: Array
-    out: Array
-    on: Array
-    radii: tuple[float, float]
-    angle: float
-    climb: Array
 
 
 @lru_cache(maxsize=4)
@@ -106,7 +101,7 @@ def lay(program: Program, placing: Placing, begin: tuple[float, float, float], t
     """
     laid = _Laid()
     faults: list[tuple[int, int, str]] = []
-    here = placing.file(np.array(begin)).tolist()
+    first = here = placing.file(np.array(begin)).tolist()
     offset, kept = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     for step in program.steps:
         if step.kind == "stop":
@@ -125,27 +120,29 @@ def lay(program: Program, placing: Placing, begin: tuple[float, float, float], t
             there = _target(step, here, offset)
             if step.kind == "arc":
                 try:
-                    arc = _arc(step, here, there, offset)
+                    laid.round += _arc(step, here, there, offset)
                 except ValueError as error:
                     faults.append((step.line, 0, str(error)))
                     if len(faults) == MAX_FAULTS:
                         break
                     here = there
                     continue
-                laid.arcs[len(laid.lines)] = arc
+                laid.arcs.append(len(laid.lines))
             elif math.dist(here, there) * placing.scale <= NO_WAY:
                 continue
             laid.lines.append(step.line)
-            laid.ends.append((here, there))
+            laid.ends += there
             laid.speed.append(step.speed)
             laid.tolerance.append(tolerance if step.tolerance is None else step.tolerance * placing.scale)
             laid.stop.append(False)
             laid.pause.append(0.0)
             here = there
-    faults += _far(laid, placing)
+    ends = placing.world(np.array([*first, *laid.ends]).reshape(-1, 3))
+    arcs = _Arcs.of(np.array(laid.round).reshape(-1, _Arcs.NUMBERS), placing)
+    faults += _far(laid, ends, arcs)
     if faults:
         raise TableError(sorted(faults)[:MAX_FAULTS])
-    return Path(_course(laid, placing), np.array(laid.lines, dtype=np.int64), laid.delay)
+    return Path(_course(laid, ends, arcs), np.array(laid.lines, dtype=np.int64), laid.delay)
 
 
 def _stop(laid: _Laid, pause: float) -> None:
@@ -169,18 +166,16 @@ def _target(step: Step, here: list[float], offset: list[float]) -> list[float]:
     return there
 
 
-def _arc(step: Step, here: list[float], there: list[float], offset: list[float]) -> _Arc:
-    """Return an arc; ValueError where there is none."""
+def _arc(step: Step, here: list[float], there: list[float], offset: list[float]) -> list[float]:
+    """Return the numbers of an arc in the file's coordinates, as `_Arcs` has them; ValueError where there is none."""
     first, second, turn = step.plane
-    begin = np.array([here[first], here[second]])
-    end = np.array([there[first], there[second]])
+    begin, end = (here[first], here[second]), (there[first], there[second])
     if step.radius is not None:
         middle = _middle(begin, end, step.radius, step.clockwise)
     else:
-        given = np.array([step.centre[axis] or 0.0 for axis in step.plane[:2]])
-        base = begin if step.centre_relative else np.array([0.0 if step.machine else offset[k] for k in step.plane[:2]])
-        middle = base + given
-    (x0, y0), (x1, y1) = begin - middle, end - middle
+        base = begin if step.centre_relative else (0.0, 0.0) if step.machine else (offset[first], offset[second])
+        middle = base[0] + (step.centre[first] or 0.0), base[1] + (step.centre[second] or 0.0)
+    x0, y0, x1, y1 = begin[0] - middle[0], begin[1] - middle[1], end[0] - middle[0], end[1] - middle[1]
     r0, r1 = math.hypot(x0, y0), math.hypot(x1, y1)
     if r0 <= NO_WAY or r1 <= NO_WAY:
         raise ValueError("the arc's centre is where it begins or ends")
@@ -195,62 +190,67 @@ def _arc(step: Step, here: list[float], there: list[float], offset: list[float])
         # With a radius both ends differ, so that a whole turn is never meant.
         angle = 2.0 * math.pi
     angle += 2.0 * math.pi * (step.turns - 1)
-    centre, out, on, climb = np.zeros((4, 3))
-    centre[[first, second, turn]] = *middle, here[turn]
-    out[[first, second]] = x0 / r0, y0 / r0
-    on[[first, second]] = -sense * y0 / r0, sense * x0 / r0
+    centre, out, on, climb = [0.0] * 3, [0.0] * 3, [0.0] * 3, [0.0] * 3
+    centre[first], centre[second], centre[turn] = *middle, here[turn]
+    out[first], out[second] = x0 / r0, y0 / r0
+    on[first], on[second] = -sense * y0 / r0, sense * x0 / r0
     climb[turn] = there[turn] - here[turn]
     growth = r1 if abs(r1 - r0) > NO_WAY else r0
-    return _Arc(centre, out, on, (r0, growth), angle, climb)
+    return [*centre, *out, *on, *climb, r0, growth, angle]
 
 
-def _middle(begin: Array, end: Array, radius: float, clockwise: bool) -> Array:
+def _middle(begin: Point, end: Point, radius: float, clockwise: bool) -> Point:
     """Return the centre of an arc of a radius, m: of less than half a turn where it is positive."""
-    chord = end - begin
-    length = float(np.linalg.norm(chord))
+    x, y = end[0] - begin[0], end[1] - begin[1]
+    length = math.hypot(x, y)
     if length <= NO_WAY:
         raise ValueError("an arc with a radius R ends where it begins: give its centre instead")
     away = radius**2 - 0.25 * length**2
     if away < -max(2.0 * SPIRAL * abs(radius), SPIRAL_SHARE * radius**2):
         raise ValueError(f"no arc of radius {abs(radius):.9g} m reaches over {length:.9g} m, more than twice of it")
-    left = np.array([-chord[1], chord[0]]) / length
     # Turning to the left, the centre of the shorter way is on the left.
     side = (-1.0 if clockwise else 1.0) * (1.0 if radius > 0.0 else -1.0)
-    return np.asarray(begin + 0.5 * chord + side * math.sqrt(max(away, 0.0)) * left)
+    share = side * math.sqrt(max(away, 0.0)) / length
+    return begin[0] + 0.5 * x - share * y, begin[1] + 0.5 * y + share * x
 
 
-def _far(laid: _Laid, placing: Placing) -> list[tuple[int, int, str]]:
+@dataclass(frozen=True, eq=False)
+class _Arcs:
+    """Round pieces in the world, K: what `trajectory.arcs` wants."""
+
+    NUMBERS: ClassVar[int] = 15
+
+    centre: Array
+    out: Array
+    on: Array
+    radii: Array
+    angle: Array
+    climb: Array
+
+    @classmethod
+    def of(cls, numbers: Array, placing: Placing) -> _Arcs:
+        """Return those of numbers (K, 15): centre, unit vectors out and on, climb, both radii, angle."""
+        centre, out, on, climb = (numbers[:, k : k + 3] for k in range(0, 12, 3))
+        out, on, climb = (vectors @ placing.axes.T for vectors in (out, on, climb))
+        radii, climb = placing.scale * numbers[:, 12:14], placing.scale * climb
+        return cls(placing.world(centre), out, on, radii, numbers[:, 14], climb)
+
+
+def _far(laid: _Laid, ends: Array, arcs: _Arcs) -> list[tuple[int, int, str]]:
     """Return the first place that is too far away, as a fault."""
-    if not laid.lines:
-        return []
-    reach = np.abs(placing.world(np.array([there for _, there in laid.ends]))).max(axis=1)
-    for k, arc in laid.arcs.items():
-        reach[k] = max(reach[k], np.abs(placing.world(arc.centre[None])).max() + placing.scale * max(arc.radii))
+    reach = np.abs(ends[1:]).max(axis=1)
+    which = np.array(laid.arcs, dtype=np.int64)
+    reach[which] = np.maximum(reach[which], np.abs(arcs.centre).max(axis=1) + arcs.radii.max(axis=1))
     wrong = np.flatnonzero(~(reach <= MAX_DISTANCE))[:1]
     return [(laid.lines[k], 0, f"leads {reach[k]:.4g} m from the origin, {MAX_DISTANCE:g} m at most") for k in wrong]
 
 
-def _course(laid: _Laid, placing: Placing) -> trajectory.Course | None:
-    count = len(laid.lines)
-    if not count:
+def _course(laid: _Laid, ends: Array, arcs: _Arcs) -> trajectory.Course | None:
+    if not laid.lines:
         return None
-    ends = np.array(laid.ends)
-    pieces = trajectory.lines(placing.world(ends[:, 0]), placing.world(ends[:, 1]))
-    if laid.arcs:
-        rows = list(laid.arcs.values())
-
-        def turned(name: str) -> Array:
-            return np.asarray(np.array([getattr(row, name) for row in rows]) @ placing.axes.T)
-
-        round_ones = trajectory.arcs(
-            placing.world(np.array([row.centre for row in rows])),
-            turned("out"),
-            turned("on"),
-            placing.scale * np.array([row.radii for row in rows]),
-            np.array([row.angle for row in rows]),
-            placing.scale * turned("climb"),
-        )
-        pieces.replace(np.array(list(laid.arcs), dtype=np.int64), round_ones)
+    pieces = trajectory.lines(ends[:-1], ends[1:])
+    round_ones = trajectory.arcs(arcs.centre, arcs.out, arcs.on, arcs.radii, arcs.angle, arcs.climb)
+    pieces.replace(np.array(laid.arcs, dtype=np.int64), round_ones)
     pause = np.array(laid.pause)
     return trajectory.Course(pieces, np.array(laid.speed), np.array(laid.tolerance), np.array(laid.stop), pause)
 

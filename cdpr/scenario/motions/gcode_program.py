@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 from cdpr.fields import MAX_DISTANCE
 from cdpr.model.frozen import Frozen
@@ -57,8 +58,7 @@ IGNORABLE = r"G[0-9]+(\.[0-9]+)?|M[0-9]+|[A-EHLOQS-W]"  # words that may be pass
 Triple = tuple[float | None, float | None, float | None]
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """One thing that a line asks for, lengths in m as the file has them.
 
     Attributes:
@@ -139,6 +139,7 @@ class _Reader:
 
     def __init__(self, dialect: str, unit: str, ignore: set[str]) -> None:
         self.dialect, self.ignore = dialect, ignore
+        self.known = KNOWN[dialect] | IDLE[dialect]
         self.steps: list[Step] = []
         self.passed_over: set[str] = set()
         self.moves = 0
@@ -165,6 +166,8 @@ class _Reader:
             self._pause(number, others)
         for code in (92.0, 92.1, 92.2, 92.3):
             if code in codes:
+                if code == 92.0 and self.dialect == LINUXCNC and not others.keys() & set(AXES):
+                    raise LineError("G92: where the motion is to be, X, Y or Z, is expected")
                 kind = {92.0: "offset", 92.1: "forget", 92.2: "suspend", 92.3: "recall"}[code]
                 target = self._triple(others, AXES) if code == 92.0 else (None, None, None)
                 self.steps.append(Step(number, kind, target))
@@ -219,7 +222,7 @@ class _Reader:
         return codes, others, machine
 
     def _known(self, word: Word, value: float) -> None:
-        if value not in KNOWN[self.dialect] | IDLE[self.dialect]:
+        if value not in self.known:
             known = ", ".join(f"G{code:g}" for code in sorted(KNOWN[self.dialect]))
             raise LineError(f"{word.name} is not known here, only {known}{self._way_out(word.name)}")
 
@@ -338,8 +341,8 @@ class _Reader:
         for k, word in enumerate(words):
             if word.letter != "M":
                 continue
-            if word.value is None:
-                raise LineError("M: a number is expected after it")
+            if word.value is None or word.value < 0.0:
+                raise LineError("M: a number of 0 or more is expected after it")
             if word.value in REFUSED[self.dialect] and word.name not in self.ignore:
                 raise LineError(f"{word.name} runs or changes what is not known here{self._way_out(word.name)}")
             if word.value in ENDS[self.dialect]:

@@ -19,7 +19,13 @@ MAX_BYTES = 32 * 1024 * 1024
 MAX_LINE = 1000  # characters; controllers take 256
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|)\s*")
+WORDS = re.compile(rf"(?:{WORD.pattern})*")
 COMMENT = re.compile(r"\([^()]*\)")
+QUOTED = re.compile(r'"[^"]*"?')
+# Directly after a digit RepRapFirmware takes E for an exponent, others for filament.
+EXPONENT = re.compile(r"[A-Z]?\s*[-+0-9.]*[0-9.]E[-+]?[0-9]+")
+# M words that take any text without quotes: names of files, messages.
+TEXTS = {23.0, 28.0, 30.0, 32.0, 36.0, 37.0, 38.0, 98.0, 117.0, 118.0}
 COMPUTED = re.compile(r"(IF|ELIF|ELSE|WHILE|BREAK|CONTINUE|VAR|GLOBAL|SET|ABORT)\b")
 SAID = re.compile(r"ECHO\b")
 
@@ -52,6 +58,8 @@ def read_lines(content: bytes, dialect: str) -> Iterator[tuple[int, list[Word] |
     if "\0" in text:
         raise TableError([(text.count("\n", 0, text.index("\0")) + 1, 0, "this is not a text: it has a zero byte")])
     percent, faults = 0, 0
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
     for number, row in enumerate(text.split("\n"), 1):
         if row.strip() == "%":
             percent += 1
@@ -87,13 +95,14 @@ def _words(text: str, dialect: str) -> list[Word]:
             "whether lines that begin with '/' are meant depends on a switch: take away the '/', or the line"
         )
     if dialect == LINUXCNC:
+        _plain_numbers(line)
         line = line.replace(" ", "").replace("\t", "")
         if line[0] == "O" or "#" in line or "[" in line:
             raise LineError("parameters, expressions and O words are not computed here: write out what they come to")
         return _split(line)
     star = line.rfind("*")
     if star >= 0:
-        _check_sum(text, line[star + 1 :])
+        _check_sum(text.partition(";")[0], line[star + 1 :])
         line = line[:star].rstrip()
     if SAID.match(line):
         return [Word("M", 118.0)]  # which says something, too
@@ -103,25 +112,36 @@ def _words(text: str, dialect: str) -> list[Word]:
     line = line[begin.end() :] if begin else line
     # What follows an M or a T is its own.
     free = re.search(r"[MT](?=\s*[-0-9])", line)
+    _plain_numbers(line if free is None else line[: free.start()])
     if free is None:
         return _split(line)
     command = WORD.match(line, free.start())
     assert command is not None
+    if command[1] == "T" or float(command[2]) not in TEXTS:
+        other = re.search(r"[GM]\s*[0-9]+", QUOTED.sub("", line[command.end() :]))
+        if other:
+            raise LineError(f"{other[0]} is another command behind {command[1]}{command[2]}: give it a line of its own")
     own = WORD.match(line, command.end())
     words = [*_split(line[: free.start()]), Word(command[1], float(command[2]))]
     return [*words, _word(own)] if own and own[1] == "S" and own[2] else words
 
 
+def _plain_numbers(line: str) -> None:
+    found = EXPONENT.search(line)
+    if found:
+        raise LineError(
+            f"{shown(found[0])}: E behind a digit is an exponent to some, filament to others: write out the number, "
+            "or a space before the E"
+        )
+
+
 def _split(line: str) -> list[Word]:
-    words, place = [], 0
-    while place < len(line):
-        match = WORD.match(line, place)
-        if match is None:
-            raise LineError(f"words of a letter and a number are expected, got {shown(line[place : place + 20])}")
-        if match[1] != "N":
-            words.append(_word(match))
-        place = match.end()
-    return words
+    whole = WORDS.match(line)
+    assert whole is not None  # for it may be empty
+    if whole.end() < len(line):
+        place = line[whole.end() : whole.end() + 20]
+        raise LineError(f"words of a letter and a number are expected, got {shown(place)}")
+    return [Word(name, float(number) if number else None) for name, number in WORD.findall(line) if name != "N"]
 
 
 def _word(match: re.Match[str]) -> Word:
@@ -129,9 +149,10 @@ def _word(match: re.Match[str]) -> Word:
 
 
 def _check_sum(text: str, given: str) -> None:
-    """Compare the exclusive or of all that stands before the last '*' with what stands after it."""
+    """Compare the exclusive or of all that stands before the last '*', outside of comments, with what follows it."""
+    star = COMMENT.sub(lambda comment: " " * len(comment[0]), text).rfind("*")
     found = 0
-    for byte in text[: text.rfind("*")].lstrip().encode():
+    for byte in text[:star].lstrip().encode():
         found ^= byte
     if not given.strip().isdigit() or int(given) != found:
         raise LineError(f"the line was changed: its checksum is {found}, {shown(given.strip())} stands there")

@@ -1,0 +1,75 @@
+"""What it costs to round a single corner of two lines, against stopping there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.model.robot import Array
+from cdpr.trajectory.course import Course
+from cdpr.trajectory.jerk_limited import Limits
+
+# A single corner of size h, rounded from h before it to h behind, is missed by h / MISSES times its turn.
+MISSES = 6.0
+
+# A corner is single where its size is no more than so many times its shorter line; others vanish among neighbours.
+MERGED = 2.0
+
+# Sizes that are tried, as shares of the largest.
+TRIED = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+
+# A corner that has to be narrower, m, is none.
+NARROWEST = 1e-6
+
+# Shares of acceleration and jerk for a single corner's curvature (`corners.ALONE`).
+BENT, BENT_JERK = 0.95, 0.85
+
+
+def worth(course: Course, sharp: Array, limits: Limits) -> Array:
+    """Return how wide to round the corners between N pieces, m, (N - 1,): 0 for a stop, infinite for what is allowed.
+
+    Args:
+        course: the pieces; only single corners of lines are judged, others are worth rounding.
+        sharp: by how much their directions differ, (N - 1,), positive.
+        limits: of the motion.
+
+    A corner costs the time of both changes of speed, and of its own length at its speed, less the time of the same way
+    at full speed, which is what is reached in the line between two stops.
+    """
+    length = course.pieces.length
+    shorter = np.minimum(length[:-1], length[1:])
+    allowed = MISSES * course.tolerance[:-1] / sharp
+    largest = np.minimum(allowed, 0.5 * shorter)
+    slower = np.minimum(course.speed[:-1], course.speed[1:])
+    full = [
+        np.minimum(np.minimum(_reached(way, limits), speed), limits.velocity)
+        for way, speed in ((length[:-1], course.speed[:-1]), (length[1:], course.speed[1:]))
+    ]
+    least = sum(_lost(speed, np.zeros(len(sharp)), limits) for speed in full)
+    best = np.zeros(len(sharp))
+    for share in TRIED:
+        size = share * largest
+        speed = np.cbrt(BENT_JERK * limits.jerk * size**2 / sharp)
+        speed = np.minimum(np.minimum(speed, np.sqrt(BENT * limits.acceleration * size / sharp)), slower)
+        cost = np.zeros(len(sharp))
+        for fast in full:
+            slow = np.minimum(speed, fast)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                cost += _lost(fast, slow, limits) + size / slow - size / fast
+        better = (cost < least) & (size >= NARROWEST)
+        best, least = np.where(better, size, best), np.where(better, cost, least)
+    return np.where((allowed > MERGED * shorter) | (best == largest), np.inf, best)
+
+
+def _reached(way: Array, limits: Limits) -> Array:
+    """Return the speed, m/s, that is reached on a way, m, between two stops, with and without steady acceleration."""
+    rise = limits.acceleration / limits.jerk
+    steady = 0.5 * limits.acceleration * (np.sqrt(rise**2 + 4.0 * way / limits.acceleration) - rise)
+    return np.where(steady >= limits.acceleration * rise, steady, np.cbrt(0.25 * limits.jerk * way**2))
+
+
+def _lost(fast: Array, slow: Array, limits: Limits) -> Array:
+    """Return the time, s, that a change of speed takes more than its way does at the faster one."""
+    change, rise = fast - slow, limits.acceleration / limits.jerk
+    steady = change >= limits.acceleration * rise
+    time = np.where(steady, change / limits.acceleration + rise, 2.0 * np.sqrt(change / limits.jerk))
+    return np.asarray(time * change / (2.0 * fast))
