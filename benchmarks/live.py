@@ -1,8 +1,8 @@
 """What it costs to be watched: a live run with one client, and with none, beside the same run that nobody can watch.
 
 1 kHz physics, 60 Hz out, every topic, as fast as it goes; the client is a process of its own. Turns of a fraction of a
-second, all ways one after the other; the rate of a way is that of its fastest. Then messages of 1 kHz that arrive, in real
-time. With --minutes N, whether memory grows meanwhile. For ROS 2 the Zenoh router is a process of its own, too.
+second, all ways one after the other; the rate of a way is that of its fastest. Then messages of 1 kHz that arrive, in
+real time. With --minutes N, whether memory grows meanwhile. For ROS 2 the Zenoh router is a process of its own, too.
 Run: python benchmarks/live.py [foxglove|ros2] [--json] [--minutes N].
 """
 
@@ -28,8 +28,9 @@ from websockets.typing import Subprotocol
 
 import cdpr
 from cdpr.errors import Interrupted
-from cdpr.live.drive import Driven, Request
+from cdpr.live.drive import Driven
 from cdpr.live.foxglove import Foxglove
+from cdpr.live.requests import Request
 from cdpr.live.ros2 import Ros2
 from cdpr.live.sender import Sender
 from cdpr.log.ros2 import decode

@@ -66,9 +66,9 @@ class Foxglove(Sender):
         self.port = self._server.port
         self.where = f"ws://{host}:{self.port}, for Foxglove and PlotJuggler"
 
-    def refused(self, text: str) -> None:
-        """Tell all clients, and who started it."""
-        super().refused(text)
+    def _tell(self, text: str) -> None:
+        """Tell all clients, too."""
+        super()._tell(text)
         self._server.publish_status(text, StatusLevel.Warning)
 
     def given(self) -> list[Parameter]:

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from cdpr.errors import CdprError
-from cdpr.live.drive import Request
+from cdpr.live.requests import Request
 from cdpr.log.ros2 import decode
 from cdpr.log.topics import WORLD
 from cdpr.problems import shown
@@ -91,6 +91,11 @@ def _numbers(part: dict[str, Any], name: str, axes: str) -> list[float]:
 
 
 def _number(value: object, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        number = float(value) if known else math.nan  # type: ignore[arg-type]
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
         raise ValueError(f"{name}: a finite number is expected, got {shown(value)}")
-    return float(value)
+    return number

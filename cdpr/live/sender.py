@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from time import monotonic
 from typing import Any
 
 import numpy as np
 
-from cdpr.live.drive import Request
 from cdpr.live.messages import Messages
+from cdpr.live.requests import Request, Requests
 from cdpr.log.chunk import nanoseconds
 from cdpr.log.run import Header
 from cdpr.log.topics import Topic
 from cdpr.model.robot import Array
+from cdpr.problems import printable, shown
 
 ANSWERS = 2.0  # s, that who asks for something waits for it
 BACKLOG = 256  # messages that wait for a client; the oldest are dropped
+TOLD = 50  # refusals that are told in a second; of more, how many there were
+MOST_TOLD = 500  # characters of each
 SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
@@ -43,12 +46,14 @@ class Sender(ABC):
         self, host: str, port: int, say: Callable[[str], None], parameters: dict[str, Any] | None = None
     ) -> None:
         self.host, self.port = host, port
-        self.requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
-        self.parameters = {"paused": False, "speed": 1.0, **(parameters or {})}
+        self.requests = Requests()
+        self.parameters: dict[str, Any] = {"paused": False, "speed": 1.0, **(parameters or {})}
         self._say = say
         self._shown: deque[tuple[Array, int]] = deque(maxlen=BACKLOG)
         self._some, self._ended = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
+        self._telling = threading.Lock()
+        self._second, self._refused = monotonic(), 0  # in this second so many
 
     def begin(self, header: Header) -> None:
         """Open all topics, and send from now on."""
@@ -62,7 +67,27 @@ class Sender(ABC):
         self._shown.append((row, sample))
         self._some.set()
 
+    def changed(self, parameters: Mapping[str, Any]) -> None:
+        """Tell others of parameters that have other values from now on."""
+        self.parameters = {**self.parameters, **parameters}
+        self._changed()
+
     def refused(self, text: str) -> None:
+        """Tell who started it, and all others that can be told; where there is much to tell, how much."""
+        with self._telling:
+            if monotonic() - self._second >= 1.0:
+                self._tell_of_more()
+            self._refused += 1
+            if self._refused > TOLD:
+                return
+        self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
+
+    def _tell_of_more(self) -> None:
+        if self._refused > TOLD:
+            self._tell(f"{self._refused - TOLD} more requests were refused")
+        self._second, self._refused = monotonic(), 0
+
+    def _tell(self, text: str) -> None:
         """Tell who started it, and all others that can be told."""
         self._say(text)
 
@@ -72,22 +97,21 @@ class Sender(ABC):
         self._some.set()
         if self._thread is not None:
             self._thread.join()
+        with self._telling:
+            self._tell_of_more()
         self._shut()
 
     def ask(self, request: Request) -> str:
         """Hand a request to the simulation, and return "" or why it was refused."""
         self.requests.put(request)
-        late = "the simulation does not answer: it is over, or has not begun"
-        return request.answer if request.done.wait(ANSWERS) else late
+        if not request.done.wait(ANSWERS) and request.take():
+            return "the simulation does not answer, and does not do it: it is busy, over, or has not begun"
+        request.done.wait()
+        return request.answer
 
     def call(self, name: str) -> str:
         """Do what a service of `SERVICES` is for, and return "" or why it was refused."""
-        what, values = ("pause", {"paused": False}) if name == "resume" else (name, {})
-        answer = self.ask(Request(what, values))
-        if not answer and what in ("pause", "step"):
-            self.parameters["paused"] = name != "resume"
-            self._changed()
-        return answer
+        return self.ask(Request("pause", {"paused": False}) if name == "resume" else Request(name))
 
     def set(self, name: str, value: Any) -> str:
         """Let a parameter have another value, and return "" or why the simulation does not take it."""
@@ -97,17 +121,13 @@ class Sender(ABC):
             return wrong
         kinds = {"paused": ("pause", "paused"), "speed": ("speed", "speed")}
         what, key = kinds.get(name, ("set", "value"))
-        answer = self.ask(Request(what, {key: value} if what != "set" else {"key": name, "value": value}))
-        if not answer:
-            self.parameters[name] = value
-            self._changed()
-        return answer
+        return self.ask(Request(what, {key: value} if what != "set" else {"key": name, "value": value}))
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:
             return f"{name}: there is no such parameter; there are {', '.join(self.parameters)}"
         if isinstance(value, bool) != (name == "paused") or not isinstance(value, bool | int | float):
-            return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {value!r}"
+            return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {shown(value)}"
         return ""
 
     def _send(self) -> None:

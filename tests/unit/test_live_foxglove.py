@@ -113,7 +113,7 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
         assert any(text in each for each in said), (topic, text, said)
     assert "/cdpr/wrench: messages in JSON and CDR are heard, not in 'protobuf'" in said
     assert "/cdpr/wrench: plain CDR is expected" in said
-    assert "speed: a number greater than 0 is expected, got -1.0" in said
+    assert "speed: a number from 0.001 to 1e+06 is expected, got -1.0" in said
     assert "paused: true or false is expected, got 3" in said
     assert "controller.kp: set: value: must be at least 0 (1/s^2), got -5.0" in said
     assert any(each.startswith("mass: there is no such parameter; there are paused, speed, ") for each in said)

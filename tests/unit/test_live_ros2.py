@@ -238,7 +238,7 @@ def test_parameters_are_listed_described_and_read(port):
         wanted = ["controller.kp", "paused", "mass"]
         kp, paused, mass = seen.ask("get_parameters", names=wanted).values
         assert (kp.type, kp.double_value) == (3, link.parameters["controller.kp"])
-        assert (paused.type, paused.bool_value, mass.type) == (1, False, 0)
+        assert (paused.type, paused.bool_value, mass.type) == (1, True, 0)  # it is held
         assert list(seen.ask("get_parameter_types", names=wanted).types) == [3, 1, 0]
         described = seen.ask("describe_parameters", names=wanted).descriptors
         assert [(one.name, one.type) for one in described] == [("controller.kp", 3), ("paused", 1), ("mass", 0)]
