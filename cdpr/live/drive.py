@@ -109,8 +109,9 @@ class Driven(Simulation):
             self._link.show(self.row, self.samples - 1)
             self._shown = monotonic(), self.time
 
-    def _begin_clock(self) -> None:
-        self._from = monotonic(), self.time
+    def _begin_clock(self, ahead: float = 0.0) -> None:
+        """Count from now on; the next slice is due in so long (s)."""
+        self._from = monotonic() + ahead, self.time
 
     @property
     def _ahead(self) -> float:
@@ -148,9 +149,10 @@ class Driven(Simulation):
 
     def ask_pause(self, paused: bool = True) -> None:
         """Stand still, or go on."""
+        if self.paused and not paused:
+            self._begin_clock()
         self.paused = paused
         self._link.changed({"paused": paused})
-        self._begin_clock()
 
     def ask_step(self, steps: int = 1) -> None:
         """Take some control steps, and stand still."""
@@ -160,9 +162,11 @@ class Driven(Simulation):
 
     def ask_speed(self, speed: float) -> None:
         """Go so many times as fast as the wall clock."""
-        self._speed = _within("", speed, SPEEDS)
-        self._link.changed({"speed": self._speed})
-        self._begin_clock()
+        speed = _within("", speed, SPEEDS)
+        if not self.paused:
+            self._begin_clock(max(self._ahead, 0.0) * self._speed / speed)
+        self._speed = speed
+        self._link.changed({"speed": speed})
 
     def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
         """Let the desired motion go to another pose, quaternion w, x, y, z."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from cdpr.errors import CdprError, PluginError
 from cdpr.live.heard import KINDS, request_of
+from cdpr.live.requests import Request
 from cdpr.live.sender import BACKLOG, SERVICES, Sender
 from cdpr.log.ros2 import full_name, schema_text
 from cdpr.log.topics import Topic
@@ -133,7 +134,9 @@ class _Listener(ServerListener):
     def on_set_parameters(
         self, client: Any, parameters: list[Parameter], request_id: str | None = None
     ) -> list[Parameter]:
+        # To wait here would hold up all clients: new values follow once they are so.
         for one in parameters:
-            self._server.set(one.name, one.get_value())
-        names = {one.name for one in parameters}
-        return [one for one in self._server.given() if one.name in names]
+            request = self._server.setting(one.name, one.get_value())
+            if isinstance(request, Request):
+                self._server.requests.put(request)
+        return []

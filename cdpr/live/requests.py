@@ -9,8 +9,7 @@ from threading import Condition, Event, Lock
 from time import monotonic
 from typing import Any
 
-STREAMS = ("target", "wrench", "tension")  # messages: nobody waits for an answer
-KEPT = 10  # of each of these that wait, as a subscription that keeps the last 10
+KEPT = 10  # of a kind that wait, as a subscription that keeps the last 10
 
 
 @dataclass(eq=False)
@@ -22,13 +21,20 @@ class Request:
         values: what it needs.
         done: set when it was done, or refused.
         answer: "" or why it was refused.
+        awaited: whether somebody waits for that.
     """
 
     what: str
     values: dict[str, Any] = field(default_factory=dict)
     done: Event = field(default_factory=Event)
     answer: str = ""
+    awaited: bool = False
     _taken: Any = field(default_factory=Lock)
+
+    @property
+    def kind(self) -> tuple[str, Any]:
+        """What it is one of many of."""
+        return self.what, self.values.get("key")
 
     def take(self) -> bool:
         """Return whether nobody took it before: either it is done, once, or who asked gave up, and it never is."""
@@ -36,19 +42,19 @@ class Request:
 
 
 class Requests:
-    """What was asked for and is not done yet, in its order. Of streams the newest wait, so that no flood grows."""
+    """What was asked for and is not done yet, in its order."""
 
     def __init__(self) -> None:
         self._waiting = deque[Request]()
         self._some = Condition()
 
-    def put(self, request: Request) -> None:
-        """Let it wait for its turn."""
+    def put(self, request: Request, *, awaited: bool = False) -> None:
+        """Let it wait for its turn; of what nobody waits for, the newest of a kind alone, so that no flood grows."""
         with self._some:
-            if request.what in STREAMS:
-                same = [one for one in self._waiting if one.what == request.what]
-                if len(same) >= KEPT:
-                    self._waiting.remove(same[0])
+            same = [one for one in self._waiting if one.kind == request.kind and not one.awaited]
+            if not awaited and len(same) >= KEPT:
+                self._waiting.remove(same[0])
+            request.awaited = awaited
             self._waiting.append(request)
             self._some.notify()
 

@@ -103,7 +103,7 @@ class Sender(ABC):
 
     def ask(self, request: Request) -> str:
         """Hand a request to the simulation, and return "" or why it was refused."""
-        self.requests.put(request)
+        self.requests.put(request, awaited=True)
         if not request.done.wait(ANSWERS) and request.take():
             return "the simulation does not answer, and does not do it: it is busy, over, or has not begun"
         request.done.wait()
@@ -115,13 +115,18 @@ class Sender(ABC):
 
     def set(self, name: str, value: Any) -> str:
         """Let a parameter have another value, and return "" or why the simulation does not take it."""
+        request = self.setting(name, value)
+        return request if isinstance(request, str) else self.ask(request)
+
+    def setting(self, name: str, value: Any) -> Request | str:
+        """Return the request that lets a parameter have another value, or, having told, why there is none."""
         wrong = self._wrong(name, value)
         if wrong:
             self.refused(wrong)
             return wrong
-        kinds = {"paused": ("pause", "paused"), "speed": ("speed", "speed")}
-        what, key = kinds.get(name, ("set", "value"))
-        return self.ask(Request(what, {key: value} if what != "set" else {"key": name, "value": value}))
+        if name == "paused":
+            return Request("pause", {"paused": value})
+        return Request("speed", {"speed": value}) if name == "speed" else Request("set", {"key": name, "value": value})
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:
