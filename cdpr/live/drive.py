@@ -144,6 +144,7 @@ class Driven(Simulation):
             if self._attempt.run is not None:  # it is no refusal: the run has ended
                 raise
             self._link.refused(f"{request.values.get('key', request.what)}: {error}")
+            self._link.changed({})  # who took a parameter for changed sees what it is
         finally:
             request.done.set()
 

@@ -134,9 +134,12 @@ class _Listener(ServerListener):
     def on_set_parameters(
         self, client: Any, parameters: list[Parameter], request_id: str | None = None
     ) -> list[Parameter]:
-        # To wait here would hold up all clients: new values follow once they are so.
+        # To wait here would hold up all clients: values follow once they are so, or are refused.
+        wrong = set()
         for one in parameters:
             request = self._server.setting(one.name, one.get_value())
             if isinstance(request, Request):
                 self._server.requests.put(request)
-        return []
+            else:
+                wrong.add(one.name)
+        return [one for one in self._server.given() if one.name in wrong]
