@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import closing
 from functools import partial
 
 import live_client
@@ -185,6 +186,17 @@ def test_a_client_that_reads_nothing_does_not_slow_it():
         took = time.monotonic() - begun
     assert found["run"].status == "finished"
     assert took < 5.0
+
+
+def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
+    with closing(foxglove.Foxglove(port=0)) as link, client(link.port) as one, client(link.port) as other:
+        for _ in range(20):
+            one.set("speed", 2.0)  # no simulation has begun: each would wait for an answer
+        begun = time.monotonic()
+        other.say(op="getParameters", parameterNames=["speed"], id="?")
+        other.until(lambda: other.parameters)
+        assert time.monotonic() - begun < 1.0
+        assert other.parameters == {"speed": 1.0}
 
 
 def test_without_a_client_nothing_is_encoded(monkeypatch):
