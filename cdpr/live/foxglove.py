@@ -28,7 +28,7 @@ class Foxglove(Sender):
         say: called with what is refused.
         parameters: names and values of what clients may set beside `paused` and `speed`.
 
-    Raises CdprError where the port is taken.
+    Raises CdprError where it cannot listen there, as where the port is taken.
 
     Attributes:
         port: on which it listens.
@@ -52,7 +52,7 @@ class Foxglove(Sender):
         try:
             self._server = foxglove.start_server(
                 name="cdpr",
-                host=host,
+                host=self.host,
                 port=port,
                 capabilities=capabilities,
                 server_listener=_Listener(self),
@@ -63,9 +63,11 @@ class Foxglove(Sender):
             )
         except (RuntimeError, OSError, OverflowError) as error:
             text = " ".join(str(error).split())
-            raise CdprError(f"--live-port: cannot listen at {host}:{port}: {text}; 0 takes a free port") from None
+            raise CdprError(
+                f"--live-port: cannot listen at {self.address}: {text}; 0 takes a free port, --live-host another place"
+            ) from None
         self.port = self._server.port
-        self.where = f"ws://{host}:{self.port}, for Foxglove and PlotJuggler"
+        self.where = f"ws://{self.address}, for Foxglove and PlotJuggler"
 
     def _tell(self, text: str) -> None:
         """Tell all clients, too."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -60,11 +59,10 @@ class Ros2(Sender):
         if not port:
             raise CdprError(f"--live-port: the port of a Zenoh router is expected, mostly {ROUTER}, got 0")
         try:
-            socket.getaddrinfo(host, port)  # Zenoh tries in silence, for ever
-            self._session = zenoh.open(_config(host, port))
-        except (zenoh.ZError, OSError, UnicodeError) as error:
-            raise CdprError(f"--live-host: {host}:{port}: {' '.join(str(error).split())}") from None
-        self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {host}:{port}"
+            self._session = zenoh.open(_config(self.address))
+        except zenoh.ZError as error:
+            raise CdprError(f"--live-host: {self.address}: {' '.join(str(error).split())}") from None
+        self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {self.address}"
         if not self.met:
             self.where += "; none is there yet: ros2 run rmw_zenoh_cpp rmw_zenohd"
         self._node = Node(domain, str(self._session.zid()), NAME)
@@ -158,17 +156,19 @@ def _matching(publisher: zenoh.Publisher) -> bool:
     return bool(getattr(status, "matching", status))
 
 
-def _config(host: str, port: int) -> zenoh.Config:
+def _config(address: str) -> zenoh.Config:
     """Return what rmw_zenoh's sessions have: a peer of this machine that hears of others by a router."""
     config = zenoh.Config()
     for key, value in {
         "mode": "peer",
-        "connect/endpoints": [f"tcp/{host}:{port}"],
+        "connect/endpoints": [f"tcp/{address}"],
         "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,
         "listen/endpoints": ["tcp/127.0.0.1:0"],
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
+        "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
+        "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
         "timestamping/enabled": True,
     }.items():
         config.insert_json5(key, json.dumps(value))

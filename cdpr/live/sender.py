@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.errors import CdprError
 from cdpr.live.messages import Messages
 from cdpr.live.requests import Request, Requests
 from cdpr.log.chunk import nanoseconds
@@ -34,6 +36,8 @@ class Sender(ABC):
         say: called with what is refused.
         parameters: names and values of what others may set beside `paused` and `speed`.
 
+    Raises CdprError where no machine has that name.
+
     Attributes:
         where: the address, and who may come there, for people.
         requests: what was asked for and is not done yet.
@@ -45,7 +49,7 @@ class Sender(ABC):
     def __init__(
         self, host: str, port: int, say: Callable[[str], None], parameters: dict[str, Any] | None = None
     ) -> None:
-        self.host, self.port = host, port
+        self.host, self.port = _known(host), port
         self.requests = Requests()
         self.parameters: dict[str, Any] = {"paused": False, "speed": 1.0, **(parameters or {})}
         self._say = say
@@ -54,6 +58,11 @@ class Sender(ABC):
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
         self._second, self._refused = monotonic(), 0  # in this second so many
+
+    @property
+    def address(self) -> str:
+        """Where others are met, as URLs have it."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
     def begin(self, header: Header) -> None:
         """Open all topics, and send from now on."""
@@ -166,3 +175,16 @@ class Sender(ABC):
     @abstractmethod
     def _shut(self) -> None:
         """Close all connections."""
+
+
+def _known(host: str) -> str:
+    """Return the name or number of a machine, IPv6 without brackets."""
+    name = host.removeprefix("[").removesuffix("]") if host.startswith("[") else host
+    try:
+        socket.getaddrinfo(name or "?", None)  # "" would be any
+    except (OSError, UnicodeError) as error:
+        text = error.strerror if isinstance(error, OSError) else error
+        raise CdprError(
+            f"--live-host: the name or number of a machine, such as 127.0.0.1, is expected, got {shown(host)} ({text})"
+        ) from None
+    return name

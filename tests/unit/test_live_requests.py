@@ -28,9 +28,9 @@ OFTEN = 0.01  # s, much shorter than drive.WAITS
 class Quiet(Sender):
     """A link that nobody meets."""
 
-    def __init__(self, parameters=None):
+    def __init__(self, parameters=None, host="127.0.0.1"):
         self.said, self.told = [], []
-        super().__init__("", 0, self.said.append, parameters)
+        super().__init__(host, 7, self.said.append, parameters)
 
     def show(self, row, sample):
         self.told.append(sample)
@@ -224,3 +224,13 @@ def test_numbers_beyond_all_bounds_are_told(number):
     for topic, text in ((WRENCH, b'{"wrench": {"force": {"x": %s}, "torque": {}}}'), (TENSION, b'{"effort": [%s]}')):
         with pytest.raises(CdprError, match=f"^{topic}: "):
             request_of(topic, "json", text % number)
+
+
+def test_addresses_are_those_of_urls():
+    assert [Quiet(host=host).address for host in ("127.0.0.1", "::1", "[::1]")] == ["127.0.0.1:7", "[::1]:7", "[::1]:7"]
+
+
+@pytest.mark.parametrize("host", ["", "a b", "x\ny", "256.0.0.1", "127.0.0.1:80", "a" * 300])
+def test_a_host_that_cannot_be_is_told(host):
+    with pytest.raises(CdprError, match=r"^--live-host: the name or number of a machine, .* got '.*"):
+        Quiet(host=host)

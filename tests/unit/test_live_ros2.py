@@ -333,7 +333,10 @@ def test_from_the_command_line(tmp_path, port):
     ("words", "text"),
     [
         (["--live-port", "0"], "--live-port: the port of a Zenoh router is expected, mostly 7447, got 0"),
-        (["--live-host", "no such host"], "--live-host: no such host:7447: "),
+        (
+            ["--live-host", "no such host"],
+            "--live-host: the name or number of a machine, such as 127.0.0.1, is expected, got 'no such host' (",
+        ),
     ],
 )
 def test_where_no_router_can_be_is_told(words, text):
