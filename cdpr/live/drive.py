@@ -143,7 +143,8 @@ class Driven(Simulation):
             request.answer = str(error)
             if self._attempt.run is not None:  # it is no refusal: the run has ended
                 raise
-            self._link.refused(f"{request.values.get('key', request.what)}: {error}")
+            what = request.values.get("key", request.what)
+            self._link.refused(f"{what}: {error}" if what != request.answer.partition(":")[0] else request.answer)
             self._link.changed({})  # who took a parameter for changed sees what it is
         finally:
             request.done.set()

@@ -23,14 +23,19 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
     if encoding not in ("json", "cdr"):
         raise CdprError(f"{topic}: messages in JSON and CDR are heard, not in {shown(encoding)}")
     try:
-        if len(data) > MOST:
-            raise ValueError(f"it is longer than {MOST} bytes")
-        message = json.loads(data) if encoding == "json" else decode(KINDS[topic], data)
+        message = json.loads(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
         if not isinstance(message, dict):
             raise ValueError("an object is expected")
         return KNOWN[topic](message)
     except (ValueError, RecursionError) as error:
         raise CdprError(f"{topic}: {error}") from None
+
+
+def bounded(data: bytes) -> bytes:
+    """Return it. Raises ValueError where it is longer than anybody means: to take it apart would hold up the run."""
+    if len(data) > MOST:
+        raise ValueError(f"it is longer than {MOST} bytes")
+    return data
 
 
 def _target(message: dict[str, Any]) -> Request:

@@ -14,7 +14,7 @@ from itertools import count
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS, request_of
+from cdpr.live.heard import KINDS, bounded, request_of
 from cdpr.live.parameters import PARAMETER_SERVICES
 from cdpr.live.sender import SERVICES, Sender
 from cdpr.log.ros2 import decode, encode
@@ -116,7 +116,8 @@ class Ros2(Sender):
             with query:
                 try:
                     sequence, _, caller = parse_attachment(query.attachment.to_bytes() if query.attachment else b"")
-                    request = decode(f"{kind}_Request", query.payload.to_bytes() if query.payload else b"")
+                    data = query.payload.to_bytes() if query.payload else b""
+                    request = decode(f"{kind}_Request", bounded(data))
                 except ValueError as error:
                     self.refused(f"/{NAME}/{name}: {error}")
                     query.reply_err(str(error))

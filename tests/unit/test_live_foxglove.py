@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from command_line import cdpr_here
 from live_client import FILE, client
+from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
 
 import cdpr
@@ -25,6 +26,7 @@ from cdpr.log.reader import load_run
 foxglove = pytest.importorskip("cdpr.live.foxglove")
 
 POSE = "/cdpr/platform/pose"
+LAST = "/cdpr/desired_path"  # of the topics
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
 UPRIGHT = {"w": 1.0}
 
@@ -49,6 +51,24 @@ def test_what_is_shown_is_what_is_recorded():
             moved = TYPES.deserialize_cdr(data, "tf2_msgs/msg/TFMessage").transforms[0].transform.translation
             assert [moved.x, moved.y, moved.z] == run.position[sample].tolist()
     assert {topic for topic, _, _ in seen.messages} == {POSE, "/tf", "/clock"}
+
+
+@pytest.mark.parametrize("name", ["caroca", "winch", "planar_point_mass"])
+def test_messages_are_those_of_the_log(tmp_path, name):
+    file, out = FILE.with_name(f"{name}.yaml"), tmp_path / "run"
+    with running(0.1, out=str(out), held=True, file=file) as (link, found, _), client(link.port) as seen:
+        seen.until(lambda: LAST in seen.channels.values())
+        topics = set(seen.channels.values())
+        seen.subscribe(*topics)
+        for name, stamp in (("step", 0), ("resume", 10**8)):  # the first sample and the last
+            assert seen.call(f"/cdpr/{name}")["success"]
+            seen.until(lambda stamp=stamp: (LAST, stamp) in {each[:2] for each in seen.messages})
+    with (out / "log.mcap").open("rb") as file:
+        log = {(channel.topic, one.log_time): one.data for _, channel, one in make_reader(file).iter_messages()}
+    both = [(topic, stamp) for topic, stamp, _ in seen.messages if (topic, stamp) in log]  # scenes are logged seldom
+    assert {topic for topic, _ in both} == topics
+    assert all(log.get((topic, stamp), data) == data for topic, stamp, data in seen.messages)
+    assert found["run"].status == "finished"
 
 
 def test_all_topics_of_a_log_are_there():

@@ -181,6 +181,8 @@ def test_what_makes_no_sense_is_told_and_changes_nothing(port):
             seen.call(pause, attachment=b"x")
         with pytest.raises(ValueError, match="plain CDR is expected"):
             seen.call(pause, b"")
+        with pytest.raises(ValueError, match="it is longer than 65536 bytes"):
+            seen.ask("get_parameters", names=["a" * 40] * 2000)
         seen.trigger("resume")
     for topic, _, _, text in BAD.values():
         assert any(text in each for each in said), (topic, text, said)
