@@ -166,8 +166,7 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
     made, port = LINKS[tool]
     where: dict[str, Any] = {"host": "127.0.0.1", "port": port, "rate": 60.0, "speed": 1.0} | said
     link: type[Sender] = resolve_name(made)
-    parameters = {"speed": where["speed"], **scenario.options().numbers()}
-    with closing(link(where["host"], where["port"], say, parameters)) as shown:
+    with closing(link(where["host"], where["port"], say, scenario.options().numbers())) as shown:
         say(shown.where)
         yield Live(shown, where["rate"], where["speed"])
 
