@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import json
+import logging
+import os
+import socket
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from threading import Thread
+from time import monotonic, sleep
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
@@ -18,6 +24,14 @@ try:
     from foxglove.websocket import Capability, Parameter, ServerListener, Service, ServiceSchema, StatusLevel
 except ImportError as error:
     raise PluginError(f"a live link needs the foxglove SDK ({error}): pip install 'cdpr[live]'") from None
+
+CLOSES = 1.0  # s, that is waited for clients to go
+OFTEN = 1000  # messages in a second from all clients that are heard at once; before each more it waits
+PAUSE = 0.001  # s: in it the simulation has the interpreter
+# What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
+_LOGGER = logging.getLogger("foxglove")
+if _LOGGER.level == logging.NOTSET:
+    _LOGGER.setLevel(logging.CRITICAL)
 
 
 class Foxglove(Sender):
@@ -106,18 +120,33 @@ class Foxglove(Sender):
     def _shut(self) -> None:
         for channel in self._channels:
             channel.close()
-        self._server.stop()
+        stopping = Thread(target=self._server.stop)
+        stopping.start()
+        stopping.join(CLOSES)
+        if stopping.is_alive():  # a client that sends without end holds it up, and the end of the program
+            _cut(self.port)
+            stopping.join()
 
 
 class _Listener(ServerListener):
-    """Hears clients, in threads of the server."""
+    """Hears clients, in threads of the server: to wait here for the simulation would hold up all of them."""
 
     def __init__(self, server: Foxglove) -> None:
         self._server, self._topics = server, dict[tuple[int, int], tuple[str, str]]()
+        self._second, self._heard = monotonic(), 0
+
+    def _hear(self) -> bool:
+        """Return whether there is anybody to hear it still; who sends without end sends as slowly as it takes."""
+        if monotonic() - self._second >= 1.0:
+            self._second, self._heard = monotonic(), 0
+        self._heard += 1
+        if self._heard > OFTEN and not self._server.over:
+            sleep(PAUSE)
+        return not self._server.over
 
     def on_client_advertise(self, client: Any, channel: Any) -> None:
         self._topics[client.id, channel.id] = channel.topic, channel.encoding
-        if channel.topic not in KINDS:
+        if self._hear() and channel.topic not in KINDS:
             self._server.refused(f"{channel.topic}: nobody listens there; {', '.join(KINDS)} are heard")
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
@@ -125,23 +154,39 @@ class _Listener(ServerListener):
 
     def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
         topic, encoding = self._topics.get((client.id, client_channel_id), ("", ""))
+        if not self._hear():
+            return
         try:
             self._server.requests.put(request_of(topic, encoding, data))
         except CdprError as error:
             self._server.refused(str(error))
 
     def on_get_parameters(self, client: Any, param_names: list[str], request_id: str | None = None) -> list[Parameter]:
+        self._hear()
         return [one for one in self._server.given() if not param_names or one.name in param_names]
 
     def on_set_parameters(
         self, client: Any, parameters: list[Parameter], request_id: str | None = None
     ) -> list[Parameter]:
-        # To wait here would hold up all clients: values follow once they are so, or are refused.
-        wrong = set()
-        for one in parameters:
+        wrong = set()  # these are told at once, the others once they are so, or are refused
+        for one in parameters if self._hear() else ():
             request = self._server.setting(one.name, one.get_value())
             if isinstance(request, Request):
                 self._server.requests.put(request)
             else:
                 wrong.add(one.name)
         return [one for one in self._server.given() if one.name in wrong]
+
+
+def _cut(port: int) -> None:
+    """End the connections that this process has at a port of its own."""
+    for name in os.listdir("/proc/self/fd"):
+        with suppress(OSError):  # it is gone, or no socket
+            held = os.dup(int(name))
+            try:
+                found = socket.socket(fileno=held)
+                if found.getsockname()[1:2] == (port,):
+                    found.shutdown(socket.SHUT_RDWR)
+                found.detach()
+            finally:
+                os.close(held)

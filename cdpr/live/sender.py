@@ -83,22 +83,30 @@ class Sender(ABC):
 
     def refused(self, text: str) -> None:
         """Tell who started it, and all others that can be told; where there is much to tell, how much."""
+        more = self._more() if monotonic() - self._second >= 1.0 else 0
+        if more:
+            self._tell(f"{more} more requests were refused")
         with self._telling:
-            if monotonic() - self._second >= 1.0:
-                self._tell_of_more()
             self._refused += 1
             if self._refused > TOLD:
                 return
         self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
-    def _tell_of_more(self) -> None:
-        if self._refused > TOLD:
-            self._tell(f"{self._refused - TOLD} more requests were refused")
-        self._second, self._refused = monotonic(), 0
+    def _more(self) -> int:
+        """Begin another second; return how many refusals of the last were not told."""
+        with self._telling:  # never while it is told: who sends has locks of its own
+            more = max(self._refused - TOLD, 0)
+            self._second, self._refused = monotonic(), 0
+        return more
 
     def _tell(self, text: str) -> None:
         """Tell who started it, and all others that can be told."""
         self._say(text)
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing is heard or sent any more."""
+        return self._ended.is_set()
 
     def close(self) -> None:
         """Send no more, and close all connections."""
@@ -106,8 +114,8 @@ class Sender(ABC):
         self._some.set()
         if self._thread is not None:
             self._thread.join()
-        with self._telling:
-            self._tell_of_more()
+        if more := self._more():
+            self._say(f"{more} more requests were refused")
         self._shut()
 
     def ask(self, request: Request) -> str:

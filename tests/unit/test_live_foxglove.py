@@ -5,17 +5,19 @@ from __future__ import annotations
 import socket
 import subprocess
 import sys
+import threading
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 from functools import partial
 
 import live_client
 import numpy as np
 import pytest
 from command_line import cdpr_here
-from live_client import FILE, client
+from live_client import FILE, RUN_TIMEOUT, client
 from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
+from websockets.exceptions import ConnectionClosed
 
 import cdpr
 from cdpr.errors import CdprError
@@ -121,8 +123,7 @@ BAD = {
 
 
 def test_what_makes_no_sense_is_told_and_changes_nothing():
-    with running(2.5, held=True) as (link, found, said), client(link.port) as seen:
-        assert seen.call("/cdpr/resume")["success"]
+    with running(0.2, held=True) as (link, found, said), client(link.port) as seen:
         for topic, content, _ in BAD.values():
             seen.publish(topic, content)
         seen.publish(WRENCH, b"\0\1", encoding="cdr")
@@ -138,7 +139,7 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
     assert "paused: true or false is expected, got 3" in said
     assert "controller.kp: set: value: must be at least 0 (1/s^2), got -5.0" in said
     assert any(each.startswith("mass: there is no such parameter; there are paused, speed, ") for each in said)
-    plain = cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 2.5}))
+    plain = cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 0.2}))
     assert np.array_equal(found["run"].rows, plain.rows)
 
 
@@ -217,6 +218,39 @@ def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
         other.until(lambda: other.parameters)
         assert time.monotonic() - begun < 1.0
         assert other.parameters == {"speed": 1.0}
+
+
+def test_what_clients_garble_is_not_logged(caplog):
+    with closing(foxglove.Foxglove(port=0)) as link, client(link.port) as seen:
+        seen.socket.send(b"\0")
+        seen.say(op="none")
+        seen.say(op="getParameters", parameterNames=["speed"], id="?")
+        seen.until(lambda: seen.parameters)
+    assert [one for one in caplog.records if one.name.startswith("foxglove")] == []
+
+
+@pytest.mark.slow
+def test_a_client_that_sends_without_end_does_not_keep_it_from_ending():
+    over = threading.Event()
+    with client((link := foxglove.Foxglove(port=0)).port) as seen:
+        seen.say(op="advertise", channels=[{"id": 1, "topic": WRENCH, "encoding": "json", "schemaName": "any"}])
+
+        def send():
+            with suppress(ConnectionClosed):
+                while not over.wait(0.0):
+                    seen.socket.send(b"\x01\x01\0\0\0{}")
+
+        sending = threading.Thread(target=send)
+        sending.start()
+        time.sleep(1.0)
+        begun = time.monotonic()
+        closed = threading.Thread(target=link.close)
+        closed.start()
+        closed.join(RUN_TIMEOUT)
+        over.set()
+        sending.join(RUN_TIMEOUT)
+        assert not closed.is_alive()
+        assert time.monotonic() - begun < 0.5 * RUN_TIMEOUT
 
 
 def test_without_a_client_nothing_is_encoded(monkeypatch):
