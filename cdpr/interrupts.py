@@ -26,3 +26,24 @@ def uninterrupted() -> Iterator[None]:
             signal.signal(number, handler)
         for each in came:
             signal.raise_signal(each)
+
+
+class _Waiting:
+    """Lets those that come within its block end at once what does nothing but wait, also where they were remembered.
+
+    Attributes:
+        here: whether the main thread is in such a block.
+    """
+
+    here = False
+
+    def __enter__(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self.here = True
+
+    def __exit__(self, *error: object) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self.here = False
+
+
+WAITING = _Waiting()

@@ -39,6 +39,16 @@ def start(call: Callable[[], Result]) -> Result:
     return _lasting(os.getpid()).submit(call).result()
 
 
+def ended(code: int) -> str:
+    """Return how a process ended, in words that follow its name, from its return code as `subprocess` has it."""
+    if code >= 0:
+        return f"ended with exit code {code}"
+    try:
+        return f"was ended by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"was ended by signal {-code}"
+
+
 @cache
 def _lasting(process: int) -> ThreadPoolExecutor:
     """A thread of this process: a fork has its number and none of its threads."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from cdpr import tolerances
 from cdpr.errors import BackendDied
+from cdpr.fmu.run.kernels import normalise
 from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -24,7 +25,8 @@ class RemoteBackend(Backend):
     """One peer, which is told where to begin, then the command of each cable for each step, and answers with its state.
 
     Commands are within the limits of the robot, and finite, whatever was asked for. A peer is to stop safely by itself
-    where it hears nothing for its time-out, or the connection ends; a run that ends tells it to stop.
+    where it hears nothing for its time-out, or the connection ends; a run that ends tells it to stop. The log holds
+    what was asked for, so where that was something else, such as nothing of a cable that breaks, it is told.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -35,6 +37,7 @@ class RemoteBackend(Backend):
         self._peer: Peer | None = None
         self._late = np.full(1, np.nan)
         self._begun, self._due, self._steps, self._missed, self._latest = 0.0, 0.0, 0, 0, 0.0
+        self._clipped = 0
 
     def reset(self, state: Array) -> None:
         """Greet the peer, unless it has not moved since it was, and let it begin in `state` (13,)."""
@@ -44,6 +47,7 @@ class RemoteBackend(Backend):
             self._peer = self._greeted()
         self._ask(START, 0.0, np.asarray(state, dtype=np.float64))
         self._due, self._steps, self._missed, self._latest = 0.0, 0, 0, 0.0
+        self._clipped = 0
 
     def step(self, n: int) -> None:
         """Advance by n physics steps; in real time not before the wall clock has."""
@@ -52,6 +56,7 @@ class RemoteBackend(Backend):
             self._begun = time.monotonic()
         self._ask(STEP, duration, np.zeros(STATE))
         self._steps += 1
+        self._clipped += bool((self._frame[2 : 2 + self.robot.m] != self.command).any())
         self._due += duration
         if self.options.real_time:
             ahead = self._begun + self._due - time.monotonic()
@@ -77,6 +82,9 @@ class RemoteBackend(Backend):
         if self._missed:
             text = f"{self._missed} of {self._steps} control steps came more than one step too late, by up to"
             warnings.warn(f"real time: {text} {1e3 * self._latest:.3g} ms", stacklevel=2)
+        if self._clipped:
+            text = "commands beyond the limits of tension were sent as the limits; the log holds what was asked for"
+            warnings.warn(f"in {self._clipped} of {self._steps} control steps {text}", stacklevel=2)
 
     def _ask(self, kind: int, duration: float, state: Array) -> None:
         assert self._peer is not None
@@ -86,6 +94,7 @@ class RemoteBackend(Backend):
             raise BackendDied(
                 f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"
             )
+        normalise(self.state)  # single precision loses more than we do
 
     def _fill(self, kind: int, duration: float, state: Array) -> None:
         robot, frame = self.robot, self._frame

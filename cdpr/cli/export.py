@@ -49,6 +49,8 @@ def command(
         if value is not None and name not in takes:
             raise click.UsageError(f"--{'sdf-version' if name == 'version' else name} is for --to sdf")
     if to == PACKAGE:
+        if force:
+            raise click.UsageError("--force is for files; ros2 writes a folder, which is new or empty")
         file, told = _packages(what, changes, out)
     elif to in TABLES:
         if changes:
@@ -96,16 +98,16 @@ def _robot(
     from cdpr.errors import CdprError, OutputError
     from cdpr.formats.write.begin import begin
     from cdpr.formats.write.subject import Options, export, left_out
-    from cdpr.log.files import replace
+    from cdpr.log.files import make_folder, replace
 
     if Path(file).is_dir() or file.endswith(".mcap"):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
     subject = begin(load_told(file, changes))
     text = export(subject, to, Options(**given))
-    tell(f"left out: {each}" for each in left_out(subject))
+    tell(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
     if out.exists() and not force:
         raise OutputError(f"'{out}' is there already: it is not written over; choose another --out, or --force")
-    out.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(out.parent)
     replace(out, text)
     return out, {}

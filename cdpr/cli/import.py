@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.cli.names import OutPath
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import ExitCode
 
 if TYPE_CHECKING:
     from cdpr.formats.read.bring import Taken
@@ -28,21 +28,12 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
     FILE is recognised by its content. Of a folder all that can be read is, and a table tells what could not, and why.
     Every number says where it came from; what was left out stands at the head of the file.
     """
-    from cdpr.formats.read.bring import import_file, import_folder, write
+    from cdpr.formats.read.bring import import_any, write
 
-    path = Path(file)
-    if path.is_dir():
-        if trajectory is not None:
-            raise click.UsageError("--trajectory belongs to one robot: name its file, not a folder")
-        every = list(import_folder(path, cable_set=cable_set))
-        if not every:
-            raise CdprError(f"{file}: this folder holds no file with an ending that is known")
-    else:
-        every = [import_file(path, cable_set=cable_set, trajectory=trajectory)]
-    _apart(every)
+    every = import_any(file, cable_set=cable_set, trajectory=trajectory)
     rows = []
     for each in every:
-        written = write(each, out, force=force)
+        written = write(each, out, force=force, otherwise="choose another --out, or --force")
         rows.append({**vars(each), "files": [str(name) for name in written]})
         if not as_json:
             _tell(each, written)
@@ -53,17 +44,6 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
         click.echo(f"{len(every) - failed} of {len(every)} could be read")
     if all(each.error for each in every):
         raise click.exceptions.Exit(ExitCode.BAD_INPUT)
-
-
-def _apart(every: list[Taken]) -> None:
-    """Two robots of one name in a folder would be one file: the later ones are told."""
-    taken: dict[str, str] = {}
-    for each in every:
-        twice = next((name for name in each.files if name in taken), None)
-        if twice is not None:
-            each.error = f"{each.source}: makes {twice}, as {taken[twice]} does: import it alone, to another --out"
-            each.files = {}
-        taken |= dict.fromkeys(each.files, each.source)
 
 
 def _tell(each: Taken, written: list[Path]) -> None:

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import click
 
 from cdpr.errors import CdprError, ExitCode
-from cdpr.interrupts import STOPPING
+from cdpr.interrupts import STOPPING, WAITING
 
 TERMINAL_SECONDS = 0.2  # between two updates of the line
 FILE_SECONDS = 10.0  # between two lines where stderr is no terminal
@@ -94,7 +94,8 @@ class Signals:
         pending: one came.
         terminated: the system asked for the end rather than the user.
         raised: one was raised as an exception where the command was.
-        wait: the next is only remembered, for the command to look at; the one after it ends the command at once.
+        wait: the next is only remembered, for the command to look at; the one after it ends the command at once, as
+            does any that comes while the command waits for another process.
     """
 
     pending = False
@@ -106,7 +107,7 @@ class Signals:
         """End the command as Ctrl-C does, or leave it to the command."""
         self.terminated = number != signal.SIGINT
         self.pending = True
-        if not self.wait:
+        if not self.wait or WAITING.here:
             self.raised = True
             raise KeyboardInterrupt
         self.wait = False

@@ -46,6 +46,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
             "center_of_mass_m": platform.center_of_mass.tolist(),
             "inertia_kg_m2": platform.inertia.tolist(),
             "shape_m": platform.outline,
+            "tools_m": {name: point.tolist() for name, point in platform.tools.items()},
         },
         "cables": [
             {

@@ -24,6 +24,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server as Listener
 from websockets.sync.server import ServerConnection, serve
@@ -32,7 +33,8 @@ from cdpr.errors import CdprError
 from cdpr.gui.board import Board, Reader
 
 PORTS = range(8080, 8100)  # the first that is free, unless one is asked for
-MOST_BYTES = 2**20  # of a message from a window
+MOST_BYTES = 2**20  # of what a window says
+MOST_UPLOAD = 16 * 2**20  # bytes of files that come with it, as much as an import reads of one
 MOST_WINDOWS = 16
 STUCK = 10  # s after which a window that takes nothing is given up; it joins again when it can
 LOCAL = ("localhost", "127.0.0.1", "::1")
@@ -120,7 +122,7 @@ class Server:
             sock=listening,
             process_request=self._answer,
             compression=None,  # it would cost more than all the rest, to spare bytes that never leave the machine
-            max_size=MOST_BYTES,
+            max_size=MOST_BYTES + 1 + MOST_UPLOAD,
             logger=_quiet,
             server_header=None,
         )
@@ -173,8 +175,12 @@ class Server:
             self._windows.add(window)
         sender.start()
         try:
-            for text in window:
-                self._take(text, reader)
+            for message in window:
+                words, files = _parts(message)
+                if len(words) > MOST_BYTES:
+                    window.close(CloseCode.MESSAGE_TOO_BIG)
+                    break
+                self._take(words, files, reader)
         except ConnectionClosed:
             pass
         finally:
@@ -183,7 +189,7 @@ class Server:
                 self._windows.discard(window)
             sender.join(STUCK)
 
-    def _take(self, text: str | bytes, reader: Reader) -> None:
+    def _take(self, text: str | bytes, files: bytes, reader: Reader) -> None:
         try:
             words = json.loads(text, parse_constant=_no_number)
         except (ValueError, RecursionError) as error:
@@ -192,12 +198,20 @@ class Server:
         if not isinstance(words, Mapping) or not isinstance(words.get("do"), str):
             reader.tell(said("error", 'a message is an object with a text "do", such as {"do": "run"}'))
             return
-        self._receive(dict(words), reader)
+        self._receive({**words, **({"body": files} if files else {})}, reader)
 
 
-def said(level: str, text: str) -> dict[str, Any]:
+def said(level: str, text: str, **more: str) -> dict[str, Any]:
     """Return a message for people."""
-    return {"kind": "message", "level": level, "text": text}
+    return {"kind": "message", "level": level, "text": text, **more}
+
+
+def _parts(message: str | bytes) -> tuple[str | bytes, bytes]:
+    """What a window says, and the files that come with it: behind a line feed, where the message is bytes."""
+    if isinstance(message, str):
+        return message, b""
+    end = message.find(b"\n", 0, MOST_BYTES + 1)
+    return (message, b"") if end < 0 else (message[:end], message[end + 1 :])
 
 
 def _send(window: ServerConnection, reader: Reader) -> None:

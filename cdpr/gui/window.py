@@ -13,9 +13,11 @@ from cdpr.errors import CdprError, one_line
 from cdpr.gui.arguments import call
 from cdpr.gui.board import Board, Reader
 from cdpr.gui.desk import Desk
+from cdpr.gui.exchange import Exchange
 from cdpr.gui.scratch import sweep
 from cdpr.gui.server import Server, Words, said
 from cdpr.gui.show import Level, Show
+from cdpr.scenario.scenario import Scenario
 
 Log = Callable[[str], None]
 
@@ -36,6 +38,7 @@ class Window:
         self._desk, self._log, self._lock = desk, log, Lock()
         self._board = Board()
         self._show = Show(self._board, log)
+        self._exchange = Exchange(self._scenario, self._open, log)
         self._doing: dict[str, Callable[..., Any]] = {
             "edit": desk.edit,
             "remove": desk.remove,
@@ -53,6 +56,7 @@ class Window:
         try:
             self._server = Server(_page, self._board, self.receive, host, port)
         except BaseException:
+            self._exchange.close()
             self._show.close()
             raise
 
@@ -79,6 +83,9 @@ class Window:
         def tell(level: Level, text: str) -> None:
             reader.tell(said(level, text))
 
+        if do in self._exchange.does:
+            self._exchange.begin(do, words, reader)
+            return
         if do not in self._doing:
             self._show.command(do, words, tell)
             return
@@ -109,9 +116,20 @@ class Window:
         try:
             scenario = self._desk.apply()
         except CdprError as error:
-            first, count = str(error).partition("\n")[0], len(error.rows)
-            raise CdprError(f"not applied: {f'{count} problems, the first: ' if count > 1 else ''}{first}") from error
+            raise _in_short("not applied", error) from error
         return partial(self._show.load, scenario)
+
+    def _scenario(self) -> Scenario:
+        """Return what the form says, to be exported."""
+        with self._lock:
+            try:
+                return self._desk.scenario()
+            except CdprError as error:
+                raise _in_short("not exported", error) from error
+
+    def _open(self, name: str, reader: Reader) -> None:
+        """Go on with what was imported."""
+        self._edit("open", {"name": name}, reader)
 
     def _other(self, change: Callable[..., Any], /, *names: Any, **arguments: Any) -> Callable[[], None]:
         """Go on with other files, and show them at once."""
@@ -131,6 +149,7 @@ class Window:
     def close(self) -> None:
         """Close everything."""
         self._server.close()
+        self._exchange.close()
         self._show.close()
 
     def __enter__(self) -> Self:
@@ -140,6 +159,12 @@ class Window:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _in_short(what: str, error: CdprError) -> CdprError:
+    """The first of the problems of a form, and how many there are."""
+    first, count = str(error).partition("\n")[0], len(error.rows)
+    return CdprError(f"{what}: {f'{count} problems, the first: ' if count > 1 else ''}{first}")
 
 
 def _page() -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 from collections import deque
 from collections.abc import Callable, Sequence
 from math import inf
@@ -19,6 +18,7 @@ from typing import Any, Protocol
 from cdpr.errors import ExitCode
 from cdpr.jobs import forks
 from cdpr.jobs.cases import BEGUN, Case, Outcome
+from cdpr.processes import ended
 
 __all__ = ["TICK", "Case", "Executor", "Outcome", "Worker", "ready", "run_cases", "wait"]
 
@@ -148,7 +148,8 @@ class Worker:
         if status == "died":
             self._process.wait(TICK)  # its socket is closed: it is about to end by itself
         self.kill()
-        text = f"no answer after {self._limit:g} s" if status == "hung" else _reason(self._process.returncode or 0)
+        how = f"the process of this case {ended(self._process.returncode or 0)}"
+        text = f"no answer after {self._limit:g} s" if status == "hung" else how
         said = self._said.decode(errors="replace").strip().splitlines()
         said = [line for line in said if not line.startswith(NOISE)]
         message = "\n".join([text, *said[-LINES:]])
@@ -169,14 +170,3 @@ def ready(worker: Worker | None) -> Worker:
     if worker is not None:
         worker.kill()
     return Worker()
-
-
-def _reason(code: int) -> str:
-    """Say how a process ended."""
-    if code >= 0:
-        return f"the process of this case ended with exit code {code}"
-    try:
-        name = signal.Signals(-code).name
-    except ValueError:
-        name = f"signal {-code}"
-    return f"the process of this case was ended by {name}"

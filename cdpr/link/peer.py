@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from cdpr.model.robot import Array, Robot
 
 VERSION = 1
 MOST_GREETING = 65536  # bytes
+MOST_FRAMES = 2**53  # to which a float counts
 NUMBER = np.dtype("<f8")
 
 
@@ -79,7 +81,11 @@ class Peer:
         else:
             self._transport = Program(program, called, options.sha256)
         told = {"cdpr": VERSION, **greeting, "timeout": options.timeout, "sends": sends + 1, "takes": takes + 1}
-        self._greet(told, until)
+        try:
+            self._greet(told, until)
+        except BaseException:  # also an interrupt: nobody else knows of this peer yet
+            self.close()
+            raise
         self._at = time.monotonic()  # of the newest answer
 
     def ask(self, values: Array) -> Array:
@@ -113,27 +119,30 @@ class Peer:
             self._late = frame[sent:] if sent else b""
             self._asked -= not sent
             self.skipped += not sent
-        while data := self._transport.receive(65536, None):
+        # No more than it can have to say, for it may speak without end.
+        while (due := (self._asked - 1 - self._answered) * self._size - len(self._held)) > 0:
+            if not (data := self._transport.receive(due, None)):
+                break
             self._held += data
-        while len(self._held) >= self._size:
-            before = self._answered
-            self._take()
-            if not before < self._answered < self._asked:
-                raise self._wrong(f"answered frame {self._answered} after {before}, of {self._asked}")
+            while len(self._held) >= self._size:
+                before = self._answered
+                self._take()
+                if not before < self._answered < self._asked:
+                    raise self._wrong(f"answered frame {self._answered} after {before}, of {self._asked}")
         if time.monotonic() - self._at > self._options.timeout:
             raise self._silent("lately")
         return self._in[1:]
 
     def tell(self, values: Array) -> None:
-        """Send a last frame that nobody answers, if that is possible."""
-        try:
-            self._transport.send(self._next(values), time.monotonic() + self._options.timeout)
-        except BackendDied:
-            return
+        """Send a last frame that nobody answers, unless it would stand behind half of one, or nobody is there."""
+        with suppress(BackendDied):
+            if not self._transport.cut:
+                self._transport.send(self._next(values), time.monotonic() + self._options.timeout)
+                self._asked -= 1
 
     def close(self) -> None:
         """Close the connection; a program that was started here ends."""
-        self._transport.close()
+        self._transport.close(owed=self._answered < self._asked - 1)
 
     def _next(self, values: Array) -> bytes:
         self._out[0], self._out[1:] = self._asked, values
@@ -148,8 +157,9 @@ class Peer:
         if not np.isfinite(self._in).all():
             where = int(np.argmin(np.isfinite(self._in)))
             raise self._wrong(f"number {where} of its answer to frame {self._answered + 1} is {self._in[where]}")
-        if self._in[0] != int(self._in[0]):
-            raise self._wrong(f"its sequence is no whole number, {self._in[0]}: are these little-endian 64-bit floats?")
+        if not 0 <= self._in[0] == int(self._in[0]) <= MOST_FRAMES:
+            text = f"its sequence is no number of a frame, {self._in[0]}: are these little-endian 64-bit floats?"
+            raise self._wrong(text)
         self._answered = int(self._in[0])
 
     def _greet(self, greeting: dict[str, Any], until: float) -> None:
@@ -178,5 +188,4 @@ class Peer:
         )
 
     def _wrong(self, text: str) -> BackendDied:
-        self.close()
         return BackendDied(f"{self._transport.called}: {text}")

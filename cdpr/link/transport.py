@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
 import select
+import signal
 import socket
 import subprocess
 import sys
@@ -14,11 +14,16 @@ from contextlib import suppress
 from pathlib import Path
 
 from cdpr.errors import BackendDied, CdprError
+from cdpr.interrupts import WAITING, uninterrupted
 
 MOST_BYTES = 16 * 2**20  # of a program
 RETRY = 0.02  # s, between two tries to reach a peer that does not listen yet
-GRACE = 1.0  # s, that a program has to end by itself when its input ends
+GRACE = 1.0  # s, that a peer has to end by itself when its input ends
+LOOK = 0.01  # s, between two looks whether what a program started has ended
 SHOWN = 2000  # of what a program said last on stderr, characters
+CHUNK = 65536  # bytes of stderr that are taken at once
+FULL = 2**20 // CHUNK  # of them fill the largest pipe: more are said meanwhile, perhaps without end
+MOST_PATH = 107  # bytes of the path of a socket
 
 
 class Transport:
@@ -26,11 +31,12 @@ class Transport:
 
     Attributes:
         called: what the peer is called in messages.
+        cut: whether `send` has sent a part alone.
     """
 
-    def __init__(self, called: str, receiving: int, sending: int, closing: contextlib.ExitStack) -> None:
-        self.called = called
-        self._receiving, self._sending, self._closing = receiving, sending, closing
+    def __init__(self, called: str, receiving: int, sending: int) -> None:
+        self.called, self.cut = called, False
+        self._receiving, self._sending, self._open = receiving, sending, True
         for descriptor in {receiving, sending}:
             os.set_blocking(descriptor, False)
 
@@ -38,9 +44,9 @@ class Transport:
         """Send all of it before a time of `time.monotonic`. Raises BackendDied."""
         view = memoryview(data)
         while view:
-            sent = self.send_some(view)
-            view = view[sent:]
-            if view and not select.select([], [self._sending], [], self._left(until))[1]:
+            view = view[self.send_some(view) :]
+            self.cut = 0 < len(view) < len(data)
+            if view and not ready([], [self._sending], until):
                 raise BackendDied(f"{self.called}: takes nothing more: it hangs, or reads too slowly")
 
     def send_some(self, data: bytes | memoryview) -> int:
@@ -57,8 +63,7 @@ class Transport:
 
         Raises BackendDied where none come before a time of `time.monotonic`, and where the peer has ended.
         """
-        wait = 0.0 if until is None else self._left(until)
-        if not select.select([self._receiving], [], [], wait)[0]:
+        if not ready([self._receiving], [], until):
             if until is None:
                 return b""
             raise TimeoutError
@@ -76,13 +81,22 @@ class Transport:
         """Return the error of a peer that is gone."""
         return BackendDied(f"{self.called}: {why}")
 
-    def close(self) -> None:
-        """Close all, and end a program that was started here."""
-        self._closing.close()
+    def close(self, owed: bool) -> None:
+        """Close all, and end a program that was started here; `owed` is whether an answer is still to come."""
+        if self._open:
+            self._open = False
+            with uninterrupted():
+                self._end(owed)
 
-    @staticmethod
-    def _left(until: float) -> float:
-        return max(0.0, until - time.monotonic())
+    def _end(self, owed: bool) -> None:
+        raise NotImplementedError
+
+
+def ready(reading: list[int], writing: list[int], until: float | None) -> list[int]:
+    """Return which descriptors can be read or written, waiting until a time of `time.monotonic`; None does not wait."""
+    with WAITING:
+        found = select.select(reading, writing, [], 0.0 if until is None else max(0.0, until - time.monotonic()))
+    return [*found[0], *found[1]]
 
 
 def check_program(path: Path, called: str, sha256: str | None) -> None:
@@ -93,34 +107,43 @@ def check_program(path: Path, called: str, sha256: str | None) -> None:
 
 
 class Program(Transport):
-    """A program that talks through its standard input and output; its stderr is kept for messages."""
+    """A program that talks through its standard input and output; its stderr is kept for messages.
+
+    It is in a process group of its own: Ctrl-C in a terminal is for cdpr, which then tells it to stop, and what it has
+    started ends with it.
+    """
 
     def __init__(self, path: Path, called: str, sha256: str | None) -> None:
         words = [sys.executable, str(path)] if path.suffix == ".py" else [str(path)]
         check_program(path, called, sha256)
-        stack = contextlib.ExitStack()
         try:
             self._process = subprocess.Popen(
-                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=path.parent
+                words,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                cwd=path.parent,
+                process_group=0,
             )
         except OSError as error:
             raise CdprError(f"{called}: cannot be started: {error.strerror}") from None
-        stack.callback(self._end)
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
         self._said, self._errors = b"", process.stderr.fileno()
         os.set_blocking(self._errors, False)
-        super().__init__(called, process.stdout.fileno(), process.stdin.fileno(), stack)
+        super().__init__(called, process.stdout.fileno(), process.stdin.fileno())
 
     def receive(self, most: int, until: float | None) -> bytes:
         """Do so, and meanwhile take what it says on stderr out of its pipe: it would wait where that is full."""
+        if until is None:
+            self._listen()
         while until is not None and self._errors >= 0:
-            ready = select.select([self._receiving, self._errors], [], [], self._left(until))[0]
-            if self._errors in ready:
+            found = ready([self._receiving, self._errors], [], until)
+            if self._errors in found:
                 self._listen()
-            if self._receiving in ready or not ready:
+            if self._receiving in found or not found or time.monotonic() >= until:  # it may speak without end
                 break
         return super().receive(most, until)
 
@@ -129,27 +152,64 @@ class Program(Transport):
         with suppress(subprocess.TimeoutExpired):
             code = self._process.wait(GRACE)
             why = f"it was killed by signal {-code}" if code < 0 else f"it ended with code {code}"
-        self._listen()
+        self._listen(FULL)
         words = self._said.decode(errors="replace").strip()
         return super().ended(f"{why}; its last words: {words[-SHOWN:]}" if words else why)
 
-    def _listen(self) -> None:
+    def _listen(self, most: int = 1) -> None:
+        """Take up to so many chunks of what it says on stderr."""
         with suppress(BlockingIOError):
-            while data := os.read(self._errors, 65536) if self._errors >= 0 else b"":
+            for _ in range(most if self._errors >= 0 else 0):
+                if not (data := os.read(self._errors, CHUNK)):
+                    self._errors = -1  # it says no more
+                    return
                 self._said = (self._said + data)[-4 * SHOWN :]
-            self._errors = -1  # it says no more
 
-    def _end(self) -> None:
-        process = self._process
-        for pipe in (process.stdin, process.stdout, process.stderr):
-            assert pipe is not None
-            with suppress(OSError):
-                pipe.close()
-        try:
-            process.wait(GRACE)
-        except subprocess.TimeoutExpired:
-            process.kill()  # also one that is stopped
-            process.wait()
+    def _end(self, owed: bool) -> None:
+        process, until = self._process, time.monotonic() + GRACE
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        with suppress(OSError):
+            process.stdin.close()
+        hear_out([process.stdout.fileno(), process.stderr.fileno()], until)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(max(0.0, until - time.monotonic()))
+        with suppress(OSError):  # nothing of the group is left
+            while time.monotonic() < until:
+                os.killpg(process.pid, 0)
+                time.sleep(LOOK)
+            os.killpg(process.pid, signal.SIGKILL)  # also those that are stopped
+        process.wait()
+        process.stdout.close()
+        process.stderr.close()
+
+
+class Connection(Transport):
+    """A socket on which a peer listens."""
+
+    def __init__(self, made: socket.socket, called: str) -> None:
+        super().__init__(called, made.fileno(), made.fileno())
+        self._socket = made
+
+    def _end(self, owed: bool) -> None:
+        with self._socket, suppress(OSError):
+            if owed:  # what is not read at the end may cost the peer what it was sent last
+                self._socket.shutdown(socket.SHUT_WR)
+                hear_out([self._socket.fileno()], time.monotonic() + GRACE)
+
+
+def hear_out(descriptors: list[int], until: float) -> None:
+    """Drop what still comes until nothing more can: who is told to stop is not to fail with an answer before that."""
+    while descriptors and time.monotonic() < until:
+        for each in ready(descriptors, [], until):
+            with suppress(BlockingIOError):
+                try:
+                    if os.read(each, CHUNK):
+                        continue
+                except ConnectionError:
+                    pass
+                descriptors.remove(each)
 
 
 def connected(address: str, called: str, until: float) -> Transport:
@@ -158,32 +218,42 @@ def connected(address: str, called: str, until: float) -> Transport:
     Raises CdprError for what is no address, BackendDied where nobody answers there.
     """
     kind, place = parsed(address, called)
-    while True:
-        made = socket.socket(kind, socket.SOCK_STREAM)
-        try:
-            made.settimeout(max(RETRY, until - time.monotonic()))
-            made.connect(place)
-            break
-        except OSError as error:
-            made.close()
-            if time.monotonic() >= until:
-                raise BackendDied(f"{called}: nobody answers there ({error.strerror or error})") from None
-            time.sleep(RETRY)
+    with WAITING:
+        while True:
+            made = socket.socket(kind, socket.SOCK_STREAM)
+            try:
+                made.settimeout(max(RETRY, until - time.monotonic()))
+                made.connect(place)
+                break
+            except OSError as error:
+                made.close()
+                if time.monotonic() >= until:
+                    raise BackendDied(f"{called}: nobody answers there ({error.strerror or error})") from None
+                time.sleep(RETRY)
     if kind == socket.AF_INET:
         made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # a frame is not to wait for the next
-    stack = contextlib.ExitStack()
-    stack.callback(made.close)
-    return Transport(called, made.fileno(), made.fileno(), stack)
+    return Connection(made, called)
 
 
 def parsed(address: str, called: str) -> tuple[socket.AddressFamily, str | tuple[str, int]]:
     """Return the kind of a socket and its place. Raises CdprError for what is no address."""
-    if address.startswith("unix:"):
-        return socket.AF_UNIX, address.removeprefix("unix:")
+    kind, _, path = address.partition(":")
+    if kind == "unix":
+        if "\0" in path or not 0 < len(os.fsencode(path)) <= MOST_PATH:
+            raise CdprError(f"{called}: the path of a socket has from 1 to {MOST_PATH} bytes, none of them 0")
+        return socket.AF_UNIX, path
     host, _, port = address.rpartition(":")
-    if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
+    if not _named(host) or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
         raise CdprError(f"{called}: HOST:PORT, with a port from 1 to 65535, or unix:PATH is expected")
     return socket.AF_INET, (host, int(port))
+
+
+def _named(host: str) -> bool:
+    """Whether a computer may be called so."""
+    try:
+        return bool(host.encode("idna")) and "\0" not in host
+    except UnicodeError:
+        return False
 
 
 def _content(path: Path, called: str) -> bytes:

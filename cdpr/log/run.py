@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdpr.cables import COMMANDED, read_exits
 from cdpr.columns import BELIEVED, FIRST, Column
+from cdpr.errors import CdprError
 from cdpr.lazy import late
 from cdpr.log.event import Event
 from cdpr.log.layout import Layout
@@ -62,6 +63,7 @@ class Header:
     frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
     path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the desired path that the scenario foresees
+    tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, its axes
     believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
 
     def __repr__(self) -> str:
@@ -112,6 +114,8 @@ class Header:
         }
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
         exits = tuple(data.get("exits", ()))
+        if "tools" in data:
+            tables["tools"] = {name: tuple(point) for name, point in data["tools"].items()}
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
         return cls(**{**data, **tuples, **tables, "exits": exits, "columns": tuple(columns)})
 
@@ -126,6 +130,7 @@ NEWER: dict[str, object] = {
     "frame": (),
     "colours": {},
     "path": (),
+    "tools": {},
     "believed": "",
 }
 
@@ -270,6 +275,16 @@ class Run(Frozen):
     def orientation_error(self) -> Array:
         """Rotation vector that turns the actual into the desired attitude, (K, 3), rad, world."""
         return rotations.between(self.orientation, self.desired_orientation)
+
+    def tool(self, name: str) -> Array:
+        """Return where a tool of the platform is, (K, 3), m, world. CdprError where there is none of this name."""
+        tools = self.header.tools
+        if name not in tools:
+            known = f"one of {', '.join(tools)}" if tools else "none: name tools in robot.platform.tools; one"
+            raise CdprError(f"tool: {known} is expected, got {name!r}")
+        q, point = self.orientation, np.array(tools[name])
+        twice = 2.0 * rotations.cross(q[:, 1:], np.broadcast_to(point, (len(q), 3)))
+        return np.asarray(self.position + point + q[:, :1] * twice + rotations.cross(q[:, 1:], twice))
 
     @property
     def cable_tension(self) -> Array:

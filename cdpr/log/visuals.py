@@ -39,12 +39,20 @@ def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[
     the markers. Beside /tf stands the `clock` by which ROS plays a log, which those of format 2 have among their rows.
     """
     layout = header.layout
+    tools = [
+        {
+            "header": {"frame_id": "platform"},
+            "child_frame_id": name,
+            "transform": {"translation": _xyz(point), "rotation": {"w": 1.0}},
+        }
+        for name, point in header.tools.items()
+    ]
     transform = Topic(
         "/tf",
         "tf2_msgs/TFMessage",
-        {"transforms": [{**STAMPED, "child_frame_id": "platform"}]},
+        {"transforms": [{**STAMPED, "child_frame_id": "platform"}, *tools]},
         {"transforms.0.transform": ros_pose(layout)},
-        stamps=("transforms.0.header.stamp",),
+        stamps=tuple(f"transforms.{i}.header.stamp" for i in range(1 + len(tools))),
     )
     every = _every(TRANSFORM_RATE, header)
     topics = (CLOCK, transform) if clock else (transform,)

@@ -105,6 +105,7 @@ class Platform(Frozen):
     center_of_mass: Array  # (3,), m, from the platform's origin, platform axes
     shape: Shape | None = None
     colour: str | None = None  # "#rrggbb"
+    tools: Mapping[str, Array] = field(default_factory=dict)  # points (3,), m, platform axes, by their names
 
     def __repr__(self) -> str:
         return f"<Platform of {self.mass:g} kg>"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 from pydantic import Field
 
 from cdpr.fields import ZERO, Position, Section, Vector3, unit
 from cdpr.model.robot import Array
+from cdpr.model.rotations import matrix
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 
@@ -25,3 +28,10 @@ class Initial(Section):
     def state(self) -> Array:
         """Return the state (13,), laid out as `cdpr.model` says."""
         return np.concatenate([self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity])
+
+    def of_tool(self, tool: Array) -> Self:
+        """Return what is said here of the origin as it is of a tool at (3,), m, platform axes."""
+        reach = matrix(self.orientation.quaternion()) @ tool
+        position = np.array(self.position) + reach
+        velocity = np.array(self.velocity) + np.cross(self.angular_velocity, reach)
+        return self.model_copy(update={"position": tuple(position.tolist()), "velocity": tuple(velocity.tolist())})

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from cdpr import tolerances
@@ -14,6 +16,7 @@ from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.problems import exact
 from cdpr.scenario.report import Below
+from cdpr.scenario.robot_schema import PlatformSection
 
 ROOT = "trajectory"
 
@@ -45,8 +48,13 @@ class MotionChecks(Checks):
         if motion is None:
             return
         motion.check(report)
-        if initial:
-            motion.complete(initial).check_completed(report)
+        tools = self._tools()
+        if motion.tool is not None and tools is not None and motion.tool not in tools:
+            known = f"allowed are {', '.join(tools)}" if tools else "it has none; name them in robot.platform.tools"
+            self.say((ROOT, "tool"), f"the platform has no tool '{motion.tool}': {known}")
+        begins = self._begins(initial)
+        if begins:
+            motion.complete(begins).check_completed(report)
         if duration:
             self._rest_outside(motion, duration, report)
 
@@ -66,10 +74,28 @@ class MotionChecks(Checks):
         if ("initial", "orientation") not in self.document.filled:  # what is wrong with home is told there
             guide.attitude(("initial", "orientation"), initial.orientation)
         guide.rates(("initial",), initial)
-        if self.motion:
+        begins = self._begins(initial)
+        if self.motion and begins:
+            if self.motion.tool is not None and not guide.keeps(np.subtract(begins.position, initial.position)):
+                text = f"{guide.free}: where it turns, this tool leaves what it holds; leave the tool out"
+                self.say((ROOT, "tool"), text)
+                return
+            guide = Guide(dof, begins.position, self.say)
             for path, point in self.motion.poses():
                 guide.check((ROOT, *path), point)
             self.motion.stay(guide, Below(self, (ROOT,)))
+
+    def _tools(self) -> Mapping[str, Sequence[float]] | None:
+        """The platform's tools; None where they are wrong by themselves."""
+        platform = self.section(PlatformSection, ("robot", "platform"))
+        return None if platform is None else platform.tools
+
+    def _begins(self, initial: Initial | None) -> Initial | None:
+        """The initial state of what the motion moves; None where it is not known."""
+        motion, tools = self.motion, self._tools()
+        if motion is None or motion.tool is None or initial is None:
+            return initial
+        return motion.begins(initial, tools) if tools and motion.tool in tools else None
 
     def _rest_outside(self, motion: Motion, duration: float, report: Below) -> None:
         """Before and after the motion a pose is held, so the motion must start and end at rest there."""

@@ -135,6 +135,12 @@ class RobotChecks(Checks):
                 text = f"'{name}' is the name of cables[{first[name]}] too; names must differ"
                 self.say((*self.root, "cables", i, "name"), text)
             first.setdefault(name, i)
+        platform = self.section(PlatformSection, (*self.root, "platform"))
+        taken = {"world", "frame", "platform", *(f"{name}_{end}" for name in first for end in ("frame", "platform"))}
+        for name in platform.tools if platform else ():
+            if name in taken:
+                text = "frames, links and sites of exports have this name already; call it otherwise"
+                self.say((*self.root, "platform", "tools", name), text)
 
     def _coincident(self, cables: list[tuple[int, CableSection]]) -> None:
         anchors = np.array([[cable.frame, cable.platform] for _, cable in cables]).reshape(-1, 2, 3)

@@ -16,6 +16,7 @@ from cdpr.scenario.looks import FrameSection, ShapeSection
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
+MAX_TOOLS = 64
 
 # Published inertias are rounded: the conditions may be missed by this share of the largest principal moment.
 TRIANGLE_TOLERANCE = 1e-5
@@ -102,6 +103,12 @@ class PlatformSection(Section):
     )
     shape: ShapeSection | None = Field(None, description="for drawing only: a box, a sphere, a cylinder or a mesh")
     colour: Colour | None = Field(None, description="colour in drawings")
+    tools: dict[Name, Position] = Field(
+        {},
+        max_length=MAX_TOOLS,
+        description="points of the platform with a name, such as a nozzle, platform axes; a trajectory may be a tool's",
+        json_schema_extra=unit("m"),
+    )
 
 
 class TensionSection(Section):
@@ -274,6 +281,7 @@ class RobotSection(Section):
             center_of_mass=frozen_array(platform.center_of_mass),
             shape=platform.shape.build(folder) if platform.shape else None,
             colour=platform.colour,
+            tools={name: frozen_array(point) for name, point in platform.tools.items()},
         )
 
     def _home(self) -> Array | None:

@@ -40,7 +40,7 @@ from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation,
 from cdpr.scenario.source import change
 from cdpr.scenario.validation import report_nulls, validate
 from cdpr.scenario.yaml_text import dump
-from cdpr.trajectory import Trajectory
+from cdpr.trajectory import Trajectory, of_tool
 
 # On these the motion and its checks do not depend.
 BESIDES = {"controller", "solver", "backend_options"}
@@ -130,7 +130,8 @@ class Scenario:
     @cached_property
     def planned(self) -> Trajectory:
         """The desired motion without what events do to it."""
-        return self.trajectory.make()
+        made, tool = self.trajectory.make(), self.trajectory.tool
+        return made if tool is None else of_tool(made, self.robot.platform.tools[tool])
 
     @cached_property
     def desired(self) -> Trajectory:
@@ -352,7 +353,8 @@ def build_scenario(
     assert solver_options is not None
     robot = before.sections.robot if before and robot_known else sections.robot.named()
     thought = believed and believed.named()
-    trajectory = (motion or sections.trajectory).complete(sections.initial)
+    wanted = motion or sections.trajectory
+    trajectory = wanted.complete(wanted.begins(sections.initial, robot.platform.tools))
     like = before.robot if before and _all_but_platform(document) == _all_but_platform(before._document) else None
     names = [cable.name for cable in robot.cables]
     events = [event.named(names) for event in events]
@@ -385,7 +387,8 @@ def build_scenario(
         _thought=twin,
         _plugins=plugins,
     )
-    if before and {"trajectory", "initial"} <= unchanged and "planned" in before.__dict__:
+    moving = {"trajectory", "initial"} if trajectory.tool is None else {"trajectory", "initial", "robot"}
+    if before and moving <= unchanged and "planned" in before.__dict__:
         made.__dict__["planned"] = before.planned  # as `cached_property` keeps it
     return made
 

@@ -21,6 +21,7 @@ from cdpr.scenario.problems import Problems
 from cdpr.scenario.scalars import WORDS, resolve
 
 MAX_DEPTH = 32
+TOO_DEEP = "exceeded maximum nesting depth"  # libyaml's own words
 MAX_NODES = 20_000
 
 # Printable text and the line ends of an editor. U+0085, U+2028 and U+2029 would end a line for YAML alone.
@@ -106,6 +107,8 @@ class _Composer:
         except yaml.MarkedYAMLError as error:
             place = _place(error)
             mark = Mark(self.source, place.line + 1, place.column + 1) if place else Mark(self.source, 1, 1)
+            if TOO_DEEP in (error.problem or ""):  # newer libyaml looks ahead farther than that
+                raise _RefusedError(mark, f"nested more than {MAX_DEPTH} deep") from None
             parts = [part for part in (error.context, error.problem) if part]
             hint = next((hint for begun, hint in BEGUN.items() if begun in (error.context or "")), "")
             raise _RefusedError(mark, f"not valid YAML: {', '.join(parts)}{hint}") from None

@@ -139,6 +139,7 @@ def make_header(scenario: Scenario) -> Header:
         frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
         colours=robot.colours,
         path=desired_path(scenario),
+        tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         believed=scenario.belief,
     )
 

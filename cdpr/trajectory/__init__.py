@@ -2,7 +2,8 @@
 
 `through` and `interpolate` make smooth curves through knots, `arch` and `circle` are paths of a given form, and
 `stop_to_stop` and `follow`, which goes along lines and arcs, keep limits on velocity, acceleration and jerk;
-`redirected` leaves a motion for a pose. All become one table, for one kernel.
+`redirected` leaves a motion for a pose, `of_tool` lets a tool of the platform move. All become one table, for
+one kernel.
 """
 
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from cdpr.trajectory.jerk_limited import Limits, Stop, stop_to_stop
 from cdpr.trajectory.knots import Knot, interpolate, through
 from cdpr.trajectory.paths import arch, circle
 from cdpr.trajectory.redirect import redirected
+from cdpr.trajectory.tool import of_tool
 from cdpr.trajectory.trajectory import Stopping, Trajectory, hold
 
 if not TYPE_CHECKING:
@@ -34,6 +36,7 @@ __all__ = [
     "hold",
     "interpolate",
     "lines",
+    "of_tool",
     "redirected",
     "stop_to_stop",
     "through",

@@ -6,36 +6,25 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from command_line import cdpr_here
 from conftest import ROOT
 from docs_cases import PAGES
+from export_cases import subject_of
 
 import cdpr
-from cdpr.errors import FormatError
 from cdpr.formats.write import TARGETS
 from cdpr.formats.write.begin import begin
 from cdpr.formats.write.subject import Options, export
 from cdpr.mechanics.kinematics import lengths, wrench_matrix
 from cdpr.model import rotations
 
-ROBOTS = ROOT / "scenarios" / "robots"
 # m, of places and lengths under replayed tensions: nothing but how often numbers are rounded differs.
 REPLAYED = 1e-12
 NAMES = ["caroca", "off_centre", "planar", "spherical", "point_mass", "carriage", "twelve"]
 CHECKER = shutil.which("ign") or shutil.which("gz")
-
-
-def subject_of(name, **pose):
-    subject = begin(cdpr.load_robot(ROBOTS / f"{name}.yaml"))
-    state = subject.state.copy()
-    if subject.robot.n == 6:
-        state[3:7] = rotations.from_rpy(0.1, -0.2, 0.3)
-    return replace(subject, state=state)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -121,9 +110,14 @@ def test_bullet_reads_the_platform(tmp_path, name, version):
                 else:
                     called = bullet.getJointInfo(body, link, physicsClientId=client)[12]
                 found[called.decode()] = bullet.getDynamicsInfo(body, link, physicsClientId=client)[0]
+        place, attitude = bullet.getBasePositionAndOrientation(bodies[-1], physicsClientId=client)
     finally:
         bullet.disconnect(client)
-    assert found["platform"] == pytest.approx(subject.robot.platform.mass)
+    platform = subject.robot.platform
+    assert found["platform"] == pytest.approx(platform.mass)
+    R = rotations.matrix(subject.state[3:7])
+    assert np.allclose(place, subject.state[:3] + R @ platform.center_of_mass, atol=1e-9)
+    assert np.allclose(np.roll(attitude, 1), subject.state[3:7], atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["caroca", "off_centre"])
@@ -211,57 +205,6 @@ def test_legs_end_where_cables_do():
             assert max(moments) <= sum(moments) - max(moments) + 1e-15
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "said"),
-    [
-        (("robots/caroca.yaml", "--to", "sdf", "--style", "sticks"), 2, "style: one of platform, legs is expected"),
-        (
-            ("robots/caroca.yaml", "--to", "sdf", "--sdf-version", "2"),
-            2,
-            "version: one of 1.9, 1.6 is expected",
-        ),
-        (("robots/caroca.yaml", "--to", "mjcf", "--style", "legs"), 2, "--style is for --to sdf"),
-        (
-            ("robots/planar.yaml", "--to", "sdf", "--style", "legs"),
-            2,
-            "in all six directions; robot 'planar' is not",
-        ),
-        (("winch.yaml", "--to", "mjcf"), 2, "MJCF has no winches and no elastic cables, and cable_1, cable_2"),
-        (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "MJCF has no swivelling pulleys"),
-        (("robots/caroca.yaml", "--to", "csv"), 2, "csv is for runs, and this is a file of a robot or scenario"),
-        (("robots/carocca.yaml", "--to", "urdf"), 2, "carocca.yaml': did you mean"),
-        (("robots", "--to", "urdf"), 2, "urdf is for robots and scenarios, and this is a run"),
-    ],
-)
-def test_what_cannot_be_exported_is_told(tmp_path, words, code, said):
-    file, *rest = words
-    done = cdpr_here("export", ROOT / "scenarios" / file, *rest, code=None, cwd=tmp_path)
-    assert done.returncode == code
-    assert said in done.stderr
-    assert list(Path(tmp_path).iterdir()) == []
-
-
-def test_nothing_is_written_over(tmp_path):
-    words = ("export", ROBOTS / "caroca.yaml", "--to", "urdf")
-    assert cdpr_here(*words, cwd=tmp_path).stdout == "caroca.urdf\n"
-    before = (tmp_path / "caroca.urdf").read_bytes()
-    done = cdpr_here(*words, code=8, cwd=tmp_path)
-    assert "'caroca.urdf' is there already" in done.stderr
-    cdpr_here(*words, "--force", cwd=tmp_path)
-    assert (tmp_path / "caroca.urdf").read_bytes() == before
-
-
-def test_winches_may_be_left_out(tmp_path):
-    words = ("export", ROOT / "scenarios" / "winch.yaml", "--to", "mjcf", "--set", "robot.cable.model=ideal")
-    cdpr_here(*words, cwd=tmp_path)
-    assert len(list(tmp_path.iterdir())) == 1
-
-
-def test_unknown_formats_are_told():
-    with pytest.raises(FormatError, match="to: 'sfd' is no format: did you mean 'sdf'"):
-        export(subject_of("planar"), "sfd")
-
-
 def test_the_page_on_mujoco_says_what_happens(monkeypatch, tmp_path, capsys):
     """Its model holds the platform where it is; its replay is the run."""
     pytest.importorskip("mujoco")
@@ -279,27 +222,8 @@ def test_the_page_on_mujoco_says_what_happens(monkeypatch, tmp_path, capsys):
     assert float(capsys.readouterr().out) <= REPLAYED
 
 
-@pytest.mark.parametrize("to", ["sdf", "urdf"])
-def test_parts_of_cables_that_are_left_out_are_told(tmp_path, to):
-    rolled = cdpr_here("export", ROBOTS / "cogiro_pulleys.yaml", "--to", to, cwd=tmp_path)
-    assert "left out: pulleys of cable_1, cable_2" in rolled.stderr
-    wound = cdpr_here("export", ROOT / "scenarios" / "winch.yaml", "--to", to, cwd=tmp_path)
-    assert "left out: winches and elasticity of cable_1, cable_2" in wound.stderr
-    assert cdpr_here("export", ROBOTS / "caroca.yaml", "--to", to, cwd=tmp_path).stderr == ""
-    driven = (
-        "export",
-        ROOT / "scenarios" / "winch_fmu.yaml",
-        "--set",
-        "robot.cable.model=ideal",
-        "--to",
-        to,
-        "--force",
-    )
-    assert "left out: actuators" in cdpr_here(*driven, cwd=tmp_path).stderr
-
-
 @pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
-@pytest.mark.parametrize("name", ["world", "sun", "__r__", "frame", "platform"])
+@pytest.mark.parametrize("name", ["world", "sun", "physics", "__r__", "frame", "platform"])
 @pytest.mark.parametrize("style", ["platform", "legs"])
 def test_names_that_sdf_reserves_are_no_trouble(tmp_path, name, style):
     subject = subject_of("caroca")
@@ -405,11 +329,34 @@ def test_mujoco_reads_the_urdf(name):
     assert np.allclose(np.sort(model.body_inertia[1]), np.linalg.eigvalsh(platform.inertia))
 
 
-def test_packages_for_ros_2_are_of_scenarios(tmp_path):
-    done = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out")
-    assert "13 files" in done.stdout
-    assert (tmp_path / "out" / "cdpr_caroca" / "package.xml").is_file()
-    again = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out", code=8)
-    assert "is there already, and is no empty folder" in again.stderr
-    robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
-    assert "ros2 is for scenarios" in robot.stderr
+@pytest.mark.parametrize("name", ["caroca", "off_centre"])
+def test_each_colour_of_urdf_is_defined(name):
+    """Also of a robot that has no frame to draw: readers warn of materials that have names alone."""
+    subject = subject_of(name)
+    for robot in (subject.robot, replace(subject.robot, frame=None)):
+        root = ET.fromstring(export(replace(subject, robot=robot), "urdf"))
+        defined = {each.get("name") for each in root.iter("material") if each.find("color") is not None}
+        assert {each.get("name") for each in root.iter("material")} == defined
+
+
+def test_mujoco_takes_a_tension_that_is_always_the_same():
+    mujoco = pytest.importorskip("mujoco")
+    subject = subject_of("planar")
+    cables = tuple(replace(cable, tension_min=7.0, tension_max=7.0) for cable in subject.robot.cables)
+    text = export(replace(subject, robot=replace(subject.robot, cables=cables)), "mjcf")
+    assert np.allclose(mujoco.MjModel.from_xml_string(text).actuator_ctrlrange, 7.0, rtol=1e-15, atol=0.0)
+
+
+@pytest.mark.skipif(CHECKER is None, reason="needs libsdformat's checker (Debian: ignition-tools, libsdformat-dev)")
+@pytest.mark.parametrize(("robot", "style"), [("caroca", "legs"), ("planar", "platform"), ("spherical", "platform")])
+def test_tools_may_be_called_as_parts_of_sdf_are(tmp_path, robot, style):
+    subject = subject_of(robot)
+    names = ["fixed", "guide", "guide_1", "carriage_1", "tool_guide", "__t__"]
+    names += [f"{subject.robot.cables[0].name}_{part}" for part in ("lower", "upper", "slide", "ball", "universal")]
+    tools = {name: np.array([0.1 * k, 0.0, 0.0]) for k, name in enumerate(names)}
+    platform = replace(subject.robot.platform, tools=tools)
+    text = export(replace(subject, robot=replace(subject.robot, platform=platform)), "sdf", Options(style))
+    (tmp_path / "robot.sdf").write_text(text)
+    done = subprocess.run([CHECKER, "sdf", "-k", tmp_path / "robot.sdf"], capture_output=True, text=True, check=False)
+    assert "Valid." in done.stdout, done.stdout + done.stderr
+    assert len([each for each in ET.fromstring(text).iter("frame") if each.find("pose") is not None]) >= len(names)

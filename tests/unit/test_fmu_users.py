@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import shutil
+import signal
 import zipfile
 from pathlib import Path
 
@@ -270,6 +272,50 @@ def test_unsound_tuning_is_told_and_can_be_mended(fmi, tmp_path, capfd):
         assert driver.get("mass") == plant.robot.platform.mass
         with pytest.raises(FMICallException):
             driver.set("initial_position", np.zeros(3))  # not tunable
+
+
+@FMI
+@pytest.mark.parametrize("name", ["cable_tension", "mass"])
+def test_ended_it_stays_where_it_is(fmi, name, tmp_path):
+    """Also if something was set for a step that did not come."""
+    with Driver(write(plant_of(scenario("caroca")), fmi, tmp_path)) as driver:
+        driver.set("cable_tension", np.linspace(100.0, 400.0, 8))
+        driver.step(0.0, 0.1)
+        before = driver.state()
+        driver.set(name, 1.5 * driver.get(name))
+        driver.fmu.terminate()
+        assert np.allclose(driver.state(), before, rtol=0.0, atol=1e-14)
+
+
+@FMI
+def test_restored_it_says_again_that_a_cable_cannot_push(fmi, tmp_path, capfd):
+    """A snapshot holds all that answers depend on, what was said among it."""
+    with Driver(write(plant_of(scenario("caroca")), fmi, tmp_path)) as driver:
+        driver.step(0.0, 0.01)
+        driver.set("cable_tension", np.full(8, -5.0))
+        saved = driver.save()
+        for _ in range(2):
+            capfd.readouterr()
+            driver.step(0.01, 0.01)
+            assert "cannot push" in capfd.readouterr().out
+            driver.restore(saved)
+
+
+@FMI
+@pytest.mark.parametrize("step", [1e-30, 5e-324])
+def test_a_step_that_would_never_end_is_refused(fmi, step, tmp_path):
+    """In a process of its own: what never ends there does not listen to Python."""
+    with Driver(write(plant_of(scenario("caroca")), fmi, tmp_path)) as driver:
+        driver.set("physics_step", [step])
+        child = os.fork()
+        if child == 0:
+            signal.alarm(5)
+            try:
+                driver.step(0.0, 0.01)
+            except FMICallException:
+                os._exit(3)
+            os._exit(4)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3
 
 
 def told(driver, capfd, on, categories):

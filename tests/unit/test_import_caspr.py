@@ -83,7 +83,8 @@ REFUSED = {
         "bodies.xml:10: link 2 'arm' is a second moving body",
     ),
     "two turns": ({"joint": "U_XY"}, {}, "bodies.xml:6: joint U_XY turns about two axes"),
-    "unknown joint": ({"joint": "SPHERICAL"}, {}, "bodies.xml:6: joint type 'SPHERICAL' is not known"),
+    "quaternion": ({"joint": "SPATIAL"}, {}, "bodies.xml:6: joint SPATIAL has a quaternion among its coordinates"),
+    "unknown joint": ({"joint": "HELICAL"}, {}, "bodies.xml:6: joint type 'HELICAL' is not known"),
     "no body's inertia": ({"inertia": (1, 1, 5, 0, 0, 0)}, {}, "bodies.xml:8: no rigid body has this inertia"),
     "ref": ({"ref": "link"}, {}, "bodies.xml:8: ref of <inertia>: com or joint is expected, got 'link'"),
     "coordinates": ({"q": [1.0, 2.0]}, {}, "bodies.xml:6: q_initial of <joint>: 6 numbers are expected"),
@@ -129,9 +130,15 @@ REFUSED = {
     ),
     "limits": (
         {},
-        {"rows": [cable(0).replace(">1.5", ">900")]},
-        "it makes no robot that our checks accept: tension",
+        {"rows": [cable(0), cable(1), cable(2).replace(">1.5", ">900")]},
+        "cables.xml:6: it makes no robot that our checks accept: tension.min[2]",
     ),
+    "limits of all": (
+        {},
+        {"rows": [cable(0).replace(">1.5", ">-1")]},
+        "cables.xml:4: it makes no robot that our checks accept: tension.min",
+    ),
+    "mass": ({"mass": -5}, {}, "bodies.xml:7: it makes no robot that our checks accept: platform.mass"),
     "no default set": ({}, {"default": "al"}, "cable set 'al', the default, is not there; did you mean 'all'?"),
     "empty set": ({}, {"rows": []}, "cables.xml:3: cable set 'all' holds no cable"),
 }
@@ -178,7 +185,12 @@ def test_sets_of_cables_are_chosen(tmp_path):
     ("text", "said"),
     [
         ('<!DOCTYPE a [<!ENTITY b "c">]><bodies_system>&b;</bodies_system>', "declares the entity 'b'"),
+        (
+            '<!DOCTYPE a [<!ATTLIST link_rigid n CDATA "xxx">]><bodies_system/>',
+            "bodies.xml:1: it declares a default for the attribute 'n' of <link_rigid>: write it where it is",
+        ),
         ("<bodies_system><links>", "this is no sound XML: no element found"),
+        ('<?xml version="1.0"?>\n<bodies_system', "bodies.xml:2: this is no sound XML: unclosed token"),
         ("<bodies_system>" + "<a>" * 100, "within each other, are no robot"),
         ("<bodies_system><links/></bodies_system>", "a <link_rigid> is expected within <links>, got none"),
     ],

@@ -15,6 +15,7 @@ import cdpr
 from cdpr.errors import CdprError
 from cdpr.formats import import_file
 from cdpr.formats.read.bring import write
+from cdpr.formats.read.imported import unique
 from cdpr.mechanics.kinematics import lengths, make_state
 
 CAROCA = Path(__file__).parent.parent.parent / "scenarios" / "robots" / "caroca.yaml"
@@ -89,7 +90,7 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
     assert "kp: 20.0\n  kd: 10.0\n" in (tmp_path / "out" / "robot_way.yaml").read_text()
     done = here("import", tmp_path / "way.yaml")
     assert done.returncode == 2
-    assert "this is a trajectory: import its robot with --trajectory" in done.stderr
+    assert "way.yaml:1: this is a trajectory: import its robot, and name this as its trajectory" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -118,6 +119,33 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, change, said):
         import_file(tmp_path / "robot.yaml")
     assert said in str(caught.value)
     assert str(tmp_path / "robot.yaml") in str(caught.value)
+
+
+def test_a_body_without_inertia_is_a_ball(tmp_path):
+    """As the first files of the successor have it."""
+    bare = SUCCESSOR.replace("inertia: [0.5, 0.6, 0.7, 0.01, 0.02, 0.03], size: [0.4, 0.3, 0.25],", "")
+    robot, taken = robot_of(tmp_path, bare)
+    radius = np.linalg.norm([0.2, 0.15, 0.125])
+    assert np.allclose(robot.platform.inertia, 0.4 * 15.0 * radius**2 * np.eye(3))
+    assert [text for text in taken.warnings if "robot.yaml:6: inertia: ixx, iyy, izz was 0, filled" in text]
+
+
+def test_a_trajectory_alone_is_told(tmp_path):
+    (tmp_path / "way.yaml").write_text(TRAJECTORY)
+    with pytest.raises(CdprError, match=r"way.yaml:1: this is a trajectory: import its robot, and name this"):
+        import_file(tmp_path / "way.yaml")
+
+
+def test_a_winch_that_is_not_there_is_told(tmp_path):
+    """Its cables would pull as much as they bear, and nobody would know why."""
+    robot, taken = robot_of(tmp_path, wirex(**{'winch name="W"': 'winch name="V"'}), "crane.wcrfx")
+    assert robot.tension_max.tolist() == [9000.0] * 4
+    said = "crane.wcrfx:2: the largest tension is what the cable breaks at, 9000 N: winchtype 'W' is no winch"
+    assert len([text for text in taken.warnings if said in text]) == 1
+    assert not [text for text in taken.left_out if "breaking_load" in text]
+    _, known = robot_of(tmp_path, wirex(), "known.wcrfx")
+    assert not [text for text in known.warnings if "breaks at" in text]
+    assert [text for text in known.left_out if "breaking_load" in text]
 
 
 def test_chains_of_wirex(tmp_path):
@@ -167,14 +195,45 @@ def test_nothing_is_written_over(tmp_path):
     assert (tmp_path / "out" / "robot.yaml").read_bytes() == before
 
 
+def test_nothing_is_written_through_a_link_and_no_half_stays(tmp_path, monkeypatch):
+    (tmp_path / "robot.yaml").write_text(SUCCESSOR)
+    (tmp_path / "way.yaml").write_text(TRAJECTORY)
+    taken = import_file(tmp_path / "robot.yaml", trajectory=str(tmp_path / "way.yaml"))
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "robot_way.yaml").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(CdprError, match=r"robot_way\.yaml' is there already: it is not written over; choose another"):
+        write(taken, out, force=False)
+    assert not (tmp_path / "elsewhere").exists()
+    (out / "robot_way.yaml").unlink()
+    whole = Path.write_text
+
+    def full(path, text, **given):
+        whole(path, text[:10], **given)
+        if path.name == "robot_way.yaml":
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(CdprError, match="No space left on device"):
+        write(taken, out, force=False)
+    assert list(out.iterdir()) == []
+
+
+def test_many_cables_of_one_name_take_no_time():
+    names = unique(["c", "c_2", "d"] + ["c"] * 30_000)  # each was compared with all others
+    assert names[:5] == ["c", "c_2", "d", "c_3", "c_4"]
+    assert len(set(names)) == len(names)
+
+
 def test_two_robots_of_one_name_do_not_overwrite_each_other(tmp_path):
-    for folder in ("a", "b"):
+    for folder, mass in (("a", 15), ("b", 16), ("c", 17)):
         (tmp_path / "in" / folder).mkdir(parents=True)
-        (tmp_path / "in" / folder / "robot.yaml").write_text(SUCCESSOR)
+        (tmp_path / "in" / folder / "robot.yaml").write_text(SUCCESSOR.replace("mass: 15", f"mass: {mass}"))
     done = here("import", tmp_path / "in", "--out", tmp_path / "out")
     assert done.returncode == 0
-    assert "makes robot.yaml, as" in done.stdout
-    assert "1 of 2 could be read" in done.stdout
+    assert "3 of 3 could be read" in done.stdout
+    robots = [cdpr.load_robot(tmp_path / "out" / f"{name}.yaml") for name in ("robot", "robot_2", "robot_3")]
+    assert [(robot.name, robot.platform.mass) for robot in robots] == [("robot", 15), ("robot_2", 16), ("robot_3", 17)]
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe", b"<a", b"points: [actuated", b"%PDF-1.4 points: actuated"])

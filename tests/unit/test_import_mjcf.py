@@ -254,13 +254,25 @@ def test_controls_that_push_make_legs(tmp_path):
         (ACTUATOR, f'{ACTUATOR}<motor tendon="right"/>', "two motors pull it"),
         (RIGHT, RIGHT.replace('class="rope"', 'stiffness="5"'), "it is a spring of itself"),
         (RIGHT, '<fixed name="right"><joint joint="slider" coef="1"/></fixed>', "it is a <fixed> tendon"),
+        (
+            BODY,
+            '<inertial pos="nan 0 0" mass="3" diaginertia="1 1 1"/>',
+            ":12: pos of <inertial>: numbers of at most 1e+12",
+        ),
+        (
+            BODY,
+            '<inertial pos="0 0 0" mass="-Inf" diaginertia="1 1 1"/>',
+            ":12: mass of <inertial>: numbers of at most",
+        ),
+        (BODY, '<inertial pos="0 1e300 0" mass="3" diaginertia="1 1 1"/>', "are expected, got '0 1e300 0'"),
         (BODY, '<geom type="mesh" mesh="look"/><geom size="0.1"/>', ":12: body 'load' takes its inertia from a mesh"),
         ("<option", '<include file="/etc/passwd"/><option', ":5: <include>: files are read alone"),
         ("<option", '<equality><weld name="w" body1="load"/></equality><option', "<weld> 'w'"),
         (BODY, f'<replicate count="1000000000">{BODY}</replicate>', "<replicate>: it makes copies"),
         ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: what a plugin does"),
         ("<freejoint/>", "<freejoint/><joint/>", "MuJoCo does not compile it"),
-        (BODY, '<geom size="1e200" density="1e200"/>', "kg"),
+        (BODY, '<geom size="1e200" density="1e200"/>', ":12: size of <geom>: numbers of at most 1e+12 are"),
+        (BODY, '<geom size="1e4" density="1e12"/>', ":10: it makes no robot that our checks accept: platform.mass"),
         ('euler="0 0 90"', 'euler="0 0 ninety"', ":10: MuJoCo does not compile it"),
         ("<mujoco", '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco', "entities are not resolved"),
         ("<mujoco", "<mujocoinclude", "this is no sound XML"),
@@ -365,3 +377,44 @@ def test_models_at_random(tmp_path, seed):
         wrench = wrench_matrix(robot, state) @ tension
         turning = np.linalg.solve(R @ robot.platform.inertia @ R.T, wrench[3:] - np.cross(c, wrench[:3]))
         assert np.allclose(body.xmat.reshape(3, 3) @ data.qacc[3:], turning, rtol=1e-9, atol=1e-9)
+
+
+def scaled(robot, factor):
+    """A robot of another size and mass, whose numbers are no short decimals; names may be so, or of other alphabets."""
+    names = ["Zug", "łańcuch", "索", "1e30", "cable.5", "_6", "inf", "8th"]
+    third = factor / 3.0
+    cables = [
+        replace(
+            cable,
+            name=name,
+            frame=third * cable.frame,
+            platform=third * cable.platform,
+            tension_min=third * cable.tension_min,
+            tension_max=third * cable.tension_max,
+            diameter=third * 0.01,
+            length_max=third * 20.0,
+        )
+        for cable, name in zip(robot.cables, names, strict=True)
+    ]
+    home = np.concatenate([third * home_pose(robot)[0][:3], rotations.from_rpy(0.1, -0.2, 0.3)])
+    body = robot.platform
+    platform = replace(
+        body, mass=third * body.mass, inertia=third**3 * body.inertia, center_of_mass=third * body.center_of_mass
+    )
+    return replace(robot, name="nan", cables=tuple(cables), platform=platform, home=home, frame=None)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_robots_of_any_size_and_name_come_back(tmp_path, factor):
+    """W to the same share whether a robot is of millimetres or kilometres; what is not turned comes back to the bit."""
+    robot = scaled(cdpr.load_robot(ROBOTS / "off_centre.yaml"), factor)
+    back = robot_of(tmp_path, export(begin(robot), "mjcf"))
+    size = min(1.0, float(np.abs(robot.anchors).max()))
+    for state in random_states(100):
+        state[:3] *= size
+        apart = (wrench_matrix(back, state) - wrench_matrix(robot, state)) / np.repeat([1.0, size], 3)[:, None]
+        assert np.abs(apart).max() <= SAME
+    assert (back.name, back.platform.mass) == (robot.name, robot.platform.mass)
+    for ours, theirs in zip(robot.cables, back.cables, strict=True):
+        for what in ("name", "tension_min", "tension_max", "diameter", "length_min", "length_max"):
+            assert getattr(ours, what) == getattr(theirs, what), what

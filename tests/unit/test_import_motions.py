@@ -87,6 +87,10 @@ def test_rates_are_those_of_the_poses(tmp_path, kind, joint):
         rates[:, still] = seconds[:, still] = 0.0
     text = trajectory(kind, [0.0, 2.0, 3.5], q, rates, seconds, step=0.002)
     scenario, _ = imported(tmp_path, joint, text)
+    begins = at(scenario, 0.0)
+    assert np.allclose(scenario.initial.velocity, begins.velocity, atol=1e-12)
+    assert np.allclose(scenario.initial.angular_velocity, begins.angular_velocity, atol=1e-12)
+    assert np.abs(begins.velocity).max() > 0.01 or joint == "S_FIXED_XYZ"
     for time in (0.371, 1.234, 2.5, 3.3):
         before, here, after = (at(scenario, time + d) for d in (-STEP, 0.0, STEP))
         assert np.allclose((after.position - before.position) / (2 * STEP), here.velocity, atol=CLOSE)
@@ -143,6 +147,7 @@ def test_files_of_trajectories(tmp_path):
     [
         (('time="3.5"', 'time="1.5"'), "time: this point comes -0.5 s after the one before it"),
         (('time_step="0.01"', 'time_step="1e-9"'), "time_step: 1e-09 s makes more than 100000 points"),
+        (('time_step="0.01"', 'time_step="1e-320"'), "e-321 s makes more than 100000 points"),
         (("parabolic_blend", "cubic_hermite"), "<cubic_hermite_trajectory> is not known"),
         (('"absolute"', '"both"'), "time_definition: absolute or relative is expected, got 'both'"),
         (('blend_time_default="0.3"', 'blend_time_default="2"'), "blend_time: 2 s twice is longer"),
@@ -158,6 +163,45 @@ def test_motions_that_cannot_be_are_left_out(tmp_path, change, said):
     assert list(taken.files) == ["robot.yaml"]
     assert [each for each in taken.left_out if said in each]
     assert said in taken.files["robot.yaml"].replace("\n# ", " ")
+
+
+def test_files_of_trajectories_without_times(tmp_path):
+    """As older ones are: a row for each step, whose coordinates are named q, and forces behind."""
+    rows = ["time_step,0.01", *(f"q,{0.1 * k},0.5,v,10,0,a,0,0,f,1,2" for k in range(20))]
+    (tmp_path / "way.traj").write_text("\n".join(rows))
+    named = '<file_trajectory id="one" filename="way.traj"/>'
+    scenario, _ = imported(tmp_path, "P_XY", f"<trajectories>{named}</trajectories>")
+    assert scenario.simulation.duration == pytest.approx(0.19)
+    assert at(scenario, 0.05).position.tolist() == pytest.approx([0.6, 0.7, 0.3])
+    for wrong, said in (
+        (rows[1:], "way.traj:1: two or more points of finite numbers are expected, at times that rise"),
+        (
+            [*rows, "q,1,2,v,0,0,w,0,0"],
+            "way.traj:22: t,TIME,p,...,v,...,a,... with 2 numbers each is expected, got 'q,",
+        ),
+        ([*rows, "q,1"], "way.traj:22: t,TIME,p,...,v,...,a,... with 2 numbers each is expected, got 'q,1'"),
+        (["time_step", *rows[1:]], "way.traj:1: t,TIME"),
+    ):
+        (tmp_path / "way.traj").write_text("\n".join(wrong))
+        taken = import_file(tmp_path / "robot_bodies.xml")
+        assert [text for text in taken.left_out if said in text], wrong[-1]
+
+
+@pytest.mark.parametrize("joint", ["SPATIAL_EULER_XYZ", "PLANAR_XZ"])
+def test_motions_of_older_files_are_those_of_newer_ones(tmp_path, joint):
+    """Their root is what stands within that of newer files, and <trajectory> is a quintic with times from the start."""
+    q = np.random.default_rng(8).uniform(-0.3, 0.3, (3, len(JOINTS[joint])))
+    text = trajectory("quintic_spline_trajectory", [0.0, 2.0, 3.5], q)
+    bare = text.replace("<trajectories>", "").replace("</trajectories>", "")
+    named = text.replace("quintic_spline_trajectory", "trajectory").replace("joint_trajectories>", "trajectories>")
+    named = named.replace("<trajectories><trajectories>", "<trajectories>").replace("</trajectories></tr", "</tr")
+    found = []
+    for k, each in enumerate((text, bare, named.replace(' time_definition="absolute"', ""))):
+        (tmp_path / str(k)).mkdir()
+        scenario, taken = imported(tmp_path / str(k), joint, each)
+        assert not [said for said in taken.left_out if "trajectory" in said]
+        found.append([scenario.desired.sample(time).tolist() for time in (0.0, 0.77, 2.0, 3.1)])
+    assert found[0] == found[1] == found[2]
 
 
 def test_no_motion_alone(tmp_path):

@@ -75,7 +75,7 @@ OTHERS = [
     Other("static", "cdpr.workspace.kinds", "likewise"),
     Other("target", "cdpr.live.heard", "what is asked for of a live simulation"),
     Other("wrench", "cdpr.live.heard", "likewise"),
-    Other("set", "cdpr.live.foxglove", "likewise"),
+    Other("set", "cdpr.live.sender", "likewise"),
     Other("static", "cdpr.formats.write.sdf", "an element of SDF"),
     Other("mujoco", "cdpr.formats.write.mjcf", "the root element of MJCF"),
     Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),

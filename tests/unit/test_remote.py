@@ -6,11 +6,8 @@ import hashlib
 import json
 import os
 import shutil
-import signal
 import socket
 import subprocess
-import sys
-import textwrap
 import threading
 import time
 from pathlib import Path
@@ -19,47 +16,16 @@ import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
+from remote_cases import GOOD, NONE, PLANT, SCENARIOS, SHORT, scenario
 
 import cdpr
 from cdpr.errors import BackendDied, CdprError
+from cdpr.link.options import PeerOptions
+from cdpr.link.peer import check_peer
 from cdpr.log.reader import load_run
 
-SCENARIOS = ROOT / "scenarios"
-SHORT = {"simulation.duration": 0.05}
 # The same sums in another order, over 4 s in a closed loop: m, rad.
 TO_ROUND_OFF = 1e-9
-
-PEER = """
-import json, os, signal, struct, sys, time
-inp, out = sys.stdin.buffer, sys.stdout.buffer
-robot = json.loads(inp.readline())
-def hello(text=b'{"cdpr": 1}\\n'):
-    out.write(text); out.flush()
-def frame():
-    data = inp.read(8 * robot["sends"])
-    if len(data) < 8 * robot["sends"]:
-        sys.exit()
-    return struct.unpack(f"<{robot['sends']}d", data)
-def answer(*values):
-    out.write(struct.pack(f"<{len(values)}d", *values)); out.flush()
-WEIGHT = (0.0, 0.0, 9.81 * robot["mass"], 0.0, 0.0, 0.0)
-"""
-GOOD = "hello()\nwhile True: answer(frame()[0], *WEIGHT)"
-
-
-def scenario(folder, program, name="remote_controller", **changes):
-    """A scenario whose peer is this program, which is trusted."""
-    file = folder / "peer.py"
-    file.write_text(PEER + textwrap.dedent(program))
-    for part in ("robots", "remote"):
-        if not (folder / part).exists():
-            shutil.copytree(SCENARIOS / part, folder / part)
-    text = (SCENARIOS / f"{name}.yaml").read_text()
-    (folder / "scenario.yaml").write_text(text)
-    where = "controller" if name == "remote_controller" else "backend_options.remote"
-    sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
-    given = {f"{where}.program": "peer.py", f"{where}.sha256": sha256, **SHORT, **changes}
-    return cdpr.load_scenario(folder / "scenario.yaml", overrides=given)
 
 
 def children():
@@ -138,7 +104,6 @@ def test_a_plant_elsewhere_is_the_plant_here(tmp_path):
     assert np.array_equal(cdpr.simulate(here).position, cdpr.simulate(there).position)
 
 
-NONE = "gave no answer to frame 0 within its time-out, 0.3 s"
 FAILING = {
     "ends": ("hello(); frame(); sys.exit(3)", "it ended with code 3"),
     "says why": ("hello(); frame(); sys.exit('the drum is jammed')", "its last words: the drum is jammed"),
@@ -155,7 +120,7 @@ FAILING = {
         "hello(); a = frame()[0]; answer(a, *WEIGHT); answer(a, *WEIGHT); frame()",
         "answered frame 0, and 1 was",
     ),
-    "a fraction": ("hello(); answer(frame()[0] + 0.5, *WEIGHT)", "its sequence is no whole number, 0.5"),
+    "a fraction": ("hello(); answer(frame()[0] + 0.5, *WEIGHT)", "its sequence is no number of a frame, 0.5"),
     "no greeting": ("time.sleep(60)", "did not answer the greeting by a line of JSON within start_timeout, 0.5 s"),
     "no JSON": ("hello(b'hello\\n')", "and a new line are expected"),
     "another version": ("hello(b'{\"cdpr\": 9}\\n')", "speaks version 9 of the protocol, not 1"),
@@ -224,10 +189,18 @@ def at(address, **changes):
     return cdpr.load_scenario(SCENARIOS / "elsewhere.yaml", text=text, overrides={**SHORT, **changes})
 
 
-@pytest.mark.parametrize("address", ["127.0.0.1", "127.0.0.1:0", "127.0.0.1:99999", ":80", "localhost:http"])
+@pytest.mark.parametrize(
+    "address", ["127.0.0.1", "127.0.0.1:0", "127.0.0.1:99999", ":80", "localhost:http", "a..b:80", f"{'x' * 64}.com:80"]
+)
 def test_an_address_is_one(address):
     with pytest.raises(CdprError, match="HOST:PORT, with a port from 1 to 65535"):
         cdpr.simulate(at(address))
+
+
+@pytest.mark.parametrize("path", ["", "/" + "x" * 107, "/a\0b"])
+def test_the_path_of_a_socket_is_one(path):
+    with pytest.raises(CdprError, match="the path of a socket has from 1 to 107 bytes"):
+        check_peer(PeerOptions(address=f"unix:{path}"), None)
 
 
 def test_nobody_listens():
@@ -309,6 +282,15 @@ def test_commands_never_leave_their_limits(tmp_path):
     assert (tmp_path / "stopped").read_text() == "safely"
 
 
+def test_commands_that_are_not_sent_are_told(tmp_path):
+    """A cable that breaks is asked for nothing, which the limits do not allow."""
+    broken = {"events": [{"type": "cable_break", "time": 0.03, "cable": "cable_1"}]}
+    told = r"in 20 of 50 control steps commands beyond the limits .* were sent as the limits"
+    with pytest.warns(UserWarning, match=told):
+        run = cdpr.simulate(scenario(tmp_path, PLANT + "hello(); follow()", "remote_plant", **broken))
+    assert run.tension[-1, 0] == 0.0
+
+
 def test_a_state_that_is_none_ends_the_run(tmp_path):
     program = "hello()\nwhile True: answer(frame()[0], *[0.3] * 13)"
     with pytest.raises(BackendDied, match="whose length is not 1"):
@@ -331,26 +313,6 @@ def test_real_time_counts_what_comes_late(tmp_path):
         run = cdpr.simulate(scenario(tmp_path, program, "remote_plant", **{"backend_options.remote.real_time": True}))
     assert time.monotonic() - started >= 0.05
     assert np.nanmax(run["step_late"]) > 0.01
-
-
-def test_an_interrupted_run_leaves_no_program(tmp_path):
-    told = "hello()\nopen('pid', 'w').write(str(os.getpid()))"
-    scenario(tmp_path, f"{told}\nwhile True: time.sleep(0.01); answer(frame()[0], *WEIGHT)")
-    sha256 = hashlib.sha256((tmp_path / "peer.py").read_bytes()).hexdigest()
-    words = [sys.executable, "-m", "cdpr", "run", "scenario.yaml", "--set", "controller.program=peer.py"]
-    words += ["--set", f"controller.sha256={sha256}", "--out", "run"]
-    process = subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    until = time.monotonic() + 30.0
-    while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
-        assert time.monotonic() < until
-        time.sleep(0.02)
-    peer = int((tmp_path / "pid").read_text())
-    process.send_signal(signal.SIGINT)
-    assert process.wait(20) == 130
-    until = time.monotonic() + 5.0
-    while Path(f"/proc/{peer}").exists() and time.monotonic() < until:
-        time.sleep(0.02)
-    assert not Path(f"/proc/{peer}").exists()
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")

@@ -196,6 +196,14 @@ def test_names_are_those_that_ros_takes(robot, package):
     assert re.fullmatch(r"[a-z][a-z0-9_]*", package)
 
 
-def test_files_beside_the_scenario_are_refused():
-    with pytest.raises(FormatError, match=r"is the file"):
-        packages(cdpr.load_scenario(ROOT / "scenarios" / "gcode.yaml"))
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("gcode", "trajectory.file is the file 'outline.ngc'"),
+        ("remote_controller", "controller.program is the file 'remote/law.py'"),
+        ("remote_plant", "backend_options.remote.program is the file 'remote/plant.py'"),
+    ],
+)
+def test_files_beside_the_scenario_are_refused(name, said):
+    with pytest.raises(FormatError, match=said):
+        packages(cdpr.load_scenario(ROOT / "scenarios" / f"{name}.yaml"))

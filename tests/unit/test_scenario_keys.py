@@ -46,7 +46,7 @@ from cdpr.scenario import load_scenario
             "trajectory.from.jerk",
             "allowed: position, orientation",
         ),
-        ("  start: 0.5", "  points: []", "trajectory.points", "allowed: type, start, duration, from, to"),
+        ("  start: 0.5", "  points: []", "trajectory.points", "allowed: type, tool, start, duration, from, to"),
     ],
 )
 def test_unknown_keys(old, new, key, what):

@@ -113,11 +113,11 @@ def assemble(
     for name in dict.fromkeys(platforms) if flags else ():
         goal = target(name, fmi)
         entries[f"binaries/{goal.folder}/{IDENTIFIER}{goal.ending}"] = library(files, flags, goal)
-    return _zipped(tuple(entries.items()))
+    return zipped(tuple(entries.items()))
 
 
 @lru_cache(maxsize=16)
-def _zipped(entries: tuple[tuple[str, bytes], ...]) -> bytes:
+def zipped(entries: tuple[tuple[str, bytes], ...]) -> bytes:
     """Return names and contents as an archive; packing them takes most of an export, and a study repeats its robots."""
     result = io.BytesIO()
     with zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as archive:

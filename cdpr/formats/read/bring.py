@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
+import re
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +19,7 @@ from cdpr.errors import CdprError, FormatError, OutputError
 from cdpr.formats.read import FORMATS
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, Motion
+from cdpr.formats.read.xml import parse
 from cdpr.log.files import unwritable
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.files import read as read_bytes
@@ -46,6 +50,24 @@ class Taken:
     error: str = ""
 
 
+def import_any(
+    path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None
+) -> list[Taken]:
+    """Return what became of a file, as `import_file`, or of all that can be read in a folder, as `import_folder`.
+
+    Raises CdprError as `import_file`, and for a folder that holds nothing to read.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        return [import_file(path, cable_set=cable_set, trajectory=trajectory)]
+    if trajectory is not None:
+        raise CdprError(f"{path}: is a folder, and a trajectory belongs to one robot: name its file")
+    every = list(import_folder(folder, cable_set=cable_set))
+    if not every:
+        raise CdprError(f"{path}: this folder holds no file with an ending that is known: {', '.join(ENDINGS)}")
+    return every
+
+
 def import_file(path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None) -> Taken:
     """Return robot and scenarios of a file of another program, as YAML that loads.
 
@@ -65,29 +87,45 @@ def import_file(path: str | os.PathLike[str], *, cable_set: str | None = None, t
 
 
 def import_folder(path: str | os.PathLike[str], *, cable_set: str | None = None) -> Iterator[Taken]:
-    """Yield what became of each robot in a folder and those within; errors are told, not raised."""
+    """Yield what became of each robot in a folder and those within; errors are told, not raised.
+
+    Of robots that would be files of the same names the later ones get a number.
+    """
+    names: set[str] = set()
     for file in _files(Path(path)):
         try:
             content = content_of(file)
             reader = _reader(file, content)
-            if reader.leads(file, content):
-                yield _taken(file, reader.read(file, content, Choice(cable_set)))
+            if not reader.leads(file, content):
+                continue
+            taken = _apart(file, reader.read(file, content, Choice(cable_set)), names)
         except CdprError as error:
-            yield Taken(str(file), error=str(error).splitlines()[0])
+            taken = Taken(str(file), error=str(error).splitlines()[0])
+        names |= taken.files.keys()
+        yield taken
 
 
-def write(taken: Taken, folder: Path, *, force: bool) -> list[Path]:
-    """Write files into a folder, which is made. Raises OutputError; nothing that is there is written over."""
-    there = [folder / name for name in taken.files if (folder / name).exists()]
-    if there and not force:
-        raise OutputError(f"'{there[0]}' is there already: it is not written over; choose another --out, or --force")
-    written = []
+def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose another folder") -> list[Path]:
+    """Write files into a folder, which is made.
+
+    Raises OutputError, which leaves nothing where nothing was; unless forced it writes over nothing, not through a
+    link either, and says what to do `otherwise`.
+    """
+    there = {name for name in taken.files if os.path.lexists(folder / name)}
+    for name in taken.files:
+        if name in there and not force:
+            raise OutputError(f"'{folder / name}' is there already: it is not written over; {otherwise}")
+    written: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in taken.files.items():
-            (folder / name).write_text(text, encoding="utf-8")
             written.append(folder / name)
+            written[-1].write_text(text, encoding="utf-8")
     except OSError as error:
+        for path in written:
+            if path.name not in there:
+                with suppress(OSError):
+                    path.unlink(missing_ok=True)
         raise unwritable(folder, error) from error
     return written
 
@@ -108,6 +146,8 @@ def _reader(path: Path, content: bytes) -> ModuleType:
         module = import_module(each.module)
         if module.recognise(content):
             return module
+    if content.lstrip()[:1] == b"<":
+        parse(content, str(path))  # where it is no sound XML, that is what is wrong
     names = ", ".join(each.name for each in FORMATS)
     raise FormatError(f"{path}: is in no format that is known; there are {names}")
 
@@ -125,6 +165,17 @@ def _files(folder: Path) -> Iterator[Path]:
                 yield Path(above) / name
 
 
+def _apart(path: Path, found: Imported, names: set[str]) -> Taken:
+    """Write texts under a name of which no file is among `names`."""
+    given, taken = found.name, _taken(path, found)
+    for count in itertools.count(2):
+        if not names & taken.files.keys():
+            return taken
+        found.name = found.robot["name"] = f"{given}_{count}"
+        taken = _taken(path, found)
+    raise AssertionError("numbers do not end")
+
+
 def _taken(path: Path, found: Imported) -> Taken:
     """Write texts, and load them: what our own checks refuse is told with its source."""
     robot, comments = f"{found.name}.yaml", found.comments
@@ -137,7 +188,8 @@ def _taken(path: Path, found: Imported) -> Taken:
         try:
             load_robot(folder / robot)
         except CdprError as error:
-            raise FormatError(f"{path}: it makes no robot that our checks accept: {_first(error)}") from None
+            place = _place(path, found, error)
+            raise FormatError(f"{place}: it makes no robot that our checks accept: {_first(error)}") from None
         for motion, files in zip(found.motions, motions, strict=True):
             for each, text in files.items():
                 (folder / each).write_text(text, encoding="utf-8")
@@ -155,6 +207,20 @@ def _taken(path: Path, found: Imported) -> Taken:
 def _first(error: CdprError) -> str:
     """What the first line of an error says, without the file that is about to be written."""
     return str(error).splitlines()[0].partition(": ")[2]
+
+
+def _place(path: Path, found: Imported, error: CdprError) -> str:
+    """Where in the source the first thing stands that our checks refuse, by the comment on it; else the source."""
+    key = error.rows[0].path if error.rows else ()
+    if key[:1] == ("tension",) and len(key) == 3:
+        key = ("cables", key[2])  # one limit for each
+    while key and key not in found.comments:
+        key = key[:-1]
+    comment = found.comments.get(key, "")
+    if (beside := re.search(r"(\S+\.\w+):(\d+)", comment)) is not None:
+        return f"{path.parent / beside[1]}:{beside[2]}"
+    line = re.search(r"\bline (\d+)", comment)
+    return str(path) if line is None else f"{path}:{line[1]}"
 
 
 def _whole(duration: float) -> float:

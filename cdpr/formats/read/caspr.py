@@ -15,7 +15,7 @@ import numpy as np
 from cdpr.errors import CdprError
 from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions
 from cdpr.formats.read.choice import Choice
-from cdpr.formats.read.imported import Imported, slug
+from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import about_centre, filled
 from cdpr.formats.read.xml import Element, parse, root_of
 from cdpr.scenario.files import UnreadableError
@@ -23,24 +23,27 @@ from cdpr.scenario.files import read as read_bytes
 
 BODIES, CABLES, MOTIONS, SPACES = "bodies_system", "cables", "trajectories", "operational_spaces"
 SUFFIXES = {BODIES: "bodies", CABLES: "cables", MOTIONS: "trajectories", SPACES: "operational_spaces"}
+# Roots of older files, which stand within the newer ones.
+LINKS = "links"
+OLDER = {LINKS: BODIES, "joint_trajectories": MOTIONS}
 MOST_BYTES = 16 * 2**20
 
 
 def recognise(content: bytes) -> bool:
     """Whether this is one of the files of a model."""
-    return root_of(content)[0] in SUFFIXES
+    return _kind(content) in SUFFIXES and (root_of(content)[0] != LINKS or b"<link_" in content)
 
 
 def leads(path: Path, content: bytes) -> bool:
     """Whether a model is read from here: from its bodies, and from others where there are none."""
-    return root_of(content)[0] == BODIES or _beside(path, content, BODIES) is None
+    return _kind(content) == BODIES or _beside(path, content, BODIES) is None
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
     """Read a model from any of its files; `choice` may name the set of cables. Raises CdprError."""
     roots: dict[str, Element | None] = {}
     for kind in SUFFIXES:
-        file = path if root_of(content)[0] == kind else _beside(path, content, kind)
+        file = path if _kind(content) == kind else _beside(path, content, kind)
         roots[kind] = None if file is None else parse(content if file == path else load(file), str(file))
     bodies, cables = roots[BODIES], roots[CABLES]
     for kind, root in ((BODIES, bodies), (CABLES, cables)):
@@ -106,8 +109,8 @@ def _model(
         ("platform", "mass"): f"kg, {_at(physical.child('mass'))}",
         ("platform", "inertia"): f'kg m^2 about the centre of mass, from ref="{about}", {_at(given)}',
         ("platform", "center_of_mass"): f"m from the joint, {_at(physical.child('com_location'))}",
-        ("tension", "min"): "N, force_min",
-        ("tension", "max"): "N, force_max",
+        ("tension", "min"): f"N, force_min, from {comments['cables', 0]}",
+        ("tension", "max"): f"N, force_max, from {comments['cables', 0]}",
         ("home",): f"q_initial, {_at(link.child('joint'))}",
         ("cables",): f"m; attachments of {_at(cables)}",
         **comments,
@@ -118,17 +121,31 @@ def _model(
     if motions is not None:
         found.motions, skipped = caspr_motions.motions(motions, joint)
         found.left_out += skipped
-    if spaces is not None:
-        found.left_out += [
-            f"{_at(each)}: operational set '{each.attributes.get('id', '')}': our robots have no tool points"
-            for each in spaces.everywhere()
-            if each.name == "operational_set"
-        ]
+    _tools(found, [root for root in (bodies, spaces) if root is not None], link)  # in older files beside the links
     return found
 
 
+def _tools(found: Imported, roots: list[Element], link: Element) -> None:
+    """Let points of operational spaces be tools; attitudes are the platform's, and nothing is to be told of them."""
+    sets = (each for root in roots for each in root.everywhere() if each.name == "operational_set")
+    markers = [marker for each in sets for marker in each.children if marker.find("offset") is not None]
+    names = unique([slug(marker.attributes.get("name", ""), "tool") for marker in markers])
+    tools: dict[str, list[float]] = {}
+    for name, marker in zip(names, markers, strict=True):
+        on = marker.child("link").text.strip()
+        if on == link.attribute("num"):
+            tools[name] = list(marker.child("offset").vector(3))
+        else:
+            found.left_out.append(
+                f"{_at(marker)}: operational space '{name}': a point of link {on}, not the platform's"
+            )
+    if tools:
+        found.robot["platform"]["tools"] = tools
+        found.comments["platform", "tools"] = f"m from the joint; offsets of {_at(markers[0])}"
+
+
 def _only_link(bodies: Element) -> Element:
-    links = bodies.child("links")
+    links = bodies if bodies.name == LINKS else bodies.child(LINKS)
     moving = [each for each in links.children if each.name.startswith("link_")]
     if not moving:
         raise links.wrong("a <link_rigid> is expected within <links>, got none")
@@ -147,6 +164,12 @@ def _shared(lows: tuple[float, ...], highs: tuple[float, ...]) -> dict[str, obje
     """One number where all cables have the same limit."""
     both = {"min": lows, "max": highs}
     return {key: values[0] if len(set(values)) == 1 else list(values) for key, values in both.items()}
+
+
+def _kind(content: bytes) -> str:
+    """The root of a file, by the name that it has now."""
+    root = root_of(content)[0]
+    return OLDER.get(root, root)
 
 
 def _at(element: Element) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from cdpr.cables.pulley import Pulley
+from cdpr.errors import FormatError
 from cdpr.fields import MAX_DISTANCE
 from cdpr.formats.read.imported import slug, unique
 from cdpr.formats.read.xml import Element
@@ -38,20 +39,40 @@ def cables(
     if wanted not in sets:
         which = f"cable set {shown(wanted)}" + ("" if chosen is not None else ", the default,")
         raise root.wrong(f"{which} is not there; {did_you_mean(wanted, sets)}there are {', '.join(sets)}")
+    try:
+        return wanted, *_set(sets[wanted], centre)
+    except FormatError as error:
+        others = [name for name, each in sets.items() if name != wanted and _sound(each, centre)]
+        if not others:
+            raise
+        which = f"its cable sets {', '.join(others)} can" if len(others) > 1 else f"its cable set '{others[0]}' can"
+        raise FormatError(f"{error}; {which} be imported: --cable-set '{others[0]}'") from None
+
+
+def _sound(element: Element, centre: list[float]) -> bool:
+    """Whether every cable of a set is one that our robots can have."""
+    try:
+        _set(element, centre)
+    except FormatError:
+        return False
+    return True
+
+
+def _set(element: Element, centre: list[float]) -> tuple[list[dict[str, Any]], dict[Key, str], list[str]]:
     rows: list[dict[str, Any]] = []
     comments: dict[Key, str] = {}
     left_out: list[str] = []
-    found = sets[wanted].children
+    found = element.children
     if not found:
-        raise sets[wanted].wrong(f"cable set '{wanted}' holds no cable")
+        raise element.wrong(f"cable set '{element.attributes.get('id', '')}' holds no cable")
     names = unique([slug(each.attributes.get("name", ""), "cable") for each in found])
-    for k, (element, name) in enumerate(zip(found, names, strict=True)):
-        rows.append(_cable(element, name, centre))
-        comments["cables", k] = f"{Path(element.file).name}:{element.line}"
-        force_error = element.child("properties").find("force_error")
+    for k, (cable, name) in enumerate(zip(found, names, strict=True)):
+        rows.append(_cable(cable, name, centre))
+        comments["cables", k] = f"{Path(cable.file).name}:{cable.line}"
+        force_error = cable.child("properties").find("force_error")
         if force_error is not None:
             left_out.append(f"{force_error.file}:{force_error.line}: force_error of cable '{name}'")
-    return wanted, rows, comments, left_out
+    return rows, comments, left_out
 
 
 def _cable(element: Element, name: str, centre: list[float]) -> dict[str, Any]:

@@ -34,11 +34,16 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 FIXED = "S_FIXED_XYZ"
 AXES = ("x", "y", "z")
+QUATERNION = "has a quaternion among its coordinates; the same joint with three angles is known"
 REFUSED = {
     "U_XY": "turns about two axes, for which there is no guide here",
     "U_YZ": "turns about two axes, for which there is no guide here",
     "U_XZ": "turns about two axes, for which there is no guide here",
     "R_AXIS": "turns about an axis of its own; guides here are along and about the world's axes",
+    "S_QUATERNION": QUATERNION,
+    "SPHERICAL": QUATERNION,
+    "SPATIAL_QUATERNION": QUATERNION,
+    "SPATIAL": QUATERNION,
     "P_AXIS": "moves along an axis of its own; guides here are along and about the world's axes",
 }
 

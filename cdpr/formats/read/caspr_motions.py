@@ -9,6 +9,7 @@ step into a table, and so are turns about one axis by more than half a turn, whe
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from cdpr.formats.read.imported import Motion, refuse, slug, unique
 from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.problems import shown
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.files import read as read_bytes
 from cdpr.scenario.motions import Csv, Waypoints
@@ -29,6 +31,7 @@ HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
 MOST_BYTES = 32 * 2**20
 SUFFIX = "_trajectory"
 QUINTIC = "quintic_spline_trajectory"
+OLDER = "trajectory"  # of older files: a quintic spline with times from the start
 FILE = "file_trajectory"
 
 # Coordinates, rates and second rates, each (k, n), of a point, of the next, for times (k,) after it, of T s between.
@@ -58,6 +61,8 @@ def motions(root: Element, joint: Joint) -> tuple[list[Motion], list[str]]:
 
 
 def _motion(element: Element, joint: Joint) -> Motion:
+    if element.name == OLDER:
+        element = replace(element, name=QUINTIC, attributes={"time_definition": "absolute", **element.attributes})
     if element.name == FILE:
         return _tabled(_of_file(element, joint), joint)
     if element.name not in BETWEEN:
@@ -74,7 +79,7 @@ def _motion(element: Element, joint: Joint) -> Motion:
     if element.name == QUINTIC and (joint.turns != 1 or np.abs(np.diff(angles, axis=0)).max() < np.pi):
         return _passed(points, times, q, joint)
     step = element.attribute_number("time_step")
-    count = times[-1] / step if step > 0.0 else np.inf
+    count = float(times[-1]) / step if step > 0.0 else np.inf
     if not count < MAX_ROWS:
         raise element.wrong(f"time_step: {step:g} s makes more than {MAX_ROWS} points, or none, of {times[-1]:g} s")
     parts = _sampled(element, points, times, q, step)
@@ -143,7 +148,7 @@ def _passed(points: list[Element], times: Array, q: Array, joint: Joint) -> Moti
         turn, turned = joint.turning(at, rate, second)
         row |= {"velocity": velocity.tolist(), "acceleration": acceleration.tolist()}
         rows.append(row | {"angular_velocity": turn.tolist(), "angular_acceleration": turned.tolist()})
-    first = {key: rows[0][key] for key in ("position", "orientation")}
+    first = _begins(rows[0], rows[0]["velocity"], rows[0]["angular_velocity"])
     return Motion("", {"type": Waypoints.kind(), "points": rows}, float(times[-1]), first)
 
 
@@ -225,24 +230,27 @@ BETWEEN: dict[str, Between] = {
 
 
 def _of_file(element: Element, joint: Joint) -> list[Array]:
-    """Of a .traj file: each row names its columns, `t,TIME,p,...,v,...,a,...`."""
-    n, path = len(joint.dof), Path(element.file).parent / element.attribute("filename")
+    """Of a .traj file: `time_step,STEP`, then rows `t,TIME,p,...,v,...,a,...`; older ones say `q` and no time."""
+    name = Path(element.attribute("filename"))
+    if name.is_absolute() or ".." in name.parts:  # a stranger's model reads nothing but what came with it
+        raise element.wrong(f"filename: {shown(str(name))} leads out of the folder of the model: put the file there")
+    n, path = len(joint.dof), Path(element.file).parent / name
     try:
         text = read_bytes(str(path), MOST_BYTES, (".traj",)).decode("utf-8")
     except (UnreadableError, UnicodeDecodeError) as error:
         raise element.wrong(f"filename: {error}") from None
     rows: list[list[float]] = []
+    step = 0.0
     for number, line in enumerate(text.splitlines(), 1):
         words = [word.strip() for word in line.split(",")]
-        if not line.strip() or words[0] == "time_step":
+        if not line.strip():
             continue
-        width = n + 1
-        expected = 2 + 3 * width
-        labels = [words[k] for k in range(2, min(len(words), expected), width)]
         try:
-            if words[0] != "t" or len(words) < expected or labels[1:] != ["v", "a"] or labels[0] not in ("p", "q"):
-                raise ValueError
-            rows.append([float(word) for k, word in enumerate(words[1:expected]) if (k - 1) % width or k == 0])
+            if words[0] == "time_step":
+                step = float(words[1])
+                continue
+            timed = words[0] == "t"
+            rows.append(_row(words if timed else ["t", repr(len(rows) * step), *words], n))
         except (ValueError, IndexError):
             text = f"t,TIME,p,...,v,...,a,... with {n} numbers each is expected, got '{line[:60]}'"
             raise refuse(str(path), number, text) from None
@@ -253,6 +261,16 @@ def _of_file(element: Element, joint: Joint) -> list[Array]:
         raise refuse(str(path), 1, "two or more points of finite numbers are expected, at times that rise")
     table[:, 0] -= table[0, 0]
     return [table[:, :1], *(table[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))]
+
+
+def _row(words: list[str], n: int) -> list[float]:
+    """Time, coordinates, rates and second rates of a row of a .traj file. Raises ValueError, IndexError."""
+    width = n + 1
+    expected = 2 + 3 * width
+    labels = [words[k] for k in range(2, expected, width)]
+    if labels[1:] != ["v", "a"] or labels[0] not in ("p", "q"):
+        raise ValueError
+    return [float(word) for k, word in enumerate(words[1:expected]) if (k - 1) % width or k == 0]
 
 
 def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None = None) -> Motion:
@@ -266,7 +284,14 @@ def _tabled(parts: list[Array], joint: Joint, turned: tuple[Array, Array] | None
             attitude, turn = turned[0][k], turned[1][k]
         row = [time, *place, *attitude, *velocity, *turn, *acceleration]
         lines.append(",".join(repr(float(value)) for value in row))
-    first = joint.pose(parts[1][0].tolist())
-    first["orientation"] = first.get("orientation", {"rpy": [0.0, 0.0, 0.0]})
+    q, rate, second = (part[0].tolist() for part in parts[1:])
+    turn = joint.turning(q, rate, second)[0] if turned is None else turned[1][0]
+    first = _begins(joint.pose(q), joint.parts(rate)[0].tolist(), turn.tolist())
     table = "\n".join(lines) + "\n"
     return Motion("", {"type": Csv.kind(), "file": ""}, float(parts[0][-1, 0]), first, tables={"": table})
+
+
+def _begins(pose: dict[str, Any], velocity: list[float], turn: list[float]) -> dict[str, Any]:
+    """Where and how fast the platform is at first, so that it is on its way from the first step."""
+    first = {"position": pose["position"], "orientation": pose.get("orientation", {"rpy": [0.0, 0.0, 0.0]})}
+    return first | {key: v for key, v in (("velocity", velocity), ("angular_velocity", turn)) if any(v)}

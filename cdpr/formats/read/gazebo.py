@@ -36,23 +36,24 @@ WITHOUT_EFFECT = {
 def recognise(content: bytes) -> bool:
     """Whether it names points of cables, or the times and places of a trajectory."""
     ours = re.search(rb"^\s*cables:", content, re.MULTILINE) is not None
-    return (all(word in content for word in (b"points:", b"platform:", b"frame:")) and not ours) or _is_motion(content)
+    return (all(word in content for word in (b"points:", b"platform:", b"frame:")) and not ours) or is_motion(content)
 
 
-def _is_motion(content: bytes) -> bool:
+def is_motion(content: bytes) -> bool:
+    """Whether it is a trajectory, which belongs to a robot."""
     return all(word in content for word in (b"time:", b"position:", b"t4:")) and b"points:" not in content
 
 
 def leads(path: Path, content: bytes) -> bool:
     """Whether a robot is read from here; a trajectory is not read alone."""
-    return not _is_motion(content)
+    return not is_motion(content)
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:
     """Read a robot. Raises CdprError."""
     top = document_of(content, str(path))
-    if _is_motion(content):
-        raise top.wrong(f"this is a trajectory: import its robot with --trajectory {path}")
+    if is_motion(content):
+        raise top.wrong("this is a trajectory: import its robot, and name this as its trajectory (--trajectory)")
     thesis = "model" in top
     root = top / "model" if thesis else top
     dialect = "the thesis's dialect" if thesis else "oKermorgant/cdpr's dialect"
@@ -68,6 +69,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     robot["platform"]["inertia"] = list(inertia)
     if shape is not None:
         robot["platform"]["shape"] = {"box": shape}
+        found.comments["platform", "shape"] = f"m, {(platform / ('lower' if thesis else 'size')).at}"
     if (colour := _colour(found, platform)) is not None:
         robot["platform"]["colour"] = colour
     robot["tension"] = {"min": (limits / "min").number(), "max": (limits / "effort").number()}
@@ -77,6 +79,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         robot["home"]["orientation"] = {"rpy": turned.vector(3)}
     if "frame" in root:
         robot["frame"] = _frame(found, root / "frame")
+        found.comments["frame",] = (root / "frame").at
     radius = root / "cable" / "radius"
     if radius.value is not None and radius.number() > 0.0:
         robot["cable"] = {"diameter": 2.0 * radius.number()}
@@ -113,7 +116,8 @@ def _body(
 ) -> tuple[Inertia, list[float] | None]:
     """Inertia about the centre of mass, kg m^2, and the sizes of the box that is drawn."""
     if not thesis:
-        xx, yy, zz, xy, xz, yz = (platform / "inertia").vector(6)
+        given = (platform / "inertia").vector(6) if "inertia" in platform else [0.0] * 6  # its first files have none
+        xx, yy, zz, xy, xz, yz = given
         found.comments["platform", "inertia"] = f"kg m^2, {(platform / 'inertia').at}"
         shape = (platform / "size").vector(3) if "size" in platform else None
         return _sound(found, platform / "inertia", (xx, yy, zz, xy, xz, yz), mass, anchors), shape

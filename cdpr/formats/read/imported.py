@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import Any
 
 from cdpr.errors import FormatError
+from cdpr.fields import NAME_PATTERN
 from cdpr.problems import Path
 
 
@@ -54,7 +56,9 @@ class Imported:
 
 
 def slug(text: str, otherwise: str) -> str:
-    """Return a name as our files take it: letters, digits, `_` and `-`, beginning with a letter."""
+    """Return a name as our files take it: as it is, or of letters, digits, `_` and `-`, beginning with a letter."""
+    if re.fullmatch(NAME_PATTERN, text):
+        return text
     kept = "".join(char if char.isascii() and (char.isalnum() or char in "_-") else "_" for char in text.strip())
     kept = "_".join(part for part in kept.split("_") if part)[:60]
     if not kept:
@@ -65,11 +69,13 @@ def slug(text: str, otherwise: str) -> str:
 def unique(names: list[str]) -> list[str]:
     """Return names of which those that stood there before get a number."""
     taken: set[str] = set()
+    counts: dict[str, int] = {}
     found = []
     for name in names:
-        new, count = name, 2
+        new = name
         while new in taken:
-            new, count = f"{name}_{count}", count + 1
+            counts[name] = counts.get(name, 1) + 1
+            new = f"{name}_{counts[name]}"
         taken.add(new)
         found.append(new)
     return found

@@ -52,7 +52,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     found.robot |= {
         "dof": list(body.dof),
         **({} if cables.pull else {"unilateral": False}),
-        "platform": _platform(body),
+        "platform": _platform(body) | ({"tools": cables.tools} if cables.tools else {}),
         "tension": cables.tension,
         "home": _home(body),
         "cables": cables.rows,
@@ -63,6 +63,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         ("platform", "inertia"): "kg m^2 about the centre of mass, as MuJoCo's compiler has it",
         ("home",): body.begins,
         ("cables",): f"m; sites of tendons; origin and axes of the platform: {body.origin}",
+        **({("platform", "tools"): "m, other sites of the body"} if cables.tools else {}),
         **cables.comments,
     }
     found.warnings = cables.warnings
@@ -72,18 +73,18 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
 
 def _platform(body: Body) -> dict[str, Any]:
     inertia = np.where(np.abs(body.inertia) < ROUND * np.trace(body.inertia), 0.0, body.inertia)
-    given: dict[str, Any] = {"mass": tidy([body.mass])[0], "inertia": tidy(six(inertia))}
-    if any(tidy(body.centre)):
-        given["center_of_mass"] = tidy(body.centre)
+    given: dict[str, Any] = {"mass": tidy([body.mass])[0], "inertia": tidy(six(inertia), np.trace(inertia))}
+    if any(centre := tidy(body.centre, body.size)):
+        given["center_of_mass"] = centre
     if (shape := body.shape()) is not None:
         given |= shape
     return given
 
 
 def _home(body: Body) -> dict[str, Any]:
-    q = tidy(rotations.from_matrix(body.home[1]))
+    q = tidy(rotations.from_matrix(body.home[1]), 1.0)
     turned = {} if q == [1.0, 0.0, 0.0, 0.0] else {"orientation": {"quaternion": q}}
-    return {"position": tidy(body.home[0]), **turned}
+    return {"position": tidy(body.home[0], body.size), **turned}
 
 
 def _options(model: Any, mujoco: Any, lines: Lines) -> None:

@@ -20,11 +20,11 @@ DIGITS, TURNED = 12, 4e-15
 GREY = "#808080"  # of geoms that name no colour
 
 
-def tidy(values: Sequence[float] | Array) -> list[float]:
-    """Return numbers without the last bits that turning them to and fro leaves."""
+def tidy(values: Sequence[float] | Array, size: float = 0.0) -> list[float]:
+    """Return numbers without the last bits that turning them to and fro leaves, with others of about that `size`."""
     short = [float(f"{value:.{DIGITS}g}") for value in values]
     pairs = zip(short, values, strict=True)
-    return [(a if abs(a - b) <= TURNED * max(1.0, abs(b)) else float(b)) + 0.0 for a, b in pairs]
+    return [(a if abs(a - b) <= TURNED * max(size, abs(b)) else float(b)) + 0.0 for a, b in pairs]
 
 
 class Body:
@@ -40,6 +40,7 @@ class Body:
         centre: (3,) centre of mass, m, platform axes.
         inertia: (3, 3) about it, kg m^2, platform axes.
         home: position (3,), m, and rotation (3, 3).
+        size: of the robot or 1, whichever is less, m.
     """
 
     def __init__(self, mujoco: Any, model: Any, lines: Lines) -> None:
@@ -63,6 +64,7 @@ class Body:
         self._shift, self._turn = R.T @ (place - at), R.T @ axes
         self.begins = "the pose in which the model is written"
         self._fixed = self._data.site_xpos.copy()
+        self.size = min(1.0, float(np.abs([*self._fixed, place, self.centre]).max()))
         self._fixed_geoms = self._data.geom_xpos.copy(), self._data.geom_xmat.copy().reshape(-1, 3, 3)
         if model.nkey:
             self.begins = f"keyframe '{model.key(0).name}'"

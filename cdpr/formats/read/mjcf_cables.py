@@ -7,7 +7,7 @@ from typing import Any
 
 from cdpr.errors import FormatError
 from cdpr.formats.read.imported import refuse, slug, unique
-from cdpr.formats.read.mjcf_body import Body, tidy
+from cdpr.formats.read.mjcf_body import SITE, Body, tidy
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.problems import Path as Key
 
@@ -22,6 +22,7 @@ class Cables:
         rows: as a robot file has them.
         tension: likewise.
         pull: whether none of them may push.
+        tools: named sites of the platform at which no cable ends, (3,), m, platform axes.
         comments, warnings: as `Imported` has them.
     """
 
@@ -39,8 +40,9 @@ class Cables:
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
         self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
+        self.tools = self._tools([site for tendon in motors for site in self._sites(tendon)])
         self.comments = {("cables", k): f"line {self._line(tendon)}" for k, tendon in enumerate(motors)}
-        lows, highs = tidy([low for low, _ in limits]), tidy([high for _, high in limits])
+        lows, highs = [low for low, _ in limits], [high for _, high in limits]
         self.pull = min(lows) >= 0.0
         if not self.pull:
             least = motors[lows.index(min(lows))]
@@ -52,6 +54,13 @@ class Cables:
         for key in self.tension:
             self.comments["tension", key] = "N, of the ranges of motors and forces, times gear and gain"
 
+    def _tools(self, ends: list[int]) -> dict[str, list[float]]:
+        model, body = self._model, self._body
+        names = {site: model.site(site).name for site in range(model.nsite) if body.moves(site) and site not in ends}
+        named = {site: slug(name, "tool") for site, name in names.items() if name not in ("", SITE)}
+        places = {site: tidy(body.place(site), body.size) for site in named}
+        return {name: places[site] for site, name in zip(named, unique(list(named.values())), strict=True)}
+
     def _row(self, tendon: int, name: str) -> dict[str, Any]:
         model, body = self._model, self._body
         self._tell(tendon)
@@ -61,13 +70,14 @@ class Cables:
             where = f"on body '{body.name}'" if on[0] else "on the frame"
             raise self._wrong(tendon, f"both of its sites are {where}: one on each is expected")
         frame, platform = sites if on[1] else sites[::-1]
-        row: dict[str, Any] = {"name": name, "frame": tidy(body.place(frame)), "platform": tidy(body.place(platform))}
+        ends = {"frame": frame, "platform": platform}
+        row: dict[str, Any] = {"name": name} | {end: tidy(body.place(site), body.size) for end, site in ends.items()}
         drawn, width = self._element(tendon), float(model.tendon_width[tendon])
         if width > 0.0 and (width != UNSAID or (drawn is not None and "width" in drawn.attributes)):
-            row["diameter"] = tidy([2.0 * width])[0]
-        low, high = tidy(model.tendon_range[tendon])
+            row["diameter"] = 2.0 * width
+        low, high = model.tendon_range[tendon].tolist()
         if high > max(low, 0.0):
-            row["length"] = {"min": max(low, 0.0), "max": high}
+            row["length"] = {**({"min": low} if low > 0.0 else {}), "max": high}
         return row
 
     def _sites(self, tendon: int) -> tuple[int, int]:
@@ -112,6 +122,7 @@ class Cables:
         for limited, given, factor in ranges:
             if limited:
                 ends = sorted(factor * float(end) for end in given)
+                ends = ends if factor == 1.0 else tidy(ends)
                 low, high = max(low, ends[0]), min(high, ends[1])
         if not (math.isfinite(low) and math.isfinite(high) and low <= high):
             raise self._wrong(tendon, f"neither its control nor its force is limited: {REMEDY}")

@@ -13,7 +13,9 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from cdpr.errors import PluginError
+from cdpr.fields import MAX_MAGNITUDE
 from cdpr.formats.read.xml import Element
+from cdpr.problems import shown
 
 UNSEEN = ("visual", "statistic", "size", "asset", "sensor", "custom", "extension", "contact")
 NEVER = (*UNSEEN, "lengthrange", "light", "camera")  # sizes and lengthrange say how much memory and time it may take
@@ -26,6 +28,8 @@ REFUSED = {
     "deformable": "our platforms are rigid",
     "plugin": "what a plugin does does not stand in the file",
 }
+NAMED = ("class", "childclass", "model", "body", "joint", "geom", "site", "tendon", "actuator", "objname", "refname")
+NAMES = ("name", *NAMED)  # attributes that hold no numbers, whatever they look like
 SEEN = ("material", "texture")  # attributes that name what is only seen
 PICTURED = ("mesh", "hfield")  # attributes of geoms that need another file
 PULLING = ("motor", "general")
@@ -79,6 +83,7 @@ def cleaned(root: Element) -> tuple[str, Lines]:
     for element in root.everywhere():
         if element.name in REFUSED:
             raise element.wrong(f"<{element.name}>: {REFUSED[element.name]}")
+        _sound(element)
     for equality in root.all("equality"):
         for element in equality.children:
             if element.attributes.get("active") != "false":
@@ -92,6 +97,19 @@ def cleaned(root: Element) -> tuple[str, Lines]:
             if any(word in geom.attributes for word in PICTURED):
                 lines.pictured.setdefault(body.attributes.get("name", ""), geom.line)
     return "".join(_written(root, [1])), lines
+
+
+def _sound(element: Element) -> None:
+    """Refuse numbers that are none, which MuJoCo takes, and those that are beyond all measure."""
+    for key, value in element.attributes.items():
+        try:
+            numbers = [] if key in NAMES else [float(word) for word in value.split()]
+        except ValueError:
+            continue
+        if not all(abs(number) <= MAX_MAGNITUDE for number in numbers):
+            raise element.wrong(
+                f"{key} of <{element.name}>: numbers of at most {MAX_MAGNITUDE:g} are expected, got {shown(value)}"
+            )
 
 
 def compiled(text: str, lines: Lines) -> tuple[ModuleType, Any]:

@@ -63,7 +63,7 @@ class Node:
 
     def wrong(self, text: str) -> FormatError:
         """Return an error of this place."""
-        return refuse(self.document.source, self.line, f"{dotted(self.path)}: {text}")
+        return refuse(self.document.source, self.line, f"{dotted(self.path)}: {text}" if self.path else text)
 
 
 def document_of(content: bytes, file: str) -> Node:

@@ -23,6 +23,7 @@ from cdpr.problems import Path as Key
 
 PATTERNS = {"3R3T": DOF_NAMES, "3T": DOF_NAMES[:3]}
 PLANAR = {"1R2T": 1, "2T": 0}
+BREAKS = "breaking_load"
 FLAT = 1e-9  # of their extent, how far anchors of a planar robot may be from its plane
 ROTATION = 1e-5  # of a matrix of six digits
 
@@ -139,13 +140,13 @@ def _tension(found: Imported, root: Element, robot: Element, rows: list[dict[str
     use, cable = robot.find("application"), root.find("cable")
     low = use.attribute_number("min_cable_load", 0.0) if use else 0.0
     low = low or (cable.attribute_number("minimum_load", 0.0) if cable else 0.0)
-    highs = []
+    highs = list[float]()
     for chain in robot.child("geometry").all("chain"):
         winch = _winch(root, chain)
         given = [
             (use, "max_cable_load"),
             (winch.child("cable") if winch is not None else None, "f_max"),
-            (cable, "breaking_load"),
+            (cable, BREAKS),
         ]
         told = [(each.attribute_number(key, 0.0), key, each.line) for each, key in given if each is not None]
         high, key, line = next((one for one in told if one[0] > 0.0), (0.0, "", 0))
@@ -153,6 +154,11 @@ def _tension(found: Imported, root: Element, robot: Element, rows: list[dict[str
             text = "max_cable_load of <application>, f_max of its winch's <cable> and breaking_load of <cable>"
             raise chain.wrong(
                 f"chain '{chain.attributes.get('id', '')}': no largest tension above {low:g} N; {text} say one"
+            )
+        if key == BREAKS and not highs:
+            found.warnings.append(
+                f"{chain.file}:{chain.line}: the largest tension is what the cable breaks at, {high:g} N: winchtype "
+                f"'{chain.attributes.get('winchtype', '')}' is no winch of this file with an f_max"
             )
         highs.append(high)
         found.comments["tension", "max"] = f"N, {key}, line {line}"
@@ -177,8 +183,8 @@ def _material(found: Imported, root: Element) -> dict[str, Any] | None:
     if weight > 0.0:
         made["linear_density"] = weight
         found.comments["cable", "linear_density"] = f"kg/m, weight, line {cable.line}"
-    for key in ("damping", "breaking_load"):
-        if cable.attribute_number(key, 0.0) > 0.0:
+    for key in ("damping", BREAKS):
+        if cable.attribute_number(key, 0.0) > 0.0 and key not in found.comments["tension", "max"]:
             found.left_out.append(f"{cable.file}:{cable.line}: {key} of <cable>: its unit, or what it is for, differs")
     for winch in root.all("winch"):
         found.left_out.append(

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from xml.parsers import expat
 
 from cdpr.errors import FormatError
@@ -100,12 +101,16 @@ class Element:
 
 
 def parse(content: bytes, file: str) -> Element:
-    """Return the root of a document. Raises FormatError where it is none, is too deep, or declares entities."""
+    """Return the root of a document.
+
+    Raises FormatError where it is none, is too deep, or declares entities or attributes that it does not write.
+    """
     tree = _Tree(file)
     tree.feed(content)
     return tree.root
 
 
+@lru_cache(maxsize=1)  # each format asks
 def root_of(content: bytes) -> tuple[str, dict[str, str]]:
     """Return name and attributes of the first element, "" where there is none; whatever follows is not looked at."""
     parser = expat.ParserCreate()
@@ -131,6 +136,7 @@ class _Tree:
         self.parser.EndElementHandler = self._end
         self.parser.CharacterDataHandler = self._text
         self.parser.EntityDeclHandler = self._entity
+        self.parser.AttlistDeclHandler = self._attribute
         skipped: Callable[[str, bool], None] = self._skipped
         self.parser.SkippedEntityHandler = skipped
 
@@ -164,6 +170,11 @@ class _Tree:
 
     def _entity(self, name: str, *_: object) -> None:
         raise self._wrong(f"it declares the entity '{name}': entities are not resolved; write the text itself")
+
+    def _attribute(self, element: str, name: str, _: str, default: str | None, __: bool) -> None:
+        """Refuse what each element of a name would be given: a small file could so fill any memory."""
+        if default is not None:
+            raise self._wrong(f"it declares a default for the attribute '{name}' of <{element}>: write it where it is")
 
     def _skipped(self, name: str, _: bool) -> None:
         raise self._wrong(f"it uses the entity '{name}', which is not known: write the text itself")

@@ -10,18 +10,22 @@ class Target:
     """One format.
 
     Attributes:
+        name: what people call it, and what reads it.
         module: of `write(subject, options) -> str`.
         ending: of its files.
         options: of `Options` that it takes.
+        guides: whether it says what holds a platform that is not free in all directions.
     """
 
+    name: str
     module: str
     ending: str
     options: tuple[str, ...] = ()
+    guides: bool = True
 
 
 TARGETS = {
-    "mjcf": Target("cdpr.formats.write.mjcf", ".xml"),
-    "sdf": Target("cdpr.formats.write.sdf", ".sdf", ("style", "version")),
-    "urdf": Target("cdpr.formats.write.urdf", ".urdf"),
+    "mjcf": Target("MJCF, for MuJoCo", "cdpr.formats.write.mjcf", ".xml"),
+    "sdf": Target("SDF, for Gazebo", "cdpr.formats.write.sdf", ".sdf", ("style", "version")),
+    "urdf": Target("URDF, for RViz and TF", "cdpr.formats.write.urdf", ".urdf", guides=False),
 }

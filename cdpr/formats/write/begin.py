@@ -20,4 +20,5 @@ def begin(loaded: Scenario | Robot) -> Subject:
         return Subject(loaded, np.array(World().gravity), state, STEP)
     step = float(loaded.simulation.physics_step or STEP)
     actuated = loaded.actuators is not None
-    return Subject(loaded.robot, np.array(loaded.world.gravity), loaded.initial.state(), step, actuated)
+    gravity, state = np.array(loaded.world.gravity), loaded.initial.state()
+    return Subject(loaded.robot, gravity, state, step, actuated, len(loaded.events))

@@ -15,6 +15,7 @@ import numpy as np
 from cdpr.errors import FormatError
 from cdpr.formats.write import sdf_parts as sdf
 from cdpr.formats.write.subject import Solid, Subject, colour, only_ideal, words
+from cdpr.mechanics.properties import check_lengths
 from cdpr.model import Cable, rotations
 from cdpr.model.robot import Array
 
@@ -25,7 +26,10 @@ FORCE = {"gz-sim-apply-joint-force-system": "gz::sim::systems::ApplyJointForce"}
 
 
 def add(model: ET.Element, subject: Subject, modern: bool) -> None:
-    """Add the legs of all cables. Raises FormatError for held platforms, pulleys, winches and elastic cables."""
+    """Add the legs of all cables.
+
+    Raises FormatError for held platforms, pulleys, winches and elastic cables, CdprError for cables without length.
+    """
     robot = subject.robot
     if robot.n < 6:
         raise FormatError(
@@ -33,6 +37,7 @@ def add(model: ET.Element, subject: Subject, modern: bool) -> None:
             "--style platform"
         )
     only_ideal(robot, "a leg")
+    check_lengths(robot, subject.state[:7])
     R, p = rotations.matrix(subject.state[3:7]), subject.state[:3]
     across = float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
     for cable in robot.cables:

@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from cdpr.errors import FormatError
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, only_ideal, words
 from cdpr.mechanics.body_frame import BodyFrame, from_platform
 from cdpr.model import rotations
@@ -19,13 +20,19 @@ from cdpr.model.robot import Array
 
 # MuJoCo's compiler refuses moments that miss the triangle inequality by mere rounding.
 ROUNDING = 1e-12
+LEAST = 1e-15  # kg, kg m^2: mjMINVAL, which what moves must exceed there
 
 
 def write(subject: Subject, options: Options) -> str:
-    """Return the model. Raises FormatError for cables with winches, elasticity or pulleys."""
+    """Return the model. Raises FormatError for winches, elasticity and pulleys, and what is too light."""
     robot = subject.robot
     only_ideal(robot, "MJCF")
     frame = BodyFrame(robot)
+    if (least := min(frame.mass, *frame.moments)) <= LEAST:
+        raise FormatError(
+            f"robot '{robot.name}': MuJoCo takes masses and moments of inertia above {LEAST:g} (kg, kg m^2) alone, and "
+            f"the least of the platform's is {least:.6g}"
+        )
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian")
     option = ET.SubElement(root, "option", timestep=words([subject.step]), gravity=words(subject.gravity))
@@ -47,7 +54,8 @@ def write(subject: Subject, options: Options) -> str:
             spatial.set("range", words([cable.length_min or 0.0, cable.length_max]))
         for end in ("frame", "platform"):
             ET.SubElement(spatial, "site", site=f"{cable.name}_{end}")
-        limits = words([cable.tension_min, cable.tension_max])
+        low, high = cable.tension_min, cable.tension_max
+        limits = words([low, high if high > low else np.nextafter(high, np.inf)])  # a range of nothing is refused there
         actuator = {"name": cable.name, "tendon": cable.name, "gear": "-1", "ctrllimited": "true", "ctrlrange": limits}
         ET.SubElement(actuators, "motor", actuator)
         ET.SubElement(sensors, "actuatorfrc", name=f"{cable.name}_tension", actuator=cable.name)
@@ -86,6 +94,9 @@ def _platform(world: ET.Element, subject: Subject, frame: BodyFrame) -> None:
     _geom(body, "shape", shape, colour(robot.platform.colour, PLATFORM))
     for cable, row in zip(robot.cables, frame.anchors, strict=True):
         ET.SubElement(body, "site", name=f"{cable.name}_platform", pos=words(row[3:]), size="0.02")
+    for name, tool in robot.platform.tools.items():
+        place = origin + rotations.matrix(turned) @ tool
+        ET.SubElement(body, "site", name=name, pos=words(place), quat=words(turned), size="0.02")
 
 
 def _geom(parent: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None:

@@ -7,15 +7,16 @@ controller outside moves it. Version 1.6 has neither frames nor systems: there a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from cdpr.formats.write import legs
-from cdpr.formats.write.sdf_parts import SUN, called, inertial, joint, pose, text, turning, visual
+from cdpr.formats.write.sdf_parts import PHYSICS, SUN, called, inertial, joint, pose, text, turning, visual
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
-from cdpr.model import Robot, rotations
+from cdpr.model import rotations
 from cdpr.model.robot import Array
 
 FRAMES_SINCE = "1.9"
@@ -42,7 +43,7 @@ def write(subject: Subject, options: Options) -> str:
     if modern:
         for file, system in (STOCK if options.style == "legs" else STOCK | WRENCH).items():
             ET.SubElement(world, "plugin", filename=file, name=system)
-    physics = ET.SubElement(world, "physics", name="physics", type="ode")
+    physics = ET.SubElement(world, "physics", name=PHYSICS, type="ode")
     text(physics, "max_step_size", words([subject.step]))
     text(physics, "real_time_factor", "1")
     text(world, "gravity", words(subject.gravity))
@@ -52,17 +53,21 @@ def write(subject: Subject, options: Options) -> str:
         model = ET.SubElement(world, "model", name=name)
         _frame(model, subject)
         joint(model, "fixed", "fixed", "world", "frame")
-        _platform(model, subject)
+        _platform(model, subject, placed=True)
         legs.add(model, subject, modern)
+        _points(model, "platform", robot.platform.tools, modern)
     else:
         stand = ET.SubElement(world, "model", name=f"{name}_frame")
         text(stand, "static", "true")
         _frame(stand, subject)
-        _anchors(stand, "frame", [cable.frame for cable in robot.cables], robot, modern)
+        _points(stand, "frame", {f"{cable.name}_frame": cable.frame for cable in robot.cables}, modern)
         model = ET.SubElement(world, "model", name=name)
-        _platform(model, subject)
+        if robot.n == 6:  # PyBullet's reader heeds the pose of a model, not that of its link
+            text(model, "pose", _stands(subject))
+        _platform(model, subject, placed=robot.n < 6)
         _held(model, subject)
-        _anchors(model, "platform", [cable.platform for cable in robot.cables], robot, modern)
+        ends = {f"{cable.name}_platform": cable.platform for cable in robot.cables}
+        _points(model, "platform", {**ends, **robot.platform.tools}, modern)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -77,10 +82,16 @@ def _frame(model: ET.Element, subject: Subject) -> None:
         visual(link, f"bar_{k + 1}", bar, colour(robot.frame.colour, FRAME))
 
 
-def _platform(model: ET.Element, subject: Subject) -> None:
+def _stands(subject: Subject) -> str:
+    return pose(subject.state[:3], subject.state[3:7])
+
+
+def _platform(model: ET.Element, subject: Subject, placed: bool) -> None:
+    """The platform's link; `placed` is whether it has the pose itself."""
     platform = subject.robot.platform
     link = ET.SubElement(model, "link", name="platform")
-    text(link, "pose", pose(subject.state[:3], subject.state[3:7]))
+    if placed:
+        text(link, "pose", _stands(subject))
     inertial(link, platform.mass, platform.center_of_mass, platform.inertia)
     visual(link, "platform", drawn(subject.robot), colour(platform.colour, PLATFORM))
 
@@ -111,13 +122,14 @@ def _held(model: ET.Element, subject: Subject) -> None:
         parent = child
 
 
-def _anchors(model: ET.Element, link: str, places: list[Array], robot: Robot, modern: bool) -> None:
-    """Where cables end on a link: named frames, or balls that are drawn."""
-    for cable, place in zip(robot.cables, places, strict=True):
-        name = f"{cable.name}_{link}"
+def _points(model: ET.Element, link: str, places: Mapping[str, Array], modern: bool) -> None:
+    """Points of a link that have a name: frames, or balls that are drawn."""
+    owner = next(each for each in model.iter("link") if each.get("name") == link)
+    for name, place in places.items():
+        there = model if modern else owner
+        free = called(name, "tool", [each.get("name") for each in there])  # joints and links have theirs
         if modern:
-            frame = ET.SubElement(model, "frame", {"name": name, "attached_to": link})
+            frame = ET.SubElement(model, "frame", {"name": free, "attached_to": link})
             text(frame, "pose", pose(place))
         else:
-            owner = next(each for each in model.iter("link") if each.get("name") == link)
-            visual(owner, name, Solid("sphere", (BALL,), place), colour(None, FRAME))
+            visual(owner, free, Solid("sphere", (BALL,), place), colour(None, FRAME))

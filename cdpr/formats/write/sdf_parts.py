@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -10,8 +11,8 @@ from cdpr.formats.write.subject import Solid, words
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
-SUN = "sun"
-RESERVED = ("world", SUN)  # by SDF, and for the light
+SUN, PHYSICS = "sun", "physics"
+RESERVED = ("world", SUN, PHYSICS)  # by SDF, and for the light and the physics
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -22,9 +23,11 @@ def text(parent: ET.Element, name: str, content: str) -> ET.Element:
     return element
 
 
-def called(name: str) -> str:
-    """Return the name of a world or model, which may be none that SDF reserves: world, and __names like this__."""
-    return f"robot_{name}" if name in RESERVED or (name.startswith("__") and name.endswith("__")) else name
+def called(name: str, kind: str = "robot", taken: Collection[str | None] = RESERVED) -> str:
+    """Return the name of something, which may be none that is taken, nor one that SDF reserves, __such as this__."""
+    while name in taken or (name.startswith("__") and name.endswith("__")):
+        name = f"{kind}_{name}"
+    return name
 
 
 def pose(place: Array, attitude: Array = UPRIGHT) -> str:

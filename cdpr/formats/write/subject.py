@@ -31,6 +31,7 @@ class Subject:
         state: (13,), where it stands: of its origin, world axes.
         step: of the physics, s.
         actuated: whether actuators of the scenario, an FMU, pull its cables.
+        events: how many events the scenario has.
     """
 
     robot: Robot
@@ -38,6 +39,7 @@ class Subject:
     state: Array
     step: float
     actuated: bool = False
+    events: int = 0
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,11 @@ class Options:
     version: str = "1.9"
 
 
-STYLES = ("platform", "legs")
-VERSIONS = ("1.9", "1.6")
+# What each of them may be, and what that means; the first unless said.
+CHOICES = {
+    "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
+    "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
+}
 
 
 @dataclass(frozen=True)
@@ -75,19 +80,22 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     if to not in TARGETS:
         raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
     given = options or Options()
-    for name, value, known in (("style", given.style, STYLES), ("version", given.version, VERSIONS)):
-        if value not in known:
+    for name, known in CHOICES.items():
+        if (value := getattr(given, name)) not in known:
             raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {value!r}")
     text: str = import_module(TARGETS[to].module).write(subject, given)
     return text
 
 
-def left_out(subject: Subject) -> list[str]:
-    """Return what is left out of what pulls the cables, by name, where the format does not refuse it."""
+def left_out(subject: Subject, to: str) -> list[str]:
+    """Return what a format of `TARGETS` leaves out and does not refuse: of cables and guide, and of what happens."""
     wound, rolled = _wound(subject.robot), _rolled(subject.robot)
+    floats = subject.robot.n < 6 and not TARGETS[to].guides
     return [
+        *([f"the guide that leaves {', '.join(subject.robot.dof)} free: the platform floats there"] if floats else []),
         *(["actuators: tensions are commands there"] if subject.actuated else []),
         *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
+        *([f"events of the scenario, {subject.events} in number"] if subject.events else []),
         *([f"pulleys of {', '.join(rolled)}: an anchor is where the cable arrives at its pulley"] if rolled else []),
     ]
 
@@ -96,8 +104,9 @@ def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError for cables that the format cannot say: winches, elasticity, pulleys."""
     if wound := _wound(robot):
         raise FormatError(
-            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: with "
-            "--set robot.cable.model=ideal (cable.model=ideal of a robot file) they are left out"
+            f"robot '{robot.name}': {what} has no winches and no elastic cables, and {', '.join(wound)} are such: they "
+            "are left out where the robot says cable.model: ideal (--set robot.cable.model=ideal, of a robot file "
+            "cable.model=ideal)"
         )
     if rolled := _rolled(robot):
         raise FormatError(

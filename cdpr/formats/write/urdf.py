@@ -1,4 +1,4 @@
-"""URDF of frame and platform with a link at each anchor, for RViz and TF.
+"""URDF of frame and platform with a link at each anchor and tool, for RViz and TF.
 
 URDF knows neither cables nor closed loops: the platform hangs on a joint of type floating, which who publishes
 transforms has to move. Each link has an inertia of its own, for readers give a kilogram to one without: the anchors'
@@ -25,22 +25,29 @@ def write(subject: Subject, options: Options) -> str:
     robot = subject.robot
     platform = robot.platform
     root = ET.Element("robot", name=robot.name)
+    for part, given in ({"frame": FRAME, "platform": PLATFORM} | robot.colours).items():
+        ET.SubElement(ET.SubElement(root, "material", name=part), "color", rgba=words(colour(given, FRAME)))
     frame = _link(root, "frame", 1.0, np.zeros(3), np.eye(3))
     for bar in bars(robot):
-        assert robot.frame is not None
-        _visual(frame, bar, "frame", colour(robot.frame.colour, FRAME))
+        _visual(frame, bar, "frame")
     link = _link(root, "platform", platform.mass, platform.center_of_mass, platform.inertia)
-    _visual(link, drawn(robot), "platform", colour(platform.colour, PLATFORM))
+    _visual(link, drawn(robot), "platform")
     joint = ET.SubElement(root, "joint", name="platform", type="floating")
     _joined(joint, "frame", "platform", subject.state[:3], subject.state[3:7])
     for cable in robot.cables:
         for parent, place in (("frame", cable.frame), ("platform", cable.platform)):
-            name = f"{cable.name}_{parent}"
-            _visual(_link(root, name, TINY, np.zeros(3), TINY_MOMENT * np.eye(3)), Solid("sphere", (RADIUS,)), parent)
-            fixed = ET.SubElement(root, "joint", name=name, type="fixed")
-            _joined(fixed, parent, name, place, np.array([1.0, 0.0, 0.0, 0.0]))
+            _point(root, f"{cable.name}_{parent}", parent, place)
+    for name, place in platform.tools.items():
+        _point(root, name, "platform", place)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _point(root: ET.Element, name: str, parent: str, place: Array) -> None:
+    """A link where a point of another has a name."""
+    _visual(_link(root, name, TINY, np.zeros(3), TINY_MOMENT * np.eye(3)), Solid("sphere", (RADIUS,)), parent)
+    fixed = ET.SubElement(root, "joint", name=name, type="fixed")
+    _joined(fixed, parent, name, place, np.array([1.0, 0.0, 0.0, 0.0]))
 
 
 def _link(root: ET.Element, name: str, mass: float, centre: Array, inertia: Array) -> ET.Element:
@@ -53,15 +60,13 @@ def _link(root: ET.Element, name: str, mass: float, centre: Array, inertia: Arra
     return link
 
 
-def _visual(link: ET.Element, solid: Solid, material: str, rgba: list[float] | None = None) -> None:
+def _visual(link: ET.Element, solid: Solid, material: str) -> None:
     visual = ET.SubElement(link, "visual")
     ET.SubElement(visual, "origin", xyz=words(solid.position), rpy=words(rotations.to_euler(solid.attitude, "xyz")))
     shape = {"box": {"size": words(solid.size)}, "sphere": {"radius": words(solid.size[:1])}}
     shape["cylinder"] = {"radius": words(solid.size[:1]), "length": words(solid.size[-1:])}
     ET.SubElement(ET.SubElement(visual, "geometry"), solid.kind, shape[solid.kind])
-    made = ET.SubElement(visual, "material", name=material)
-    if rgba is not None:
-        ET.SubElement(made, "color", rgba=words(rgba))
+    ET.SubElement(visual, "material", name=material)
 
 
 def _joined(joint: ET.Element, parent: str, child: str, place: Array, attitude: Array) -> None:

@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, get_args
+from collections.abc import Iterable, Sequence
 
-from pydantic import BaseModel
-
-from cdpr.errors import CdprError, OutputError, PluginError
+from cdpr.errors import CdprError, OutputError
 from cdpr.gui.desk import edit
-from cdpr.gui.desk.fields import at
 from cdpr.gui.desk.files import File, Files, named, on_disk, write
-from cdpr.plugins import FileName
-from cdpr.plugins.registry import Registry, Role
+from cdpr.plugins.registry import Registry
 from cdpr.problems import Path
-from cdpr.scenario.actuator_schema import Actuators
-from cdpr.scenario.events import EVENTS
 from cdpr.scenario.files import seen_from
-from cdpr.scenario.motions import AnyMotion, Motion
-from cdpr.scenario.overrides import DEFAULT_TYPE
+from cdpr.scenario.named_files import files_of_robot, files_of_scenario
 
 ENDINGS = (".yaml", ".yml")
-MESH: Path = ("platform", "shape", "mesh")
-MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
 
 
 def reread(files: Files, shown: Sequence[File]) -> dict[str, str]:
@@ -68,13 +58,13 @@ def save_as(files: Files, robot: File | None, target: str, plugins: Registry) ->
     folder = os.path.dirname(name)
     _make(folder)
     if alone and robot:
-        text = _moved(robot.text, [MESH], os.path.dirname(robot.name), folder)
+        text = _moved(robot.text, files_of_robot(edit.read(robot.text)), os.path.dirname(robot.name), folder)
         write(name, text, new=True)
         beside = os.path.join(folder, os.path.basename(old.name))
         around = edit.set_value(old.text, ("robot",), os.path.basename(name))
         made = {os.path.abspath(beside): File(beside, around, first=around, fixed=old.fixed)}
         return Files(os.path.abspath(beside), {**made, os.path.abspath(name): File.open(name)}), [name]
-    text = _moved(old.text, file_paths(edit.read(old.text), plugins), os.path.dirname(old.name), folder)
+    text = _moved(old.text, files_of_scenario(edit.read(old.text), plugins), os.path.dirname(old.name), folder)
     names = [name]
     if robot is not None:
         keep = not robot.modified and not robot.fixed
@@ -120,7 +110,9 @@ def _place_of(robot: File, scenario: File, folder: str) -> tuple[str, str]:
     base, ending = os.path.splitext(os.path.join(folder, beside))
     count, place = 1, f"{base}{ending}"
     while True:
-        text = _moved(robot.text, [MESH], os.path.dirname(robot.name), os.path.dirname(place))
+        text = _moved(
+            robot.text, files_of_robot(edit.read(robot.text)), os.path.dirname(robot.name), os.path.dirname(place)
+        )
         if not os.path.lexists(place) or (os.path.isfile(place) and _holds(place, text)):
             return place, text
         count += 1
@@ -134,51 +126,11 @@ def _holds(name: str, text: str) -> bool:
         return False
 
 
-def _moved(text: str, paths: Iterable[Path], old: str, new: str) -> str:
+def _moved(text: str, files: Iterable[tuple[Path, str]], old: str, new: str) -> str:
     """Return a text that names the same files from another folder."""
     if os.path.realpath(old or ".") == os.path.realpath(new or "."):
         return text
-    data = edit.read(text)
-    for path in paths:
-        name = at(data, path)
-        if isinstance(name, str) and name and not os.path.isabs(name):
+    for path, name in files:
+        if not os.path.isabs(name):
             text = edit.set_value(text, path, seen_from(new or ".", os.path.join(old, name)))
     return text
-
-
-def file_paths(data: dict[str, Any], plugins: Registry) -> Iterator[Path]:
-    """Yield where a scenario may name files besides its robot's: motions, events, meshes, options of plugins."""
-    for motion in MOTIONS:
-        if at(data, ("trajectory", "type")) == motion.kind():
-            yield from (("trajectory", key) for key in motion.files)
-    events = data.get("events")
-    for i, event in enumerate(events if isinstance(events, list) else []):
-        kinds = [kind for kind in EVENTS if isinstance(event, dict) and event.get("type") == kind.kind()]
-        yield from (("events", i, key) for kind in kinds for key in kind.files)
-    yield from ((holder, *MESH) for holder in ("robot", "believed"))
-    obstacles = at(data, ("world", "obstacles"))
-    yield from (("world", "obstacles", i, "mesh") for i in range(len(obstacles) if isinstance(obstacles, list) else 0))
-    yield from (("actuators", key) for key in _named(Actuators))
-    roles: tuple[Role, ...] = ("controller", "solver")
-    for role in roles:
-        name = at(data, (role, "type")) or DEFAULT_TYPE[role]
-        yield from ((role, key) for key in _of_plugin(plugins, role, name))
-    backends = data.get("backend_options")
-    for name in backends if isinstance(backends, dict) else ():
-        yield from (("backend_options", name, key) for key in _of_plugin(plugins, "backend", name))
-
-
-def _of_plugin(plugins: Registry, role: Role, name: Any) -> list[str]:
-    try:
-        return _named(plugins.get(role, name).info.options)
-    except (PluginError, TypeError):
-        return []
-
-
-def _named(model: type[BaseModel]) -> list[str]:
-    """Options that name files."""
-    return [
-        info.alias or key
-        for key, info in model.model_fields.items()
-        if FileName in (info.annotation, *get_args(info.annotation))
-    ]

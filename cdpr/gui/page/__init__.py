@@ -14,6 +14,9 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from cdpr.formats.read import FORMATS
+from cdpr.gui.outgoing import targets
+from cdpr.gui.server import MOST_UPLOAD
 from cdpr.report.marks import DASHES
 from cdpr.report.player import assets
 from cdpr.report.player.arrays import Arrays
@@ -33,6 +36,7 @@ FILES = (
     "table.js",
     "form.js",
     "files.js",
+    "exchange.js",
     "told.js",
     "transport.js",
     "disturb.js",
@@ -56,7 +60,7 @@ def document() -> str:
 
 
 def hello() -> dict[str, Any]:
-    """Return what a window is told first: what stands for what, and what can be opened."""
+    """Return what a window is told first: what stands for what, and what can be opened, imported and exported."""
     data = page_data(None, [], {}, Arrays())
     dashes = [[] if isinstance(dash, str) else list(dash[1]) for dash in DASHES]
     shown = [each for each in examples.examples() if each.kind in ("scenario", "robot")]
@@ -70,7 +74,8 @@ def hello() -> dict[str, Any]:
         }
         for each in shown
     ]
-    return {**{key: data[key] for key in FIXED}, "dashes": dashes, "examples": listed}
+    exchange = {"imports": [each.name for each in FORMATS], "exports": targets(), "upload": MOST_UPLOAD}
+    return {**{key: data[key] for key in FIXED}, "dashes": dashes, "examples": listed, **exchange}
 
 
 def _text(name: str) -> str:

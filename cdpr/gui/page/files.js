@@ -1,5 +1,7 @@
 // New, Open, Save and the texts of the files: dialogs, opened by the buttons above the form.
 
+const STAYS = "stays"; // what a dialog does that waits for an answer
+
 class Files {
   constructor(home, dialogs, live) {
     Object.assign(this, { dialogs, live });
@@ -20,7 +22,7 @@ class Files {
     const id = fresh("dialog"), submit = act ? make("button", { type: "submit", className: "main", text: act }) : null;
     const form = make("form", { method: "dialog" }, make("h2", { text: title, id }), ...parts,
       bar(submit, button(act ? "Cancel" : "Close", () => dialog.close())));
-    form.addEventListener("submit", (event) => { event.preventDefault(); done?.(); dialog.close(); });
+    form.addEventListener("submit", (event) => { event.preventDefault(); if (done?.() !== STAYS) dialog.close(); });
     const dialog = make("dialog", { "aria-labelledby": id }, form);
     this.dialogs.append(dialog);
     return dialog;

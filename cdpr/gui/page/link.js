@@ -1,6 +1,7 @@
 // The socket: what it tells goes to whom it concerns; where it is lost, that is said, and it is tried again.
 
 const WAITS = [500, 1000, 2000, 3000]; // ms until the next try
+const UNSENT = "Not connected: nothing was sent.";
 
 class Link {
   constructor(live) {
@@ -32,13 +33,14 @@ class Link {
     setTimeout(() => this.open(), wait);
   }
 
-  // Whether it was sent: nothing is kept for later, when it might surprise.
-  send(message) {
+  // Whether it was sent: nothing is kept for later, when it might surprise. Files come behind a line feed, as bytes.
+  send(message, files) {
     if (this.socket.readyState !== WebSocket.OPEN) {
-      this.live.note("error", "Not connected: nothing was sent.");
+      this.live.note("error", UNSENT);
       return false;
     }
-    this.socket.send(JSON.stringify(message));
+    const text = JSON.stringify(message);
+    this.socket.send(files ? new Blob([text, "\n", ...files]) : text);
     return true;
   }
 }

@@ -10,6 +10,7 @@ class Live {
     const at = (id) => document.getElementById(id);
     this.form = new Form(at("form"), this);
     this.files = new Files(at("form").querySelector(".bar"), at("dialogs"), this);
+    this.exchange = new Exchange(at("form").querySelector(".bar"), this.files, this);
     this.told = new Told(at("side").querySelector("[role=tablist]"), at("side").querySelector(".told"), this);
     this.transport = new Transport(at("transport"), this);
     this.disturb = new Disturb(at("disturb"), this);
@@ -31,7 +32,7 @@ class Live {
     this.unfold(!matchMedia("(max-width: 61.99rem)").matches);
   }
 
-  send(message) { return this.link.send(message); }
+  send(message, files) { return this.link.send(message, files); }
   note(level, text) { this.told.message({ level, text }); }
 
   hear(message) {
@@ -44,11 +45,13 @@ class Live {
     else if (kind === "status") this.status(message);
     else if (kind === "message") this.told.message(message);
     else if (kind === "yaml") this.files.show(message);
+    if (message.about) this.exchange.hear(message);
   }
 
   greet(hello) {
     this.data = { ...hello, scenes: [], shades: [], events: this.data?.events || [] };
     this.files.list(hello.examples || []);
+    this.exchange.list(hello);
   }
 
   load(message) {

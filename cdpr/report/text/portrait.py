@@ -47,6 +47,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         i = platform["inertia_kg_m2"]
         entries = (i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2])
         yield row("inertia", f"{vector(entries)} kg m^2 (xx, yy, zz, xy, xz, yz)")
+    for name, point in platform["tools_m"].items():
+        yield row("tool", f"{name} at {vector(point)} m")
     if "believed" in robot:
         yield row("believed in a run", robot["believed"])
     yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"

@@ -85,6 +85,14 @@ class Guide:
             hint = "describe a platform that is held at a slant by its anchors"
             self.say(path, f"{self.free}, so its attitude may differ from upright only about these; {hint}")
 
+    def keeps(self, arm: Array) -> bool:
+        """Whether a point, (3,), m, world, from the origin stays where the guide holds it when the platform turns."""
+        turning = np.eye(3)[~self.held[3:]]
+        sweeps = np.cross(turning, arm)
+        if len(turning) > 1:  # about any axis
+            return not self.held[:3].any() or not np.abs(arm).max() > tolerances.HELD
+        return bool((np.abs(sweeps[:, self.held[:3]]) <= tolerances.HELD).all())
+
     def rates(self, where: Path, point: object) -> None:
         """Report rates in held directions."""
         for name, part in RATES:

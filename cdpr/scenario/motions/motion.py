@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
-from cdpr.fields import INITIAL, ZERO, Kind, Position, Section, unit
+from cdpr.fields import INITIAL, ZERO, Kind, Name, Position, Section, unit
 from cdpr.model.robot import Array
 from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
@@ -39,13 +39,21 @@ class Report(Protocol):
 
 
 class Motion(Kind):
-    """A desired motion.
+    """A desired motion, of the platform's origin or, with `tool`, of one of its tools; the attitude is the platform's.
 
     Attributes:
         files: keys that name files.
     """
 
     files: ClassVar[tuple[str, ...]] = ()
+
+    tool: Name | None = Field(
+        None, description="the one of `platform.tools` that moves as this says; the platform's origin unless said"
+    )
+
+    def begins(self, initial: Initial, tools: Mapping[str, Sequence[float] | Array]) -> Initial:
+        """Return the initial state of what moves: of the tool, (3,), m, where one does, else of the origin."""
+        return initial if self.tool is None else initial.of_tool(np.array(tools[self.tool]))
 
     @abstractmethod
     def poses(self) -> list[tuple[Path, Posed]]:

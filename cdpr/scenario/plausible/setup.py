@@ -89,8 +89,10 @@ class Setup:
         if self.run is None or self.motion is None:
             return
         initial = self.run.initial
-        for path, position, attitude in self.motion.places(initial):
-            yield ("trajectory", *path), position, attitude
+        tools, tool = self.run.robot.platform.tools, self.motion.tool  # as it is, whatever is believed
+        for path, position, attitude in self.motion.places(self.motion.begins(initial, tools)):
+            reach = 0.0 if tool is None else matrix(attitude) @ np.array(tools[tool])
+            yield ("trajectory", *path), position - reach, attitude
         for i, event in enumerate(self.run.events):
             goal = event.goal()
             if goal is not None and goal.position is not None:

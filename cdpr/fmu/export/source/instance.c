@@ -10,6 +10,8 @@
 
 static const double CLOCK = 1e-6; /* share of a step by which host and plant may disagree on the time: round-off */
 
+static const double MOST_STEPS = 1e9; /* in one step of the host, which then takes hours: a step was mistyped */
+
 static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusError", "logEvents"};
 
 static int category_of(Status status) { return status == OK ? 2 : status == WARNING ? 0 : 1; }
@@ -126,8 +128,9 @@ void instance_free(Instance *instance) {
 static Status refresh(Instance *instance) {
     char message[MESSAGE];
     if (!instance->stale) return OK;
-    if (instance->mode == STEPPING && !(instance->stale & RETUNED)) plant_publish(&instance->plant);
-    else if (instance->mode == STEPPING) {
+    const bool begun = instance->mode & (STEPPING | TERMINATED);
+    if (begun && !(instance->stale & RETUNED)) plant_publish(&instance->plant);
+    else if (begun) {
         if (!plant_retune(&instance->plant, message)) return report(instance, ERROR, "%s", message);
         report(instance, OK, "other parameters from %.9g s on", *instance->plant.field[TIME]);
     } else if (!plant_start(&instance->plant, message)) return report(instance, ERROR, "%s", message);
@@ -179,6 +182,13 @@ Status instance_step(Instance *instance, double from, double duration) {
     if (from + duration > instance->stop + tolerance)
         return report(instance, ERROR, "a step to %.17g s goes beyond the stop time %.17g s", from + duration,
                       instance->stop);
+    for (int i = 0; i < 2; i++) {
+        const Field field = i == 0 ? PHYSICS_STEP : CONTROL_STEP;
+        const double *step = instance->plant.field[field];
+        if (step && duration > MOST_STEPS * *step)
+            return report(instance, ERROR, "a step of %g s takes more than %g steps of %s, %g s", duration, MOST_STEPS,
+                          plant_name(field), *step);
+    }
 #ifdef CDPR_FAULTS
     Status status;
     if (misbehaves(instance, from, duration, &status)) return status;
@@ -296,22 +306,24 @@ static size_t snapshot_size(const Instance *instance) {
     return sizeof(Snapshot) + instance->plant.count * sizeof(double);
 }
 
+static Status check(const Instance *instance, const Snapshot *snapshot) {
+    if (snapshot && memcmp(snapshot->token, instance->plant.token, TOKEN) == 0) return OK;
+    return report(instance, ERROR, "this is no snapshot of this FMU");
+}
+
 Status instance_save(const Instance *instance, void **snapshot) {
     Snapshot *saved = *snapshot; /* the standard lets a host hand back an earlier one to be overwritten */
+    if (saved && check(instance, saved) != OK) return ERROR;
     if (!saved) saved = calloc(1, snapshot_size(instance));
     if (!saved) return report(instance, ERROR, "no memory for a snapshot");
     memcpy(saved->token, instance->plant.token, TOKEN);
     saved->mode = instance->mode;
     saved->stale = instance->stale;
+    saved->pushed = instance->pushed;
     saved->stop = instance->stop;
     memcpy(saved->number, instance->plant.number, instance->plant.count * sizeof(double));
     *snapshot = saved;
     return OK;
-}
-
-static Status check(const Instance *instance, const Snapshot *snapshot) {
-    if (snapshot && memcmp(snapshot->token, instance->plant.token, TOKEN) == 0) return OK;
-    return report(instance, ERROR, "this is no snapshot of this FMU");
 }
 
 Status instance_restore(Instance *instance, const void *snapshot) {
@@ -319,6 +331,7 @@ Status instance_restore(Instance *instance, const void *snapshot) {
     if (check(instance, saved) != OK) return ERROR;
     instance->mode = saved->mode;
     instance->stale = saved->stale;
+    instance->pushed = saved->pushed;
     instance->stop = saved->stop;
     memcpy(instance->plant.number, saved->number, instance->plant.count * sizeof(double));
     return OK;

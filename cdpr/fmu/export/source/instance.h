@@ -35,7 +35,7 @@ struct Instance {
 /* All that the future of an instance depends on, in one piece. */
 typedef struct {
     char token[TOKEN]; /* of the FMU that it belongs to */
-    int mode, stale;
+    int mode, stale, pushed;
     double stop;
     double number[];   /* (plant.count) */
 } Snapshot;

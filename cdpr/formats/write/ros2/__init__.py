@@ -7,14 +7,15 @@ NAME_interfaces (ament_cmake: the service). No ROS is needed here; files/ holds 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
 
 from cdpr.errors import FormatError, OutputError
 from cdpr.log.files import replace
+from cdpr.problems import dotted
 from cdpr.scenario import Scenario
+from cdpr.scenario.named_files import files_of_scenario
 
 FILES = Path(__file__).parent / "files"
 
@@ -55,9 +56,9 @@ def write_ros2(scenario: Scenario, folder: Path) -> list[Path]:
 def packages(scenario: Scenario) -> dict[str, str]:
     """Return the texts of all files by their paths; FormatError as above."""
     text = scenario.resolved_yaml()
-    for key, file in _files(yaml.safe_load(text)):
+    for key, file in files_of_scenario(yaml.safe_load(text), scenario.plugins):
         raise FormatError(
-            f"scenario '{scenario.name}': {key} is the file '{file}', which a package for ROS 2 does not hold: "
+            f"scenario '{scenario.name}': {dotted(key)} is the file '{file}', which a package for ROS 2 does not hold: "
             "leave it out (--set), or let the scenario say what is in it"
         )
     name = package_name(scenario.robot.name)
@@ -79,17 +80,3 @@ def package_name(robot: str) -> str:
     """Return a name that ROS 2 takes: lower-case letters, digits and single underscores, a letter first."""
     word = re.sub(r"[^a-z0-9]+", "_", robot.lower()).strip("_")
     return f"cdpr_{word}" if word else "cdpr_robot"
-
-
-def _files(node: object, key: str = "") -> Iterator[tuple[str, str]]:
-    """Names of files in a document, and under which keys."""
-    items: list[tuple[str, object]] = []
-    if isinstance(node, dict):
-        items = [(f"{key}.{name}" if key else str(name), value) for name, value in node.items()]
-    elif isinstance(node, list):
-        items = [(f"{key}[{i}]", value) for i, value in enumerate(node)]
-    for place, value in items:
-        if place.split(".")[-1] in ("file", "mesh") and isinstance(value, str):
-            yield place, value
-        else:
-            yield from _files(value, place)

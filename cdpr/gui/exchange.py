@@ -1,0 +1,88 @@
+"""Import and export of a window: beside the edits and the run, which go on meanwhile; one at a time."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from threading import Lock, Thread
+
+from cdpr.errors import CdprError, one_line
+from cdpr.gui.arguments import call
+from cdpr.gui.board import Reader
+from cdpr.gui.incoming import Incoming
+from cdpr.gui.server import Words, said
+from cdpr.scenario.scenario import Scenario
+
+
+class Exchange:
+    """What windows ask for of other programs' files; each answer says which request it is `about`.
+
+    Args:
+        scenario: returns what the form says; CdprError where that is no scenario.
+        open: opens a file for a window.
+        log: takes what only the terminal should have.
+    """
+
+    def __init__(
+        self, scenario: Callable[[], Scenario], open: Callable[[str, Reader], None], log: Callable[[str], None]
+    ) -> None:
+        self._scenario, self._open, self._log = scenario, open, log
+        self._incoming = Incoming()
+        self._going = Lock()
+        self._thread: Thread | None = None
+        self._doing: dict[str, Callable[..., Iterable[Words]]] = {
+            "import": self._incoming.read,
+            "take": self._take,
+            "export": self._export,
+        }
+        self.does = (*self._doing, "give_up")
+
+    def begin(self, do: str, words: Words, reader: Reader) -> None:
+        """Begin what `does` names; how it ends is told to the window alone."""
+        if do == "give_up":
+            self._incoming.give_up(reader)
+            return
+        if not self._going.acquire(blocking=False):
+            reader.tell(said("error", f"{do}: another import or export is going on: wait for it", about=do))
+            return
+        # Threads inherit that they are daemons, also the one that starts processes, and that of this window is one.
+        self._thread = Thread(target=self._guarded, args=(do, words, reader), name="exchange", daemon=False)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End what is being read, and wait until what is being written is."""
+        self._incoming.close()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _guarded(self, do: str, words: Words, reader: Reader) -> None:
+        told: list[Words] = []
+        try:
+            told.extend(call(do, partial(self._doing[do], reader), words))
+        except CdprError as error:
+            told.append(said("error", str(error)))
+        except Exception as error:
+            self._log(traceback.format_exc())
+            told.append(said("error", f"internal error: {one_line(error)}; the terminal has more"))
+        finally:
+            self._going.release()  # before it is told: who hears it may ask for the next
+        for message in told:
+            reader.tell({**message, "about": do})
+
+    def _take(self, reader: Reader, out: str = "", open: str = "") -> Iterator[Words]:
+        """Write what was read, and open one of the files."""
+        written, file = self._incoming.write(reader, out, open)
+        yield said("info", f"imported: {', '.join(written)}")
+        self._open(file, reader)
+
+    def _export(self, reader: Reader, to: str = "", style: str = "", version: str = "") -> Iterator[Words]:
+        """Send what the form says as a file of another program."""
+        from cdpr.gui.outgoing import exported
+
+        given = {key: value for key, value in (("style", style), ("version", version)) if value}
+        file, left_out = exported(self._scenario(), to, given)
+        yield file
+        for each in left_out:
+            yield said("warning", f"{file['name']}: left out: {each}")
+        yield said("info", f"exported: {file['name']}")

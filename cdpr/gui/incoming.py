@@ -1,0 +1,235 @@
+"""Files of other programs that come in: read in a process of their own, looked at, then written as ours.
+
+They lie where `cdpr gui` runs, or come from a browser, into a folder that is gone when they have been read.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from threading import Lock
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from cdpr import processes
+from cdpr.errors import CdprError
+from cdpr.formats.read.bring import ENDINGS, Taken, write
+from cdpr.formats.read.gazebo import is_motion
+from cdpr.gui.board import Reader
+from cdpr.gui.desk.files import named
+from cdpr.gui.scratch import scratch
+from cdpr.gui.server import Words
+from cdpr.jobs.forks import Surroundings
+from cdpr.log.files import replace
+from cdpr.problems import shown
+
+MOST_FILES = 100  # that come at once
+MOST_NAME = 255  # bytes of a name, as most file systems have it
+MOST_SHOWN = 2**20  # letters of what is made that a window is shown
+MOST_LINES = 200  # of what was left out, likewise, of each source
+SECONDS = 60.0  # that reading may take
+
+
+class Incoming:
+    """What each window has read last and may write."""
+
+    def __init__(self) -> None:
+        self._read: WeakKeyDictionary[Reader, list[Taken]] = WeakKeyDictionary()
+        self._lock = Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._reader: Reader | None = None  # for whom it reads
+        self._given_up = False
+        self._closed = False
+
+    def read(
+        self,
+        reader: Reader,
+        path: str = "",
+        files: Any = (),
+        body: bytes = b"",
+        cable_set: str = "",
+        trajectory: str = "",
+    ) -> list[Words]:
+        """Read robots of another program, and return the message that shows them.
+
+        Args:
+            reader: the window.
+            path: a file or folder here, unless files come along.
+            files: name and size of each file that comes along.
+            body: their contents, one behind the other.
+            cable_set: of a model of CASPR; its default unless given.
+            trajectory: of a robot of the Gazebo plug-in: a file that comes along, too, or lies here.
+
+        Raises CdprError where nothing can be read.
+        """
+        self._read.pop(reader, None)
+        given = {key: value for key, value in (("cable_set", cable_set), ("trajectory", trajectory)) if value}
+        for key, value in given.items():
+            if not isinstance(value, str):
+                raise CdprError(f"{key}: a name is expected, got {shown(value)}")
+        if files:
+            every = self._uploaded(reader, _received(files, body), given)
+        elif path:
+            every = self._apart(reader, {"path": named(path), **given})
+        else:
+            raise CdprError("choose files, or say the name or path of one")
+        if len(every) == 1 and every[0].error:
+            raise CdprError(every[0].error)
+        self._read[reader] = every
+        return [_message(every)]
+
+    def write(self, reader: Reader, out: str = "", open: str = "") -> tuple[list[str], str]:
+        """Write all that a window has read last; return the files, and the one that it wants to be opened.
+
+        Args:
+            reader: the window.
+            out: a folder, made where there is none; the working folder unless given.
+            open: name of the robot or scenario to open.
+
+        Raises CdprError where nothing was read or `open` is not among it, OutputError where something is there already
+        or cannot be written: then nothing is.
+        """
+        every = self._read.get(reader, [])
+        merged = Taken("", {name: text for each in every for name, text in each.files.items()})
+        if not merged.files:
+            raise CdprError("nothing was read that could be written: import it again")
+        if open not in list(merged.files):
+            raise CdprError(f"open: one of {', '.join(merged.files)} is expected, got {shown(open)}")
+        folder = Path(named(out) if out else ".")
+        written = [str(path) for path in write(merged, folder, force=False)]
+        self._read.pop(reader, None)
+        return written, str(folder / open)
+
+    def give_up(self, reader: Reader) -> None:
+        """End what is being read for a window, if anything is."""
+        with self._lock:
+            if self._process is not None and self._reader is reader:
+                self._given_up = True
+                self._process.kill()
+
+    def close(self) -> None:
+        """End what is being read, and read no more."""
+        with self._lock:
+            self._closed = self._given_up = True
+            if self._process is not None:
+                self._process.kill()
+
+    def _uploaded(self, reader: Reader, files: Mapping[str, bytes], given: dict[str, str]) -> list[Taken]:
+        """Read what came along, and nothing else."""
+        if len(files) == 2 and len(motions := [name for name in files if is_motion(files[name])]) == 1:
+            given = {"trajectory": motions[0], **given}  # it is of the other
+        trajectory = given.get("trajectory")
+        if trajectory is not None and trajectory not in files:
+            raise CdprError(f"trajectory: {shown(trajectory)} is none of the files: choose it, too")
+        robots = [name for name in files if name != trajectory]
+        if not robots:
+            raise CdprError("trajectory: a trajectory alone is no robot: choose the robot's file, too")
+        if len(robots) > 1 and trajectory is not None:
+            raise CdprError("trajectory: it belongs to one robot: choose the files of these two alone")
+        if len(robots) > 1 and not any(name.lower().endswith(ENDINGS) for name in robots):
+            raise CdprError(f"none of these files has an ending that is known: {', '.join(ENDINGS)}")
+        with scratch() as folder:
+            for name, content in files.items():
+                replace(folder / name, content)
+            return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
+
+    def _apart(self, reader: Reader, asked: dict[str, str], folder: Path | None = None) -> list[Taken]:
+        """Read in a process of its own that works in a folder, ours unless said."""
+        process = self._begin(reader, folder)
+        with process:
+            try:
+                out, _ = process.communicate(json.dumps(asked).encode(), SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                text = f"reading it takes more than {SECONDS:g} s, and was given up"
+                raise CdprError(f"{asked['path']}: {text}") from None
+            finally:
+                with self._lock:
+                    self._process = None
+        if self._given_up:
+            raise CdprError(f"{asked['path']}: reading it was given up")
+        if process.returncode:
+            how = processes.ended(process.returncode)
+            raise CdprError(f"{asked['path']}: the process that reads it {how}: nothing is taken")
+        answer = json.loads(out)
+        if "fault" in answer:
+            fault = RuntimeError(answer["fault"])
+            fault.add_note(answer["trace"])
+            raise fault
+        if "error" in answer:
+            raise CdprError(answer["error"])
+        return [Taken(**each) for each in answer["taken"]]
+
+    def _begin(self, reader: Reader, folder: Path | None) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-P", "-m", "cdpr.gui.reading", str(os.getpid())]
+        with self._lock:
+            if self._closed:
+                raise CdprError("the window is being closed")
+            self._reader, self._given_up = reader, False
+            self._process = processes.start(
+                lambda: subprocess.Popen(
+                    command,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL,
+                    cwd=folder,
+                    env=Surroundings.ours().environment,
+                    start_new_session=True,  # Ctrl-C is for us
+                )
+            )
+            return self._process
+
+
+def _received(files: Any, body: bytes) -> dict[str, bytes]:
+    """Return files by their names; CdprError for names that could lead anywhere, and sizes that are not theirs."""
+    if not isinstance(files, list) or len(files) > MOST_FILES:
+        raise CdprError(f"files: {MOST_FILES} files at most are taken, each with its name and size")
+    found: dict[str, bytes] = {}
+    start = 0
+    for each in files:
+        name, size = (each.get("name"), each.get("size")) if isinstance(each, dict) else (None, None)
+        if not isinstance(name, str) or not _is_plain(name):
+            text = f"a name without folders, of {MOST_NAME} bytes at most, is expected of a file"
+            raise CdprError(f"{text}, got {shown(name)}: rename it")
+        if name in found:
+            raise CdprError(f"two files are called {shown(name)}: rename one, or import them one by one")
+        if type(size) is not int or not 0 <= size <= len(body) - start:
+            raise CdprError(f"{name}: its size is not that of what came")
+        found[name] = body[start : start + size]
+        start += size
+    if start != len(body):
+        raise CdprError("more came than the files that were said")
+    return found
+
+
+def _is_plain(name: str) -> bool:
+    return (
+        name.isprintable()
+        and name not in ("", ".", "..")
+        and not set(name) & {"/", "\\"}
+        and len(name.encode()) <= MOST_NAME
+    )
+
+
+def _message(every: list[Taken]) -> Words:
+    """What a window is shown: the texts of files as far as anybody reads them."""
+    left = MOST_SHOWN
+    sources = []
+    for each in every:
+        files: list[dict[str, Any]] = []
+        for name, text in each.files.items():
+            fits = len(text) <= left
+            left -= len(text) if fits else 0
+            files.append({"name": name, "size": len(text), "text": text if fits else None})
+        lists = {"left_out": _first(each.left_out), "warnings": _first(each.warnings)}
+        sources.append({**vars(each), **lists, "files": files})
+    return {"kind": "imported", "sources": sources}
+
+
+def _first(lines: list[str]) -> list[str]:
+    more = len(lines) - MOST_LINES
+    return lines if more <= 0 else [*lines[:MOST_LINES], f"and {more} more"]

@@ -1,0 +1,147 @@
+// Import and export of other programs' files: dialogs that stay until the program has answered, with what was wrong.
+
+const MEBI = 2 ** 20;
+const WAITING = { import: "Reading …", take: "Writing …", export: "Exporting …" };
+
+class Exchange {
+  constructor(home, files, live) {
+    Object.assign(this, { files, live, asked: {}, exports: [] });
+    this.importing();
+    this.taking();
+    this.exporting();
+    home.append(
+      button("Import…", () => this.asked.import.show(), { title: "A robot of another program" }),
+      button("Export…", () => this.asked.export.show(), { title: "The robot for another program" }),
+    );
+  }
+
+  // A dialog that sends what `ask` returns, and waits: an answer closes it, an error stands in it and nothing is lost.
+  asking(about, title, act, ask, ...parts) {
+    const problem = make("p", { className: "problem", role: "alert" });
+    const send = () => {
+      say(problem, "");
+      this.send(about, ask).catch((error) => this.hear({ about, level: "error", text: error.message }));
+      return STAYS;
+    };
+    const { live } = this;
+    const dialog = this.files.dialog(title, act, send, ...parts, problem), submit = dialog.querySelector("[type=submit]");
+    const wait = (on) => { submit.disabled = on; submit.textContent = on ? WAITING[about] : act; };
+    dialog.addEventListener("close", () => { if (submit.disabled) live.send({ do: "give_up" }); });
+    const show = () => { say(problem, ""); dialog.showModal(); };
+    this.asked[about] = { dialog, submit, problem, wait, show };
+    return dialog;
+  }
+
+  async send(about, ask) {
+    const { files, ...given } = ask();
+    const said = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== ""));
+    this.asked[about].wait(true);
+    const gone = ({ name }) => { throw new Error(`${name}: cannot be read any more: choose it again`); };
+    const read = (file) => file.arrayBuffer().catch(() => gone(file));
+    const contents = files && await Promise.all(files.map(read));
+    const sizes = files && { files: files.map(({ name }, i) => ({ name, size: contents[i].byteLength })) };
+    if (!this.live.send({ do: about, ...said, ...sizes }, contents)) throw new Error(UNSENT);
+  }
+
+  hear(message) {
+    const { dialog, problem, wait } = this.asked[message.about];
+    wait(false);
+    if (!dialog.open) return; // given up meanwhile
+    if (message.level === "error") { say(problem, message.text); return; }
+    dialog.close();
+    if (message.kind === "imported") this.taken(message);
+    else if (message.kind === "file") this.download(message);
+  }
+
+  // What comes from where this page runs, or lies where the program runs.
+  importing() {
+    const { files } = this, chosen = make("input", { type: "file", multiple: true });
+    const path = files.text({ placeholder: "file or folder, from where cdpr gui was started" });
+    const set = files.text({ placeholder: "its default" }), listed = make("datalist", { id: fresh("chosen") });
+    const trajectory = files.text({ placeholder: "none", list: listed.id });
+    this.formats = make("p", { className: "none" });
+    // What was said last is meant.
+    const list = () => listed.replaceChildren(...[...chosen.files].map(({ name }) => option(name)));
+    chosen.addEventListener("change", () => { path.value = ""; list(); });
+    path.addEventListener("input", () => { chosen.value = ""; list(); });
+    const ask = () => {
+      const all = [...chosen.files], size = all.reduce((sum, file) => sum + file.size, 0), { most } = this;
+      const told = `${(size / MEBI).toFixed(1)} MiB, and ${most / MEBI} MiB at most are taken`;
+      if (size > most) throw new Error(`These files have ${told}: say their path instead.`);
+      const source = all.length ? { files: all } : { path: path.value.trim() };
+      return { ...source, cable_set: set.value.trim(), trajectory: trajectory.value.trim() };
+    };
+    this.asking("import", "Import from another program", "Read", ask, this.formats, files.row("Choose files", chosen),
+      files.row("Or their path", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
+      listed);
+  }
+
+  // What was read, before anything is written.
+  taking() {
+    const { files } = this, folder = files.text({ placeholder: "where cdpr gui was started" });
+    this.opens = make("select");
+    const region = { role: "region", tabindex: 0, "aria-label": "Robots and what was left out" };
+    this.brought = make("div", { className: "brought", ...region });
+    const ask = () => ({ out: folder.value.trim(), open: this.opens.value });
+    this.asking("take", "What was read", "Write and open", ask, this.brought, files.row("Write into folder", folder),
+      files.row("Then open", this.opens));
+  }
+
+  taken({ sources }) {
+    const yaml = ({ files }) => files.map(({ name }) => name).filter((name) => name.endsWith(".yaml"));
+    const names = sources.flatMap(yaml), [robot, motion] = sources.map(yaml).find((found) => found.length) || [];
+    this.opens.replaceChildren(...names.map((name) => option(name, name)));
+    this.opens.value = motion || robot || "";
+    const read = sources.filter(({ error }) => !error).length, told = `${read} of ${sources.length} could be read.`;
+    const count = sources.length > 1 ? [make("p", { text: told })] : [];
+    this.brought.replaceChildren(...count, ...sources.flatMap((each) => this.source(each)));
+    this.asked.take.submit.hidden = !names.length;
+    this.asked.take.show();
+  }
+
+  source({ source, error, warnings, left_out: out, files }) {
+    const items = (texts) => make("ul", {}, ...texts.map((text) => make("li", { text })));
+    const list = (title, texts) => (texts.length ? [make("h4", { text: title }), items(texts)] : []);
+    const text = (file) => make("pre", { tabindex: 0, text: file.text ?? "Too long to be shown here." });
+    const shown = (file) => make("details", {}, make("summary", { text: `${file.name}, ${file.size} characters` }), text(file));
+    return [make("h3", { text: source }), ...(error ? [make("p", { className: "problem", text: error })] : []),
+      ...list("Filled in, or to be checked", warnings), ...list("Left out", out), ...files.map(shown)];
+  }
+
+  // What the form says, for a format and what it lets one choose.
+  exporting() {
+    const { files } = this, to = make("select");
+    const choices = { style: make("select"), version: make("select") };
+    this.exported = { to, choices, fit: () => {
+      const { options = {} } = this.exports.find((each) => each.to === to.value) || {};
+      for (const [key, select] of Object.entries(choices)) {
+        select.disabled = !options[key];
+        select.replaceChildren(...Object.entries(options[key] || {}).map(([value, text]) => option(value, `${value}: ${text}`)));
+      }
+    } };
+    to.addEventListener("change", this.exported.fit);
+    const ask = () => ({ to: to.value, style: choices.style.value, version: choices.version.value });
+    const what = make("p", { className: "none", text: "What the form says, saved or not, as its run begins." });
+    this.asking("export", "Export for another program", "Download", ask, what, files.row("Format", to),
+      files.row("Style (SDF)", choices.style), files.row("Version (SDF)", choices.version));
+  }
+
+  download({ name, type, content }) {
+    const bytes = Uint8Array.from(atob(content), (letter) => letter.charCodeAt(0));
+    const address = URL.createObjectURL(new Blob([bytes], { type }));
+    make("a", { href: address, download: name }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 10000); // ms: a browser may ask first where it goes
+  }
+
+  list({ imports, exports, upload }) {
+    Object.assign(this, { exports, most: upload });
+    const known = imports.join(", ");
+    say(this.formats, `A robot of ${known}, known by its content; of a CASPR model all its files. Nothing is written yet.`);
+    const { to, fit } = this.exported;
+    if (!to.options.length) { // a connection that was lost says it again: what is chosen stays
+      to.replaceChildren(...exports.map((each) => option(each.to, each.name)));
+      fit();
+    }
+    for (const { wait } of Object.values(this.asked)) wait(false); // what was asked of a program that is gone
+  }
+}

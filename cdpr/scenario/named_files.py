@@ -1,0 +1,83 @@
+"""Which files a document names besides its robot's: in motions, events, meshes, and options of plugins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from cdpr.errors import PluginError
+from cdpr.plugins import FileName
+from cdpr.plugins.registry import Registry, Role
+from cdpr.problems import Path
+from cdpr.scenario.actuator_schema import Actuators
+from cdpr.scenario.events import EVENTS
+from cdpr.scenario.motions import AnyMotion, Motion
+from cdpr.scenario.overrides import DEFAULT_TYPE
+
+MESH: Path = ("platform", "shape", "mesh")
+MOTIONS: tuple[type[Motion], ...] = get_args(get_args(AnyMotion)[0])
+
+
+def files_of_robot(data: dict[str, Any]) -> Iterator[tuple[Path, str]]:
+    """Yield path and file, of a robot that may be unsound."""
+    return _given(data, [MESH])
+
+
+def files_of_scenario(data: dict[str, Any], plugins: Registry) -> Iterator[tuple[Path, str]]:
+    """Yield the same of a scenario, beside its robot's own file."""
+    return _given(data, _paths(data, plugins))
+
+
+def _given(data: dict[str, Any], paths: Iterable[Path]) -> Iterator[tuple[Path, str]]:
+    for path in paths:
+        if isinstance(name := _at(data, path), str) and name:
+            yield path, name
+
+
+def _at(data: Any, path: Path) -> Any:
+    """What plain data hold at a path; None where they hold nothing."""
+    for key in path:
+        if isinstance(data, dict):
+            data = data.get(key)
+        else:
+            data = data[key] if isinstance(data, list) and isinstance(key, int) and key < len(data) else None
+    return data
+
+
+def _paths(data: dict[str, Any], plugins: Registry) -> Iterator[Path]:
+    for motion in MOTIONS:
+        if _at(data, ("trajectory", "type")) == motion.kind():
+            yield from (("trajectory", key) for key in motion.files)
+    events = data.get("events")
+    for i, event in enumerate(events if isinstance(events, list) else []):
+        kinds = [kind for kind in EVENTS if isinstance(event, dict) and event.get("type") == kind.kind()]
+        yield from (("events", i, key) for kind in kinds for key in kind.files)
+    yield from ((holder, *MESH) for holder in ("robot", "believed"))
+    obstacles = _at(data, ("world", "obstacles"))
+    yield from (("world", "obstacles", i, "mesh") for i in range(len(obstacles) if isinstance(obstacles, list) else 0))
+    yield from (("actuators", key) for key in _named(Actuators))
+    roles: tuple[Role, ...] = ("controller", "solver")
+    for role in roles:
+        name = _at(data, (role, "type")) or DEFAULT_TYPE[role]
+        yield from ((role, key) for key in _of_plugin(plugins, role, name))
+    backends = data.get("backend_options")
+    for name in backends if isinstance(backends, dict) else ():
+        yield from (("backend_options", name, key) for key in _of_plugin(plugins, "backend", name))
+
+
+def _of_plugin(plugins: Registry, role: Role, name: Any) -> list[str]:
+    try:
+        return _named(plugins.get(role, name).info.options)
+    except (PluginError, TypeError):
+        return []
+
+
+def _named(model: type[BaseModel]) -> list[str]:
+    """Options that name files."""
+    return [
+        info.alias or key
+        for key, info in model.model_fields.items()
+        if FileName in (info.annotation, *get_args(info.annotation))
+    ]

@@ -1,0 +1,21 @@
+"""What the tests of exported robots share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from conftest import ROOT
+
+import cdpr
+from cdpr.formats.write.begin import begin
+from cdpr.model import rotations
+
+ROBOTS = ROOT / "scenarios" / "robots"
+
+
+def subject_of(name, **pose):
+    subject = begin(cdpr.load_robot(ROBOTS / f"{name}.yaml"))
+    state = subject.state.copy()
+    if subject.robot.n == 6:
+        state[3:7] = rotations.from_rpy(0.1, -0.2, 0.3)
+    return replace(subject, state=state)
