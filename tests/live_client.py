@@ -114,7 +114,6 @@ class Client:
         return self.replies[call]
 
     def set(self, name, value):
-        self.say(op="subscribeParameterUpdates", parameterNames=[name])
         self.say(op="setParameters", parameters=[{"name": name, "value": value}], id=name)
 
 

@@ -145,7 +145,6 @@ class Driven(Simulation):
                 raise
             what = request.values.get("key", request.what)
             self._link.refused(f"{what}: {error}" if what != request.answer.partition(":")[0] else request.answer)
-            self._link.changed({})  # who took a parameter for changed sees what it is
         finally:
             request.done.set()
 

@@ -27,6 +27,8 @@ except ImportError as error:
 
 CLOSES = 1.0  # s, that is waited for clients to go
 OFTEN = 1000  # messages in a second from all clients that are heard at once; before each more it waits
+FEW = 10  # of them may wait for what becomes of a parameter that they set,
+SOON = 0.03  # s, longer than a slice takes in real time
 PAUSE = 0.001  # s: in it the simulation has the interpreter
 # What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
 _LOGGER = logging.getLogger("foxglove")
@@ -92,9 +94,6 @@ class Foxglove(Sender):
         """All parameters."""
         return [Parameter(name, value=value) for name, value in self.parameters.items()]
 
-    def _changed(self) -> None:
-        self._server.publish_parameter_values(self.given())
-
     def _handler(self, name: str) -> Callable[[Any], bytes]:
         def handle(_: Any) -> bytes:
             answer = self.call(name)
@@ -129,7 +128,7 @@ class Foxglove(Sender):
 
 
 class _Listener(ServerListener):
-    """Hears clients, in threads of the server: to wait here for the simulation would hold up all of them."""
+    """Hears clients, in threads of the server: to wait here long for the simulation would hold up all of them."""
 
     def __init__(self, server: Foxglove) -> None:
         self._server, self._topics = server, dict[tuple[int, int], tuple[str, str]]()
@@ -168,14 +167,16 @@ class _Listener(ServerListener):
     def on_set_parameters(
         self, client: Any, parameters: list[Parameter], request_id: str | None = None
     ) -> list[Parameter]:
-        wrong = set()  # these are told at once, the others once they are so, or are refused
+        # Of a flood nothing is waited for. The SDK tells all who subscribe of what is returned. Its method to tell them
+        # of more is never called: it waits, with the interpreter, for who has its lock and waits for the interpreter.
         for one in parameters if self._hear() else ():
             request = self._server.setting(one.name, one.get_value())
             if isinstance(request, Request):
                 self._server.requests.put(request)
-            else:
-                wrong.add(one.name)
-        return [one for one in self._server.given() if one.name in wrong]
+                if self._heard <= FEW:
+                    request.done.wait(SOON)
+        names = {one.name for one in parameters}
+        return [one for one in self._server.given() if one.name in names]
 
 
 def _cut(port: int) -> None:

@@ -144,9 +144,6 @@ class Ros2(Sender):
             publisher, sender, numbers = self._publishers[k]
             publisher.put(data, attachment=attachment(next(numbers), time.time_ns(), sender))
 
-    def _changed(self) -> None:
-        """Nobody is told: who wants to know asks."""
-
     def _shut(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
 

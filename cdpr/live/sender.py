@@ -77,9 +77,8 @@ class Sender(ABC):
         self._some.set()
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Tell others of parameters that have other values from now on."""
+        """Take parameters that have other values from now on."""
         self.parameters = {**self.parameters, **parameters}
-        self._changed()
 
     def refused(self, text: str) -> None:
         """Tell who started it, and all others that can be told; where there is much to tell, how much."""
@@ -163,10 +162,6 @@ class Sender(ABC):
                 if any(wanted):
                     time = int(nanoseconds(np.array([sample]), self._step)[0])
                     self._put(time, self._messages.of(row, sample, wanted))
-
-    @abstractmethod
-    def _changed(self) -> None:
-        """Tell others of parameters that changed."""
 
     @abstractmethod
     def _open(self, topics: tuple[Topic, ...]) -> None:

@@ -35,9 +35,6 @@ class Quiet(Sender):
     def show(self, row, sample):
         self.told.append(sample)
 
-    def _changed(self):
-        pass
-
     def _open(self, topics):
         pass
 
