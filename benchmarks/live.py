@@ -28,8 +28,9 @@ from websockets.typing import Subprotocol
 
 import cdpr
 from cdpr.errors import Interrupted
-from cdpr.live.drive import Driven, Request
+from cdpr.live.drive import Driven
 from cdpr.live.foxglove import Foxglove
+from cdpr.live.requests import Request
 from cdpr.live.ros2 import Ros2
 from cdpr.live.sender import Sender
 from cdpr.log.ros2 import decode

@@ -18,6 +18,7 @@ from cdpr.cli.names import OutPath, change_keys, plugin_files, plugin_option
 from cdpr.cli.numbers import Real, Whole
 from cdpr.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.hush import hushed
+from cdpr.live import RATES, SPEEDS
 
 if TYPE_CHECKING:
     from cdpr.cli.progress import Signals
@@ -47,8 +48,8 @@ FIRST = "caroca"  # the example for who has no scenario yet
 @click.option(
     "--live-port", "port", type=Whole(0, 65535), help="Its port; 0 takes a free one. [8765; of a router 7447]"
 )
-@click.option("--live-rate", "rate", type=Real(0.1, 1000.0), help="Messages of each topic, Hz. [60]")
-@click.option("--live-speed", "speed", type=Real(0.001, 1e6), help="Times real time, at most. [1]")
+@click.option("--live-rate", "rate", type=Real(*RATES), help="Messages of each topic, Hz. [60]")
+@click.option("--live-speed", "speed", type=Real(*SPEEDS), help="Times real time, at most. [1]")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(

@@ -4,3 +4,6 @@
 was asked for. What it shows is the newest complete sample: a thread of its own encodes and sends it, so that no client,
 however slow, holds the simulation up. What is done to the simulation is an event of its scenario from then on.
 """
+
+SPEEDS = 0.001, 1e6  # times real time
+RATES = 0.1, 1000.0  # Hz, at which samples are shown

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import queue
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from threading import Event
+from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Any, Protocol
 
+from cdpr import tolerances
 from cdpr.errors import CdprError
+from cdpr.live import RATES, SPEEDS
+from cdpr.live.requests import Request, Requests
 from cdpr.log.run import Header, Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.robot import Array
@@ -18,25 +20,10 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation.simulation import Simulation
 
-WAITS = 0.2  # s, at most, between two looks at what was asked for while it stands still
+WAITS = 0.2  # s, at most, between two calls of `progress` while it waits for the clock, or stands still
+LOOKS = 60.0  # Hz of simulated time, at least, at which is looked at what was asked for
+BUSY = 0.005  # s of a slice, at most, for what was asked for while the slice is due: the rest waits for the next
 MOVE = 2.0  # s, of a move to a target that says no other
-
-
-@dataclass
-class Request:
-    """Something that was asked for from outside.
-
-    Attributes:
-        what: a key of `REQUESTS`.
-        values: what it needs.
-        done: set when it was done, or refused.
-        answer: "" or why it was refused.
-    """
-
-    what: str
-    values: dict[str, Any] = field(default_factory=dict)
-    done: Event = field(default_factory=Event)
-    answer: str = ""
 
 
 class Link(Protocol):
@@ -46,7 +33,7 @@ class Link(Protocol):
         requests: what was asked for, also before the simulation begins, and is not done yet.
     """
 
-    requests: queue.SimpleQueue[Request]
+    requests: Requests
 
     def begin(self, header: Header) -> None:
         """Take what is shown."""
@@ -54,6 +41,10 @@ class Link(Protocol):
 
     def show(self, row: Array, sample: int) -> None:
         """Take the newest sample, a copy; it is sent elsewhere."""
+        ...
+
+    def changed(self, parameters: Mapping[str, Any]) -> None:
+        """Take parameters that have other values from now on."""
         ...
 
     def refused(self, text: str) -> None:
@@ -65,33 +56,32 @@ class Driven(Simulation):
     """A simulation that goes on slice by slice, and does what is asked for."""
 
     def __init__(self, scenario: Scenario, out: RunFolder | str | None, link: Link, speed: float, rate: float) -> None:
+        self._speed = _within("speed", speed, SPEEDS)
+        self._period = 1.0 / _within("rate", rate, RATES)
         super().__init__(scenario, out=out)
         self.paused = False
-        self._link, self._slice = link, max(1.0 / rate, scenario.simulation.control_step)
-        self._speed = speed
+        self._link = link
+        # A whole number of slices is a period.
+        self._slice = max(self._period / math.ceil(LOOKS * self._period), scenario.simulation.control_step)
         self._push: Wrench | None = None
         self._tension: list[float] | None = None
-        self._from = monotonic(), 0.0
+        self._begin_clock()
+        self._shown = -math.inf, -math.inf  # when: by the clock, and of simulated time
 
     def drive(self, progress: Callable[[int, int], None]) -> Run:
         """Go on to the end; `progress` is called after each slice, and may raise Interrupted."""
         with self._kept():
             self._link.begin(self.so_far().header)
+            self._link.changed({"paused": self.paused, "speed": self._speed})
             self._begin_clock()
-            shown = 0.0
             while not self.done:
                 progress(self.samples, self.steps + 1)
-                self._serve()
-                if self.paused:
-                    if self.samples:  # who comes meanwhile sees where it stands
-                        self._link.show(self.row, self.samples - 1)
-                    continue
-                self._advance(self.time + self._slice)
-                # In real time all are shown, of a run that is faster as many a second.
-                if self._speed <= 1.0 or monotonic() - shown >= self._slice:
-                    shown = monotonic()
-                    self._link.show(self.row, self.samples - 1)
-            self._link.show(self.row, self.samples - 1)
+                due = self._serve()
+                if due and not self.done:
+                    self._advance(self.time + self._slice)
+                if self._showing(due):
+                    self._show()
+            self._show()
         return self.run()
 
     def _advance(self, time: float) -> None:
@@ -102,59 +92,92 @@ class Driven(Simulation):
         steps = round((time - self.time) / self.scenario.simulation.control_step)
         self.step(max(1, steps), tension=self._tension)
 
-    def _begin_clock(self) -> None:
-        self._from = monotonic(), self.time
+    def _showing(self, moving: bool) -> bool:
+        """Whether the newest sample is to be shown now.
 
-    def _serve(self) -> None:
-        """Wait until the next slice is due, and do what is asked for meanwhile."""
-        requests = self._link.requests
-        while True:
-            begun, time = self._from
-            ahead = WAITS if self.paused else (self.time - time) / self._speed - (monotonic() - begun)
-            if ahead <= 0.0:
-                break
-            try:
-                self._answer(requests.get(timeout=ahead))
-            except queue.Empty:
-                break
-        for _ in range(requests.qsize()):  # no more: whoever asks without end does not hold it up
-            self._answer(requests.get_nowait())
-        if not self.paused and ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
+        In real time each period of simulated time, of a run that is faster each period of the clock, and of one that
+        stands still now and then, for who comes meanwhile.
+        """
+        clock, time = self._shown
+        if not moving:
+            return monotonic() - clock >= WAITS
+        least = self._period * (1.0 - tolerances.TIME)
+        return (self.time - time if self._speed <= 1.0 else monotonic() - clock) >= least
+
+    def _show(self) -> None:
+        if self.samples:
+            self._link.show(self.row, self.samples - 1)
+            self._shown = monotonic(), self.time
+
+    def _begin_clock(self, ahead: float = 0.0) -> None:
+        """Count from now on; the next slice is due in so long (s)."""
+        self._from = monotonic() + ahead, self.time
+
+    @property
+    def _ahead(self) -> float:
+        """How long (s) until the next slice is due."""
+        begun, time = self._from
+        return math.inf if self.paused else (self.time - time) / self._speed - (monotonic() - begun)
+
+    def _serve(self) -> bool:
+        """Do what is asked for until the next slice is due, or for a while; return whether it is due."""
+        requests, until = self._link.requests, monotonic() + WAITS
+        try:
+            while not self.done and (wait := min(self._ahead, until - monotonic())) > 0.0:
+                self._answer(requests.get(wait))
+            until = monotonic() + BUSY
+            while not self.done:  # whoever asks without end does not hold it up
+                self._answer(requests.get())
+                if monotonic() > until:
+                    break
+        except queue.Empty:
+            pass
+        if self._ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
             self._begin_clock()
+        return self._ahead <= 0.0
 
     def _answer(self, request: Request) -> None:
         try:
             REQUESTS[request.what](self, **request.values)
         except CdprError as error:
             request.answer = str(error)
-            self._link.refused(f"{request.values.get('key', request.what)}: {error}")
-        request.done.set()
+            if self._attempt.run is not None:  # it is no refusal: the run has ended
+                raise
+            what = request.values.get("key", request.what)
+            self._link.refused(f"{what}: {error}" if what != request.answer.partition(":")[0] else request.answer)
+        finally:
+            request.done.set()
 
     def ask_pause(self, paused: bool = True) -> None:
         """Stand still, or go on."""
+        if self.paused and not paused:
+            self._begin_clock()
         self.paused = paused
-        self._begin_clock()
+        self._link.changed({"paused": paused})
 
     def ask_step(self, steps: int = 1) -> None:
         """Take some control steps, and stand still."""
         self.ask_pause()
         self.step(steps) if self._tension is None else self.step(steps, tension=self._tension)
-        self._link.show(self.row, self.samples - 1)
+        self._show()
 
     def ask_speed(self, speed: float) -> None:
         """Go so many times as fast as the wall clock."""
-        if not 0.0 < speed < float("inf"):
-            raise CdprError(f"a number greater than 0 is expected, got {speed!r}")
+        speed = _within("", speed, SPEEDS)
+        if not self.paused:
+            self._begin_clock(max(self._ahead, 0.0) * self._speed / speed)
         self._speed = speed
-        self._begin_clock()
+        self._link.changed({"speed": speed})
 
     def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
         """Let the desired motion go to another pose, quaternion w, x, y, z."""
         self.target(position, orientation, duration=duration)
 
     def ask_wrench(self, force: list[float], moment: list[float]) -> None:
-        """Let this wrench act from now on, in place of the one before."""
-        made = self.push(force, moment)
+        """Let this wrench act from now on, in place of the one before; none at all ends that."""
+        if self._push is not None and (list(self._push.force), list(self._push.moment)) == (force, moment):
+            return
+        made = self.push(force, moment) if any(force + moment) else None
         if self._push is not None:
             self.release(self._push)
         self._push = made
@@ -184,17 +207,27 @@ class Driven(Simulation):
     def ask_set(self, key: str, value: Any) -> None:
         """Give an option of controller or solver another value."""
         self.set(key, value)
+        self._link.changed({key: value})
 
     def ask_reset(self) -> None:
         """Begin anew, where nothing is logged."""
         self.reset()
         self._push, self._tension = None, None
+        self._shown = -math.inf, -math.inf
+        self._link.changed(self.scenario.options().numbers())
         self._begin_clock()
 
 
 REQUESTS: dict[str, Callable[..., None]] = {
     name.removeprefix("ask_"): method for name, method in vars(Driven).items() if name.startswith("ask_")
 }
+
+
+def _within(name: str, value: float, bounds: tuple[float, float]) -> float:
+    least, most = bounds
+    if not least <= value <= most:
+        raise CdprError(f"{name}: a number from {least:g} to {most:g} is expected, got {shown(value)}".lstrip(": "))
+    return float(value)
 
 
 def drive(

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import json
+import logging
+import os
+import socket
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from threading import Thread
+from time import monotonic, sleep
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
 from cdpr.live.heard import KINDS, request_of
+from cdpr.live.requests import Request
 from cdpr.live.sender import BACKLOG, SERVICES, Sender
 from cdpr.log.ros2 import full_name, schema_text
 from cdpr.log.topics import Topic
@@ -18,6 +25,16 @@ try:
 except ImportError as error:
     raise PluginError(f"a live link needs the foxglove SDK ({error}): pip install 'cdpr[live]'") from None
 
+CLOSES = 1.0  # s, that is waited for clients to go
+OFTEN = 1000  # messages in a second from all clients that are heard at once; before each more it waits
+FEW = 10  # of them may wait for what becomes of a parameter that they set,
+SOON = 0.03  # s, longer than a slice takes in real time
+PAUSE = 0.001  # s: in it the simulation has the interpreter
+# What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
+_LOGGER = logging.getLogger("foxglove")
+if _LOGGER.level == logging.NOTSET:
+    _LOGGER.setLevel(logging.CRITICAL)
+
 
 class Foxglove(Sender):
     """A server that shows samples, and hears what clients publish, call and set.
@@ -27,7 +44,7 @@ class Foxglove(Sender):
         say: called with what is refused.
         parameters: names and values of what clients may set beside `paused` and `speed`.
 
-    Raises CdprError where the port is taken.
+    Raises CdprError where it cannot listen there, as where the port is taken.
 
     Attributes:
         port: on which it listens.
@@ -51,7 +68,7 @@ class Foxglove(Sender):
         try:
             self._server = foxglove.start_server(
                 name="cdpr",
-                host=host,
+                host=self.host,
                 port=port,
                 capabilities=capabilities,
                 server_listener=_Listener(self),
@@ -62,21 +79,20 @@ class Foxglove(Sender):
             )
         except (RuntimeError, OSError, OverflowError) as error:
             text = " ".join(str(error).split())
-            raise CdprError(f"--live-port: cannot listen at {host}:{port}: {text}; 0 takes a free port") from None
+            raise CdprError(
+                f"--live-port: cannot listen at {self.address}: {text}; 0 takes a free port, --live-host another place"
+            ) from None
         self.port = self._server.port
-        self.where = f"ws://{host}:{self.port}, for Foxglove and PlotJuggler"
+        self.where = f"ws://{self.address}, for Foxglove and PlotJuggler"
 
-    def refused(self, text: str) -> None:
-        """Tell all clients, and who started it."""
-        super().refused(text)
+    def _tell(self, text: str) -> None:
+        """Tell all clients, too."""
+        super()._tell(text)
         self._server.publish_status(text, StatusLevel.Warning)
 
     def given(self) -> list[Parameter]:
         """All parameters."""
         return [Parameter(name, value=value) for name, value in self.parameters.items()]
-
-    def _changed(self) -> None:
-        self._server.publish_parameter_values(self.given())
 
     def _handler(self, name: str) -> Callable[[Any], bytes]:
         def handle(_: Any) -> bytes:
@@ -103,18 +119,33 @@ class Foxglove(Sender):
     def _shut(self) -> None:
         for channel in self._channels:
             channel.close()
-        self._server.stop()
+        stopping = Thread(target=self._server.stop)
+        stopping.start()
+        stopping.join(CLOSES)
+        if stopping.is_alive():  # a client that sends without end holds it up, and the end of the program
+            _cut(self.port)
+            stopping.join()
 
 
 class _Listener(ServerListener):
-    """Hears clients, in threads of the server."""
+    """Hears clients, in threads of the server: to wait here long for the simulation would hold up all of them."""
 
     def __init__(self, server: Foxglove) -> None:
         self._server, self._topics = server, dict[tuple[int, int], tuple[str, str]]()
+        self._second, self._heard = monotonic(), 0
+
+    def _hear(self) -> bool:
+        """Return whether there is anybody to hear it still; who sends without end sends as slowly as it takes."""
+        if monotonic() - self._second >= 1.0:
+            self._second, self._heard = monotonic(), 0
+        self._heard += 1
+        if self._heard > OFTEN and not self._server.over:
+            sleep(PAUSE)
+        return not self._server.over
 
     def on_client_advertise(self, client: Any, channel: Any) -> None:
         self._topics[client.id, channel.id] = channel.topic, channel.encoding
-        if channel.topic not in KINDS:
+        if self._hear() and channel.topic not in KINDS:
             self._server.refused(f"{channel.topic}: nobody listens there; {', '.join(KINDS)} are heard")
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
@@ -122,18 +153,41 @@ class _Listener(ServerListener):
 
     def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
         topic, encoding = self._topics.get((client.id, client_channel_id), ("", ""))
+        if not self._hear():
+            return
         try:
             self._server.requests.put(request_of(topic, encoding, data))
         except CdprError as error:
             self._server.refused(str(error))
 
     def on_get_parameters(self, client: Any, param_names: list[str], request_id: str | None = None) -> list[Parameter]:
+        self._hear()
         return [one for one in self._server.given() if not param_names or one.name in param_names]
 
     def on_set_parameters(
         self, client: Any, parameters: list[Parameter], request_id: str | None = None
     ) -> list[Parameter]:
-        for one in parameters:
-            self._server.set(one.name, one.get_value())
+        # Of a flood nothing is waited for. The SDK tells all who subscribe of what is returned. Its method to tell them
+        # of more is never called: it waits, with the interpreter, for who has its lock and waits for the interpreter.
+        for one in parameters if self._hear() else ():
+            request = self._server.setting(one.name, one.get_value())
+            if isinstance(request, Request):
+                self._server.requests.put(request)
+                if self._heard <= FEW:
+                    request.done.wait(SOON)
         names = {one.name for one in parameters}
         return [one for one in self._server.given() if one.name in names]
+
+
+def _cut(port: int) -> None:
+    """End the connections that this process has at a port of its own."""
+    for name in os.listdir("/proc/self/fd"):
+        with suppress(OSError):  # it is gone, or no socket
+            held = os.dup(int(name))
+            try:
+                found = socket.socket(fileno=held)
+                if found.getsockname()[1:2] == (port,):
+                    found.shutdown(socket.SHUT_RDWR)
+                found.detach()
+            finally:
+                os.close(held)

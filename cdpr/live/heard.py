@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from cdpr.errors import CdprError
-from cdpr.live.drive import Request
+from cdpr.live.requests import Request
 from cdpr.log.ros2 import decode
 from cdpr.log.topics import WORLD
 from cdpr.problems import shown
@@ -23,14 +23,19 @@ def request_of(topic: str, encoding: str, data: bytes) -> Request:
     if encoding not in ("json", "cdr"):
         raise CdprError(f"{topic}: messages in JSON and CDR are heard, not in {shown(encoding)}")
     try:
-        if len(data) > MOST:
-            raise ValueError(f"it is longer than {MOST} bytes")
-        message = json.loads(data) if encoding == "json" else decode(KINDS[topic], data)
+        message = json.loads(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
         if not isinstance(message, dict):
             raise ValueError("an object is expected")
         return KNOWN[topic](message)
     except (ValueError, RecursionError) as error:
         raise CdprError(f"{topic}: {error}") from None
+
+
+def bounded(data: bytes) -> bytes:
+    """Return it. Raises ValueError where it is longer than anybody means: to take it apart would hold up the run."""
+    if len(data) > MOST:
+        raise ValueError(f"it is longer than {MOST} bytes")
+    return data
 
 
 def _target(message: dict[str, Any]) -> Request:
@@ -91,6 +96,11 @@ def _numbers(part: dict[str, Any], name: str, axes: str) -> list[float]:
 
 
 def _number(value: object, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        number = float(value) if known else math.nan  # type: ignore[arg-type]
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
         raise ValueError(f"{name}: a finite number is expected, got {shown(value)}")
-    return float(value)
+    return number

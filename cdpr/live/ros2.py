@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -15,7 +14,7 @@ from itertools import count
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS, request_of
+from cdpr.live.heard import KINDS, bounded, request_of
 from cdpr.live.parameters import PARAMETER_SERVICES
 from cdpr.live.sender import SERVICES, Sender
 from cdpr.log.ros2 import decode, encode
@@ -60,11 +59,10 @@ class Ros2(Sender):
         if not port:
             raise CdprError(f"--live-port: the port of a Zenoh router is expected, mostly {ROUTER}, got 0")
         try:
-            socket.getaddrinfo(host, port)  # Zenoh tries in silence, for ever
-            self._session = zenoh.open(_config(host, port))
-        except (zenoh.ZError, OSError, UnicodeError) as error:
-            raise CdprError(f"--live-host: {host}:{port}: {' '.join(str(error).split())}") from None
-        self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {host}:{port}"
+            self._session = zenoh.open(_config(self.address))
+        except zenoh.ZError as error:
+            raise CdprError(f"--live-host: {self.address}: {' '.join(str(error).split())}") from None
+        self.where = f"ROS 2 node /{NAME} (experimental), domain {domain}, Zenoh router at {self.address}"
         if not self.met:
             self.where += "; none is there yet: ros2 run rmw_zenoh_cpp rmw_zenohd"
         self._node = Node(domain, str(self._session.zid()), NAME)
@@ -118,7 +116,8 @@ class Ros2(Sender):
             with query:
                 try:
                     sequence, _, caller = parse_attachment(query.attachment.to_bytes() if query.attachment else b"")
-                    request = decode(f"{kind}_Request", query.payload.to_bytes() if query.payload else b"")
+                    data = query.payload.to_bytes() if query.payload else b""
+                    request = decode(f"{kind}_Request", bounded(data))
                 except ValueError as error:
                     self.refused(f"/{NAME}/{name}: {error}")
                     query.reply_err(str(error))
@@ -145,9 +144,6 @@ class Ros2(Sender):
             publisher, sender, numbers = self._publishers[k]
             publisher.put(data, attachment=attachment(next(numbers), time.time_ns(), sender))
 
-    def _changed(self) -> None:
-        """Nobody is told: who wants to know asks."""
-
     def _shut(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
 
@@ -158,17 +154,19 @@ def _matching(publisher: zenoh.Publisher) -> bool:
     return bool(getattr(status, "matching", status))
 
 
-def _config(host: str, port: int) -> zenoh.Config:
+def _config(address: str) -> zenoh.Config:
     """Return what rmw_zenoh's sessions have: a peer of this machine that hears of others by a router."""
     config = zenoh.Config()
     for key, value in {
         "mode": "peer",
-        "connect/endpoints": [f"tcp/{host}:{port}"],
+        "connect/endpoints": [f"tcp/{address}"],
         "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,
         "listen/endpoints": ["tcp/127.0.0.1:0"],
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
+        "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
+        "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
         "timestamping/enabled": True,
     }.items():
         config.insert_json5(key, json.dumps(value))

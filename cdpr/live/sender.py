@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-import queue
+import socket
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from time import monotonic
 from typing import Any
 
 import numpy as np
 
-from cdpr.live.drive import Request
+from cdpr.errors import CdprError
 from cdpr.live.messages import Messages
+from cdpr.live.requests import Request, Requests
 from cdpr.log.chunk import nanoseconds
 from cdpr.log.run import Header
 from cdpr.log.topics import Topic
 from cdpr.model.robot import Array
+from cdpr.problems import printable, shown
 
 ANSWERS = 2.0  # s, that who asks for something waits for it
 BACKLOG = 256  # messages that wait for a client; the oldest are dropped
+TOLD = 50  # refusals that are told in a second; of more, how many there were
+MOST_TOLD = 500  # characters of each
 SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
@@ -30,6 +35,8 @@ class Sender(ABC):
         host, port: where others are met.
         say: called with what is refused.
         parameters: names and values of what others may set beside `paused` and `speed`.
+
+    Raises CdprError where no machine has that name.
 
     Attributes:
         where: the address, and who may come there, for people.
@@ -42,13 +49,20 @@ class Sender(ABC):
     def __init__(
         self, host: str, port: int, say: Callable[[str], None], parameters: dict[str, Any] | None = None
     ) -> None:
-        self.host, self.port = host, port
-        self.requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
-        self.parameters = {"paused": False, "speed": 1.0, **(parameters or {})}
+        self.host, self.port = _known(host), port
+        self.requests = Requests()
+        self.parameters: dict[str, Any] = {"paused": False, "speed": 1.0, **(parameters or {})}
         self._say = say
         self._shown: deque[tuple[Array, int]] = deque(maxlen=BACKLOG)
         self._some, self._ended = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
+        self._telling = threading.Lock()
+        self._second, self._refused = monotonic(), 0  # in this second so many
+
+    @property
+    def address(self) -> str:
+        """Where others are met, as URLs have it."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
     def begin(self, header: Header) -> None:
         """Open all topics, and send from now on."""
@@ -62,9 +76,36 @@ class Sender(ABC):
         self._shown.append((row, sample))
         self._some.set()
 
+    def changed(self, parameters: Mapping[str, Any]) -> None:
+        """Take parameters that have other values from now on."""
+        self.parameters = {**self.parameters, **parameters}
+
     def refused(self, text: str) -> None:
+        """Tell who started it, and all others that can be told; where there is much to tell, how much."""
+        more = self._more() if monotonic() - self._second >= 1.0 else 0
+        if more:
+            self._tell(f"{more} more requests were refused")
+        with self._telling:
+            self._refused += 1
+            if self._refused > TOLD:
+                return
+        self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
+
+    def _more(self) -> int:
+        """Begin another second; return how many refusals of the last were not told."""
+        with self._telling:  # never while it is told: who sends has locks of its own
+            more = max(self._refused - TOLD, 0)
+            self._second, self._refused = monotonic(), 0
+        return more
+
+    def _tell(self, text: str) -> None:
         """Tell who started it, and all others that can be told."""
         self._say(text)
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing is heard or sent any more."""
+        return self._ended.is_set()
 
     def close(self) -> None:
         """Send no more, and close all connections."""
@@ -72,42 +113,42 @@ class Sender(ABC):
         self._some.set()
         if self._thread is not None:
             self._thread.join()
+        if more := self._more():
+            self._say(f"{more} more requests were refused")
         self._shut()
 
     def ask(self, request: Request) -> str:
         """Hand a request to the simulation, and return "" or why it was refused."""
-        self.requests.put(request)
-        late = "the simulation does not answer: it is over, or has not begun"
-        return request.answer if request.done.wait(ANSWERS) else late
+        self.requests.put(request, awaited=True)
+        if not request.done.wait(ANSWERS) and request.take():
+            return "the simulation does not answer, and does not do it: it is busy, over, or has not begun"
+        request.done.wait()
+        return request.answer
 
     def call(self, name: str) -> str:
         """Do what a service of `SERVICES` is for, and return "" or why it was refused."""
-        what, values = ("pause", {"paused": False}) if name == "resume" else (name, {})
-        answer = self.ask(Request(what, values))
-        if not answer and what in ("pause", "step"):
-            self.parameters["paused"] = name != "resume"
-            self._changed()
-        return answer
+        return self.ask(Request("pause", {"paused": False}) if name == "resume" else Request(name))
 
     def set(self, name: str, value: Any) -> str:
         """Let a parameter have another value, and return "" or why the simulation does not take it."""
+        request = self.setting(name, value)
+        return request if isinstance(request, str) else self.ask(request)
+
+    def setting(self, name: str, value: Any) -> Request | str:
+        """Return the request that lets a parameter have another value, or, having told, why there is none."""
         wrong = self._wrong(name, value)
         if wrong:
             self.refused(wrong)
             return wrong
-        kinds = {"paused": ("pause", "paused"), "speed": ("speed", "speed")}
-        what, key = kinds.get(name, ("set", "value"))
-        answer = self.ask(Request(what, {key: value} if what != "set" else {"key": name, "value": value}))
-        if not answer:
-            self.parameters[name] = value
-            self._changed()
-        return answer
+        if name == "paused":
+            return Request("pause", {"paused": value})
+        return Request("speed", {"speed": value}) if name == "speed" else Request("set", {"key": name, "value": value})
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:
             return f"{name}: there is no such parameter; there are {', '.join(self.parameters)}"
         if isinstance(value, bool) != (name == "paused") or not isinstance(value, bool | int | float):
-            return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {value!r}"
+            return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {shown(value)}"
         return ""
 
     def _send(self) -> None:
@@ -121,10 +162,6 @@ class Sender(ABC):
                 if any(wanted):
                     time = int(nanoseconds(np.array([sample]), self._step)[0])
                     self._put(time, self._messages.of(row, sample, wanted))
-
-    @abstractmethod
-    def _changed(self) -> None:
-        """Tell others of parameters that changed."""
 
     @abstractmethod
     def _open(self, topics: tuple[Topic, ...]) -> None:
@@ -141,3 +178,16 @@ class Sender(ABC):
     @abstractmethod
     def _shut(self) -> None:
         """Close all connections."""
+
+
+def _known(host: str) -> str:
+    """Return the name or number of a machine, IPv6 without brackets."""
+    name = host.removeprefix("[").removesuffix("]") if host.startswith("[") else host
+    try:
+        socket.getaddrinfo(name or "?", None)  # "" would be any
+    except (OSError, UnicodeError) as error:
+        text = error.strerror if isinstance(error, OSError) else error
+        raise CdprError(
+            f"--live-host: the name or number of a machine, such as 127.0.0.1, is expected, got {shown(host)} ({text})"
+        ) from None
+    return name

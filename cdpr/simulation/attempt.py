@@ -99,8 +99,12 @@ class Attempt:
         assert self.loop is not None
         assert self.recorder is not None
         events, step, motion = self.session.events, self.header.control_step, self.loop.parts.trajectory
-        if _moving(events) != _moving(self.loop.parts.events):
-            motion = redirected(self.scenario.planned, events, step)
+        done, asked = _moving(self.loop.parts.events), _moving(events)
+        if asked != done:
+            more = asked[len(done) :]
+            if asked[: len(done)] != done or _latest(done) > min(event.time for event in more):
+                motion, more = self.scenario.planned, asked
+            motion = redirected(motion, more, step)
         self.loop.revise(events, motion)
         self.parts = self.loop.parts
         self.header = replace(self.header, broken=broken(events, self.header.cables, step))
@@ -290,9 +294,13 @@ class Attempt:
         return Closest(clearance(robot, self.scenario.obstacles), self.header.broken, levels)
 
 
-def _moving(events: Sequence[ScenarioEvent]) -> list[int]:
+def _moving(events: Sequence[ScenarioEvent]) -> list[ScenarioEvent]:
     """Which of the events change the desired motion."""
-    return [id(event) for event in events if type(event).redirect is not ScenarioEvent.redirect]
+    return [event for event in events if type(event).redirect is not ScenarioEvent.redirect]
+
+
+def _latest(events: Sequence[ScenarioEvent]) -> float:
+    return max((event.time for event in events), default=0.0)
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

@@ -22,6 +22,7 @@ from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Kind, Span, overlay, written
 from cdpr.scenario.events.outside import Outside
+from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import plain_value
 
@@ -79,8 +80,9 @@ class Session:
 
         Keys that are None are left out. Raises CdprError, which begins with the `title` of what the user asked for.
         """
-        if len(self.events) >= MAX_EVENTS:
-            raise CdprError(f"{title}: a scenario holds {MAX_EVENTS} events at most, and so many there are")
+        if len(self.events) >= MAX_EVENTS - (kind is not EmergencyStop):
+            kept = "" if kind is EmergencyStop else ", of which the last is kept for a stop"
+            raise CdprError(f"{title}: a scenario holds {MAX_EVENTS} events at most{kept}, and so many there are")
         try:
             data: dict[str, Any] = {key: plain_value(value) for key, value in keys.items() if value is not None}
             data = {"type": kind.kind(), **data, "time": self._time(k)}

@@ -12,8 +12,9 @@ from conftest import ROOT
 import cdpr
 from cdpr.errors import CdprError
 from cdpr.live import drive as live
-from cdpr.live.drive import Request, drive
+from cdpr.live.drive import drive
 from cdpr.live.heard import TARGET, WRENCH, request_of
+from cdpr.live.requests import Request, Requests
 
 FAST = 1e6  # times real time: never waits
 SLICE = 0.01  # s, of the samples at which the link is shown one
@@ -24,7 +25,7 @@ class Script:
     """A link that asks for one thing after another, each once a sample is shown, or a later one: (sample, request)."""
 
     def __init__(self, asked):
-        self.requests = queue.SimpleQueue()
+        self.requests = Requests()
         self.asked, self.samples, self.said = list(asked), [], []
 
     def begin(self, header):
@@ -34,6 +35,9 @@ class Script:
         self.samples.append(sample)
         if self.asked and sample >= self.asked[0][0]:
             self.requests.put(self.asked.pop(0)[1])
+
+    def changed(self, parameters):
+        pass
 
     def refused(self, text):
         self.said.append(text)
@@ -100,14 +104,14 @@ def test_a_wrench_after_a_reset_is_the_first():
     assert run.external[70, :3].tolist() == [0.0, 7.0, 0.0]
 
 
-class Waiting(queue.Queue):
+class Waiting(Requests):
     """Requests that never come: who waits for them lets the clock go on."""
 
     def __init__(self):
         super().__init__()
         self.now = 0.0
 
-    def get(self, block=True, timeout=None):
+    def get(self, timeout=0.0):
         self.now += timeout
         raise queue.Empty
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 import socket
 import subprocess
 import sys
+import threading
 import time
+from contextlib import closing, suppress
 from functools import partial
 
 import live_client
 import numpy as np
 import pytest
 from command_line import cdpr_here
-from live_client import FILE, client
+from live_client import FILE, RUN_TIMEOUT, client
+from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
+from websockets.exceptions import ConnectionClosed
 
 import cdpr
 from cdpr.errors import CdprError
@@ -24,6 +28,7 @@ from cdpr.log.reader import load_run
 foxglove = pytest.importorskip("cdpr.live.foxglove")
 
 POSE = "/cdpr/platform/pose"
+LAST = "/cdpr/desired_path"  # of the topics
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
 UPRIGHT = {"w": 1.0}
 
@@ -48,6 +53,24 @@ def test_what_is_shown_is_what_is_recorded():
             moved = TYPES.deserialize_cdr(data, "tf2_msgs/msg/TFMessage").transforms[0].transform.translation
             assert [moved.x, moved.y, moved.z] == run.position[sample].tolist()
     assert {topic for topic, _, _ in seen.messages} == {POSE, "/tf", "/clock"}
+
+
+@pytest.mark.parametrize("name", ["caroca", "winch", "planar_point_mass"])
+def test_messages_are_those_of_the_log(tmp_path, name):
+    file, out = FILE.with_name(f"{name}.yaml"), tmp_path / "run"
+    with running(0.1, out=str(out), held=True, file=file) as (link, found, _), client(link.port) as seen:
+        seen.until(lambda: LAST in seen.channels.values())
+        topics = set(seen.channels.values())
+        seen.subscribe(*topics)
+        for name, stamp in (("step", 0), ("resume", 10**8)):  # the first sample and the last
+            assert seen.call(f"/cdpr/{name}")["success"]
+            seen.until(lambda stamp=stamp: (LAST, stamp) in {each[:2] for each in seen.messages})
+    with (out / "log.mcap").open("rb") as file:
+        log = {(channel.topic, one.log_time): one.data for _, channel, one in make_reader(file).iter_messages()}
+    both = [(topic, stamp) for topic, stamp, _ in seen.messages if (topic, stamp) in log]  # scenes are logged seldom
+    assert {topic for topic, _ in both} == topics
+    assert all(log.get((topic, stamp), data) == data for topic, stamp, data in seen.messages)
+    assert found["run"].status == "finished"
 
 
 def test_all_topics_of_a_log_are_there():
@@ -100,8 +123,7 @@ BAD = {
 
 
 def test_what_makes_no_sense_is_told_and_changes_nothing():
-    with running(2.5, held=True) as (link, found, said), client(link.port) as seen:
-        assert seen.call("/cdpr/resume")["success"]
+    with running(0.2, held=True) as (link, found, said), client(link.port) as seen:
         for topic, content, _ in BAD.values():
             seen.publish(topic, content)
         seen.publish(WRENCH, b"\0\1", encoding="cdr")
@@ -113,11 +135,11 @@ def test_what_makes_no_sense_is_told_and_changes_nothing():
         assert any(text in each for each in said), (topic, text, said)
     assert "/cdpr/wrench: messages in JSON and CDR are heard, not in 'protobuf'" in said
     assert "/cdpr/wrench: plain CDR is expected" in said
-    assert "speed: a number greater than 0 is expected, got -1.0" in said
+    assert "speed: a number from 0.001 to 1e+06 is expected, got -1.0" in said
     assert "paused: true or false is expected, got 3" in said
     assert "controller.kp: set: value: must be at least 0 (1/s^2), got -5.0" in said
     assert any(each.startswith("mass: there is no such parameter; there are paused, speed, ") for each in said)
-    plain = cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 2.5}))
+    plain = cdpr.simulate(cdpr.load_scenario(FILE, overrides={"simulation.duration": 0.2}))
     assert np.array_equal(found["run"].rows, plain.rows)
 
 
@@ -185,6 +207,50 @@ def test_a_client_that_reads_nothing_does_not_slow_it():
         took = time.monotonic() - begun
     assert found["run"].status == "finished"
     assert took < 5.0
+
+
+def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
+    with closing(foxglove.Foxglove(port=0)) as link, client(link.port) as one, client(link.port) as other:
+        for _ in range(20):
+            one.set("speed", 2.0)  # no simulation has begun: each would wait for an answer
+        begun = time.monotonic()
+        other.say(op="getParameters", parameterNames=["speed"], id="?")
+        other.until(lambda: other.parameters)
+        assert time.monotonic() - begun < 1.0
+        assert other.parameters == {"speed": 1.0}
+
+
+def test_what_clients_garble_is_not_logged(caplog):
+    with closing(foxglove.Foxglove(port=0)) as link, client(link.port) as seen:
+        seen.socket.send(b"\0")
+        seen.say(op="none")
+        seen.say(op="getParameters", parameterNames=["speed"], id="?")
+        seen.until(lambda: seen.parameters)
+    assert [one for one in caplog.records if one.name.startswith("foxglove")] == []
+
+
+@pytest.mark.slow
+def test_a_client_that_sends_without_end_does_not_keep_it_from_ending():
+    over = threading.Event()
+    with client((link := foxglove.Foxglove(port=0)).port) as seen:
+        seen.say(op="advertise", channels=[{"id": 1, "topic": WRENCH, "encoding": "json", "schemaName": "any"}])
+
+        def send():
+            with suppress(ConnectionClosed):
+                while not over.wait(0.0):
+                    seen.socket.send(b"\x01\x01\0\0\0{}")
+
+        sending = threading.Thread(target=send)
+        sending.start()
+        time.sleep(1.0)
+        begun = time.monotonic()
+        closed = threading.Thread(target=link.close)
+        closed.start()
+        closed.join(RUN_TIMEOUT)
+        over.set()
+        sending.join(RUN_TIMEOUT)
+        assert not closed.is_alive()
+        assert time.monotonic() - begun < 0.5 * RUN_TIMEOUT
 
 
 def test_without_a_client_nothing_is_encoded(monkeypatch):

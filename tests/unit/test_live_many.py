@@ -1,11 +1,13 @@
-"""Many pushes: each costs what it costs, however many came before."""
+"""Many pushes and targets: each costs what it costs, however many came before."""
 
 from __future__ import annotations
 
 from collections import Counter
 
-from live_cases import quiet
+from live_cases import quiet, simulated
 
+import cdpr
+from cdpr import trajectory
 from cdpr.scenario.events.loads import Wrench
 
 PUSHES = 30
@@ -28,3 +30,31 @@ def test_a_push_is_not_asked_again_for_each_that_follows(monkeypatch):
             sim.step()
     assert set(asked) == {"swing", "check_steps"}
     assert max(asked.values()) <= ASKED * PUSHES, asked
+
+
+def test_a_target_does_not_make_those_before_it_anew(monkeypatch, tmp_path):
+    made, plain = Counter[str](), trajectory.redirected
+
+    def counted(*words):
+        made["moves"] += 1
+        return plain(*words)
+
+    monkeypatch.setattr(trajectory, "redirected", counted)
+    with quiet() as sim:
+        for i in range(PUSHES):
+            sim.target([1.0, 0.3, 1.5 + 0.001 * (i % 2)], duration=0.02)
+            sim.step()
+        assert made["moves"] == PUSHES
+        sim.save(tmp_path / "session.yaml")
+        assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+
+
+def test_a_target_before_one_that_was_planned_leaves_that():
+    later = {"type": "target", "time": 0.03, "position": [1.0, 0.3, 1.51], "duration": 0.01}
+    soon = {"type": "target", "time": 0.01, "position": [1.0, 0.31, 1.5], "duration": 0.01}
+    with quiet(events=[later]) as sim:
+        sim.step(10)
+        sim.target(soon["position"], duration=0.01)
+        sim.step(100)
+        rows = sim.run().rows
+    assert rows.tobytes() == simulated(soon, later).rows.tobytes()

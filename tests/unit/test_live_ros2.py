@@ -181,6 +181,8 @@ def test_what_makes_no_sense_is_told_and_changes_nothing(port):
             seen.call(pause, attachment=b"x")
         with pytest.raises(ValueError, match="plain CDR is expected"):
             seen.call(pause, b"")
+        with pytest.raises(ValueError, match="it is longer than 65536 bytes"):
+            seen.ask("get_parameters", names=["a" * 40] * 2000)
         seen.trigger("resume")
     for topic, _, _, text in BAD.values():
         assert any(text in each for each in said), (topic, text, said)
@@ -238,7 +240,7 @@ def test_parameters_are_listed_described_and_read(port):
         wanted = ["controller.kp", "paused", "mass"]
         kp, paused, mass = seen.ask("get_parameters", names=wanted).values
         assert (kp.type, kp.double_value) == (3, link.parameters["controller.kp"])
-        assert (paused.type, paused.bool_value, mass.type) == (1, False, 0)
+        assert (paused.type, paused.bool_value, mass.type) == (1, True, 0)  # it is held
         assert list(seen.ask("get_parameter_types", names=wanted).types) == [3, 1, 0]
         described = seen.ask("describe_parameters", names=wanted).descriptors
         assert [(one.name, one.type) for one in described] == [("controller.kp", 3), ("paused", 1), ("mass", 0)]
@@ -333,7 +335,10 @@ def test_from_the_command_line(tmp_path, port):
     ("words", "text"),
     [
         (["--live-port", "0"], "--live-port: the port of a Zenoh router is expected, mostly 7447, got 0"),
-        (["--live-host", "no such host"], "--live-host: no such host:7447: "),
+        (
+            ["--live-host", "no such host"],
+            "--live-host: the name or number of a machine, such as 127.0.0.1, is expected, got 'no such host' (",
+        ),
     ],
 )
 def test_where_no_router_can_be_is_told(words, text):

@@ -1,0 +1,233 @@
+"""What is asked for while a simulation goes on: in its turn, once, and never at the expense of the run."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from contextlib import suppress
+from itertools import pairwise
+
+import pytest
+from live_cases import CAROCA, QUIET, quiet
+from live_client import FILE, RUN_TIMEOUT
+
+import cdpr
+from cdpr.errors import CdprError, Infeasible
+from cdpr.live import sender
+from cdpr.live.drive import Driven, drive
+from cdpr.live.heard import TENSION, WRENCH, request_of
+from cdpr.live.requests import KEPT, Request, Requests
+from cdpr.live.sender import Sender
+from cdpr.simulation import session
+
+FAST = 1e6  # times real time
+OFTEN = 0.01  # s, much shorter than drive.WAITS
+
+
+class Quiet(Sender):
+    """A link that nobody meets."""
+
+    def __init__(self, parameters=None, host="127.0.0.1"):
+        self.said, self.told = [], []
+        super().__init__(host, 7, self.said.append, parameters)
+
+    def show(self, row, sample):
+        self.told.append(sample)
+
+    def _open(self, topics):
+        pass
+
+    def _wanted(self):
+        return []
+
+    def _put(self, time, messages):
+        pass
+
+    def _shut(self):
+        pass
+
+
+def loaded(duration, **overrides):
+    return cdpr.load_scenario(FILE, overrides={"simulation.duration": duration, **overrides})
+
+
+def driven(link, duration=0.3, speed=FAST, rate=60.0, look=lambda done, total: None, **overrides):
+    """Drive to the end, and return the run; `look` is called as progress is."""
+    try:
+        return drive(loaded(duration, **overrides), link, speed=speed, rate=rate, progress=look)
+    finally:
+        link.close()
+
+
+def test_who_asks_without_end_does_not_keep_it_from_looking_up():
+    link, looked, over = Quiet(), [], time.monotonic() + 0.7
+    link.requests.put(Request("pause"))
+
+    def ask():
+        while time.monotonic() < over:
+            link.requests.put(Request("pause"))
+            time.sleep(OFTEN)
+        link.requests.put(Request("pause", {"paused": False}))
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    driven(link, 0.05, look=lambda done, total: looked.append(time.monotonic()))
+    asking.join(RUN_TIMEOUT)
+    assert max(after - before for before, after in pairwise(looked)) < 0.5
+
+
+@pytest.mark.parametrize("values", [{"speed": 0.001, "rate": 60.0}, {"speed": 1.0, "rate": 0.1}])
+def test_it_looks_up_however_slow_it_goes(values):
+    looked = []
+
+    def look(done, total):
+        looked.append(done)
+        if len(looked) == 4:
+            raise cdpr.Interrupted
+
+    begun = time.monotonic()
+    with pytest.raises(cdpr.Interrupted):
+        driven(Quiet(), 20.0, look=look, **values)
+    assert time.monotonic() - begun < 5.0
+
+
+def test_what_is_asked_for_is_done_soon_however_seldom_samples_are_shown():
+    link, push = Quiet(), Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
+    run = driven(link, rate=0.1, look=lambda done, total: link.requests.put(push) if 0 < done < 30 else None)
+    assert run.events[0].time < 0.05
+    assert len(link.told) == 2  # at once, and at the end
+
+
+def test_samples_are_shown_as_often_as_said():
+    for rate, least in ((50.0, 14), (1000.0, 290)):
+        link = Quiet()
+        driven(link, speed=1.0, rate=rate)
+        assert least <= len(set(link.told)) <= 0.3 * rate + 2
+        assert link.told[-1] == 300
+
+
+def test_what_was_given_up_is_never_done(monkeypatch):
+    monkeypatch.setattr(sender, "ANSWERS", OFTEN)
+    link = Quiet()
+    assert "does not do it" in link.call("stop")
+    assert driven(link, 0.05).events == ()
+
+
+def test_of_what_nobody_waits_for_the_newest_wait():
+    waiting = Requests()
+    for k in range(100):
+        waiting.put(Request("wrench", {"k": k}))
+        waiting.put(Request("set", {"key": "a", "k": k}))
+        waiting.put(Request("set", {"key": "b", "k": k}))
+    waiting.put(Request("stop"), awaited=True)
+    found = []
+    with suppress(queue.Empty):
+        while True:
+            found.append(waiting.get())
+    assert len(found) == 3 * KEPT + 1
+    assert {one.values["k"] for one in found[:-1]} == set(range(100 - KEPT, 100))
+
+
+def test_a_stop_is_possible_however_much_was_done(monkeypatch):
+    monkeypatch.setattr(session, "MAX_EVENTS", 4)
+    with quiet() as sim:
+        pushes = [sim.push([k, 0, 0]) for k in range(1, 4)]
+        with pytest.raises(CdprError, match="holds 4 events at most, of which the last is kept for a stop"):
+            sim.push([9, 0, 0])
+        sim.step(3)
+        sim.release(pushes[0])
+        sim.stop()
+        with pytest.raises(CdprError, match="stop: a scenario holds 4 events at most, and so many there are"):
+            sim.stop()
+
+
+def test_a_wrench_that_is_said_again_is_one_event():
+    sim = Driven(cdpr.load_scenario(CAROCA, overrides=QUIET), None, Quiet(), 1.0, 60.0)
+    for force in (5.0, 5.0, 7.0, 7.0, 0.0, 0.0):
+        sim.ask_wrench([force, 0.0, 0.0], [0.0, 0.0, 0.0])
+        sim.step(3)
+    run = sim.run()
+    told = [(event.text[:24], event.time, event.until) for event in run.events if event.kind == "wrench"]
+    assert [part[1:] for part in told] == [(0.0, 0.006), (0.006, 0.012)], told
+    assert run.external[:, 0].tolist()[:13] == [5.0] * 6 + [7.0] * 6 + [0.0]
+
+
+def test_a_run_that_ends_in_a_step_that_was_asked_for_has_ended():
+    link = Quiet()
+    link.requests.put(Request("step", {"steps": 200}))
+    limits = {"events": [{"type": "limits", "time": 0.05, "max": 60.0}]}
+    with pytest.raises(Infeasible) as raised:
+        driven(link, **limits, **{"solver.infeasible": "stop"})
+    assert raised.value.run.status == "infeasible"
+
+
+def test_who_says_the_speed_again_does_not_make_it_faster():
+    link = Quiet()
+    begun = time.monotonic()
+    look = lambda done, total: link.requests.put(Request("speed", {"speed": 1.0}))  # noqa: E731
+    driven(link, speed=1.0, look=look)
+    assert time.monotonic() - begun > 0.25
+
+
+def test_parameters_are_what_they_are():
+    scenario = loaded(0.3)
+    numbers = scenario.options().numbers()
+    link, kp = Quiet(numbers), numbers["controller.kp"]
+    sim = Driven(scenario, None, link, 20.0, 60.0)
+    seen = []
+
+    def look(done, total):
+        seen.append(dict(link.parameters))
+        if len(seen) == 2:
+            link.requests.put(Request("set", {"key": "controller.kp", "value": 2.0 * kp}))
+            link.requests.put(Request("step"))
+            link.requests.put(Request("set", {"key": "controller.kp", "value": -1.0}))
+        if len(seen) == 3:
+            link.requests.put(Request("reset"))
+            link.requests.put(Request("speed", {"speed": 10}))
+            link.requests.put(Request("pause", {"paused": False}))
+
+    sim.drive(look)
+    link.close()
+    told = [(one["paused"], one["speed"], one["controller.kp"]) for one in seen]
+    assert told[:2] == [(False, 20.0, kp)] * 2
+    assert told[2] == (True, 20.0, 2.0 * kp)
+    assert told[3] == (False, 10.0, kp)
+    assert len(link.said) == 1
+    assert link.said[0].startswith("controller.kp: set: value: must be at least 0")
+
+
+@pytest.mark.parametrize(("name", "value"), [("speed", 0.0), ("speed", float("nan")), ("rate", 1e9)])
+def test_a_pace_that_cannot_be_is_told(name, value):
+    with pytest.raises(CdprError, match=f"^{name}: a number from .* is expected, got "):
+        driven(Quiet(), **{name: value})
+
+
+def test_what_is_refused_is_told_on_one_line_and_not_without_end():
+    link = Quiet()
+    link.refused(f"\x1b]0;a\n{'b' * 10**6}")
+    assert link.said[0].startswith("\\x1b]0;a\\nbbb")
+    assert len(link.said[0]) < 600
+    for k in range(1000):
+        link.refused(str(k))
+    link.close()
+    assert len(link.said) == sender.TOLD + 1
+    assert link.said[-1] == f"{1001 - sender.TOLD} more requests were refused"
+
+
+@pytest.mark.parametrize("number", [b"1" + b"0" * 400, b"-1e999", b"1" * 5000, b"Infinity"])
+def test_numbers_beyond_all_bounds_are_told(number):
+    for topic, text in ((WRENCH, b'{"wrench": {"force": {"x": %s}, "torque": {}}}'), (TENSION, b'{"effort": [%s]}')):
+        with pytest.raises(CdprError, match=f"^{topic}: "):
+            request_of(topic, "json", text % number)
+
+
+def test_addresses_are_those_of_urls():
+    assert [Quiet(host=host).address for host in ("127.0.0.1", "::1", "[::1]")] == ["127.0.0.1:7", "[::1]:7", "[::1]:7"]
+
+
+@pytest.mark.parametrize("host", ["", "a b", "x\ny", "256.0.0.1", "127.0.0.1:80", "a" * 300])
+def test_a_host_that_cannot_be_is_told(host):
+    with pytest.raises(CdprError, match=r"^--live-host: the name or number of a machine, .* got '.*"):
+        Quiet(host=host)
