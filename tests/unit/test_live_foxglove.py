@@ -221,7 +221,7 @@ def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
 
 
 def test_the_sdk_is_asked_for_nothing_that_can_lock_it_up():
-    # publish_parameter_values waits, with the interpreter, for the lock of who subscribes and waits for the interpreter.
+    # publish_parameter_values waits, with the interpreter, for the lock of who subscribes and waits for that.
     used = set()
 
     class Watched:
