@@ -112,7 +112,7 @@ class Waiting(Requests):
         self.now = 0.0
 
     def get(self, timeout=0.0):
-        self.now += timeout
+        self.now += max(timeout, 1e-9)  # clocks go on, also where what is left is lost in their rounding
         raise queue.Empty
 
 

@@ -220,6 +220,28 @@ def test_who_sets_what_nobody_takes_yet_holds_nobody_up():
         assert other.parameters == {"speed": 1.0}
 
 
+def test_the_sdk_is_asked_for_nothing_that_can_lock_it_up():
+    # publish_parameter_values waits, with the interpreter, for the lock of who subscribes and waits for that.
+    used = set()
+
+    class Watched:
+        def __init__(self, server):
+            self._server = server
+
+        def __getattr__(self, name):
+            used.add(name)
+            return getattr(self._server, name)
+
+    with running(0.2, held=True) as (link, _, _), client(link.port) as seen:
+        link._server = Watched(link._server)
+        assert seen.call("/cdpr/pause")["success"]
+        seen.set("speed", 2.0)
+        seen.set("mass", 1.0)
+        seen.until(lambda: seen.parameters.get("speed") == 2.0 and seen.statuses)
+    assert "publish_status" in used
+    assert "publish_parameter_values" not in used
+
+
 def test_what_clients_garble_is_not_logged(caplog):
     with closing(foxglove.Foxglove(port=0)) as link, client(link.port) as seen:
         seen.socket.send(b"\0")
