@@ -244,6 +244,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         ("F1 G1 X1 X2", 1, "X stands here twice"),
         ("F1 G0 G1 X1", 1, "G0 and G1 exclude each other"),
         ("F1 G1 X1 R2", 1, "R2 means nothing here; the dialect is linuxcnc"),
+        ("F1 G1 X1 E2", 1, "files for 3D printers, where it is filament, are of reprapfirmware; to pass over it"),
         ("F1 G1 X1 A2", 1, "A2 means nothing here; the dialect is linuxcnc; to pass over it"),
         ("G28", 1, "G28 is not known here, only G0, G1, G2"),
         ("M98 P1", 1, "M98 runs or changes what is not known here"),

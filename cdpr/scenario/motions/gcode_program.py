@@ -234,6 +234,8 @@ class _Reader:
 
     def _way_out(self, name: str) -> str:
         dialect = f"; the dialect is {self.dialect}"
+        if name == "E" and self.dialect == LINUXCNC:
+            dialect += f", and files for 3D printers, where it is filament, are of {REPRAPFIRMWARE}"
         if not re.fullmatch(IGNORABLE, name):
             return dialect
         return f"{dialect}; to pass over it, as if it moved nothing, write ignore: [{name}]"
