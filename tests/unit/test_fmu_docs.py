@@ -43,6 +43,8 @@ def test_the_example_in_fmpy_arrives(tmp_path, monkeypatch, capsys):
     (made,) = re.findall(r"^\$ cdpr (fmu export \S+ -o loop\.fmu .*?) +#", TEXT, re.MULTILINE)
     done = CliRunner().invoke(cli, shlex.split(made.replace("scenarios/", f"{ROOT}/scenarios/")))
     assert done.exit_code == 0, done.output
+    checked = CliRunner().invoke(cli, ["fmu", "check", "loop.fmu", str(ROOT / "scenarios" / "robots" / "planar.yaml")])
+    assert "; nothing of the state goes in: a controller in open loop" in checked.stdout  # it is none for a scenario
     (code,) = re.findall(r"^```python\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
     told: dict = {}
     exec(code, told)
