@@ -301,7 +301,8 @@ class _Reader:
         radius, turns = others.pop("R", None), others.pop("P", 1.0)
         if radius is None and centre == (None, None, None):
             letters = " and ".join(CENTRE[axis] for axis in self.plane[:2])
-            raise LineError(f"an arc needs its centre, {letters}, or its radius R")
+            holds = f"G{self.motion:g} holds until G0 or G1 ends it"
+            raise LineError(f"an arc needs its centre, {letters}, or its radius R; {holds}")
         if radius is not None and centre != (None, None, None):
             raise LineError("an arc has a centre or a radius R, not both")
         if radius is None and not self.centre_relative and None in [centre[axis] for axis in self.plane[:2]]:
