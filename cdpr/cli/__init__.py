@@ -44,11 +44,11 @@ COMMANDS = {
     "study": "Run a scenario with any of its keys varied, on all cores or a cluster.",
     "check": "Check an installed backend, solver or controller against the rules of its role.",
     "bench": "Compare installed tension solvers: coverage, accuracy, jumps, time.",
-    "fmu": "Look at FMUs, map their signals, trust them.",
+    "fmu": "Export FMUs, look at them, map their signals, trust them.",
     "doctor": "Tell what is installed, what works, and what to install for what is missing.",
     "plugins": "List backends, controllers and solvers, and what is wrong with any.",
-    "import": "Read a robot of CASPR, WireX or the thesis's Gazebo plug-in, and write files of ours.",
-    "export": "Convert a run to CSV, NumPy, MATLAB or Parquet.",
+    "import": "Read a robot of CASPR, Gazebo, WireX or MuJoCo, and write files of ours.",
+    "export": "Write a robot for MuJoCo, Gazebo, RViz or ROS 2, or a run as CSV, NumPy, MATLAB or Parquet.",
     "repair": "Make the log of a killed run whole again.",
 }
 

@@ -39,7 +39,7 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Convert a run to CSV, NumPy, MATLAB or Parquet, or a robot to MuJoCo's, Gazebo's or RViz's format.
+    """Write a robot or scenario for MuJoCo, Gazebo, RViz or ROS 2, or a run as CSV, NumPy, MATLAB or Parquet.
 
     A run is its folder or log; a scenario is exported as it begins, a robot at its home.
     """
@@ -70,7 +70,8 @@ def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[s
     from cdpr.log.reader import load_run, locate
 
     if run.endswith((".yaml", ".yml")):
-        raise CdprError(f"{run}: {to} is for runs, and this is a file of a robot or scenario: {', '.join(TARGETS)}")
+        others = ", ".join([*TARGETS, PACKAGE])
+        raise CdprError(f"{run}: {to} is for runs, and this is a file of a robot or scenario: {others}")
     log, _ = locate(run)
     out = out or log.with_name(f"run.{to}")
     loaded = load_run(run)
@@ -86,7 +87,10 @@ def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Pa
 
     loaded = load_told(file, changes)
     if not isinstance(loaded, Scenario):
-        raise CdprError(f"{file}: {PACKAGE} is for scenarios, for a node runs one, and this is a robot")
+        raise CdprError(
+            f"{file}: {PACKAGE} is for scenarios, for a node runs one, and this is a robot: "
+            "'cdpr new scenario --robot FILE' writes one"
+        )
     out = out or Path(f"{loaded.name}_ros2")
     return out, {"files": len(write_ros2(loaded, out))}
 

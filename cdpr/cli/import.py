@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help="Replace files that are there.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(file: str, out: Path, cable_set: str | None, trajectory: str | None, force: bool, as_json: bool) -> None:
-    """Read a robot, and its motions, of CASPR, WireX, MuJoCo or the Gazebo plug-in, and write robot and scenario files.
+    """Read a robot, and its motions, of CASPR, WireX, MuJoCo (MJCF), Gazebo (the plug-in's YAML, or SDF with legs), and
+    write robot and scenario files.
 
     FILE is recognised by its content. Of a folder all that can be read is, and a table tells what could not, and why.
     Every number says where it came from; what was left out stands at the head of the file.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import select
@@ -22,6 +23,11 @@ GRACE = 1.0  # s, that a peer has to end by itself when its input ends
 LOOK = 0.01  # s, between two looks whether what a program started has ended
 SHOWN = 2000  # of what a program said last on stderr, characters
 CHUNK = 65536  # bytes of stderr that are taken at once
+REMEDIES = {
+    errno.EACCES: "'chmod +x' makes a file a program",
+    errno.ENOEXEC: "a script begins with #! and its interpreter, such as #!/usr/bin/perl",
+    errno.ENOENT: "the interpreter behind its #! is not there",
+}
 FULL = 2**20 // CHUNK  # of them fill the largest pipe: more are said meanwhile, perhaps without end
 MOST_PATH = 107  # bytes of the path of a socket
 
@@ -106,6 +112,11 @@ def check_program(path: Path, called: str, sha256: str | None) -> None:
         raise CdprError(f"{called}: {text}: look at it, and if it may run, write sha256: {found}")
 
 
+def _remedy(error: OSError) -> str:
+    """What to do about a program that the system does not start."""
+    return f": {told}" if (told := REMEDIES.get(error.errno or 0)) else ""
+
+
 class Program(Transport):
     """A program that talks through its standard input and output; its stderr is kept for messages.
 
@@ -126,7 +137,7 @@ class Program(Transport):
                 process_group=0,
             )
         except OSError as error:
-            raise CdprError(f"{called}: cannot be started: {error.strerror}") from None
+            raise CdprError(f"{called}: cannot be started: {error.strerror}{_remedy(error)}") from None
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None

@@ -27,6 +27,7 @@ MAX_NODES = 20_000
 # Printable text and the line ends of an editor. U+0085, U+2028 and U+2029 would end a line for YAML alone.
 FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 TAB = re.compile(r"^[^#\n]*?\t", re.MULTILINE)
+XML = re.compile(r"\s*<[?!A-Za-z]")  # not the << of a merge
 SURROGATE = re.compile("[\ud800-\udfff]")
 
 # libyaml, where PyYAML was built with it: 10 times faster.
@@ -65,6 +66,10 @@ def parse(content: bytes | str, source: str, problems: Problems, *, parser: Any 
     """
     composer = _Composer(source, problems)
     try:
+        if XML.match(content if isinstance(content, str) else content.decode("latin-1")):
+            raise _RefusedError(
+                Mark(source, 1, 1), "XML; YAML is expected: 'cdpr import' reads robots of other programs"
+            )
         data = composer.compose(content, parser)
         if not isinstance(data, dict):
             found = "a list" if isinstance(data, list) else shown(data)

@@ -33,7 +33,11 @@ from cdpr.model import rotations
         ),
         (("winch.yaml", "--to", "mjcf"), 2, "MJCF has no winches and no elastic cables, and cable_1, cable_2"),
         (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "MJCF has no swivelling pulleys"),
-        (("robots/caroca.yaml", "--to", "csv"), 2, "csv is for runs, and this is a file of a robot or scenario"),
+        (
+            ("robots/caroca.yaml", "--to", "csv"),
+            2,
+            "csv is for runs, and this is a file of a robot or scenario: mjcf, sdf, urdf, ros2",
+        ),
         (("caroca.yaml", "--to", "ros2", "--force"), 2, "--force is for files"),
         (("robots/carocca.yaml", "--to", "urdf"), 2, "carocca.yaml': did you mean"),
         (("robots", "--to", "urdf"), 2, "urdf is for robots and scenarios, and this is a run"),
@@ -103,6 +107,7 @@ def test_packages_for_ros_2_are_of_scenarios(tmp_path):
     assert "is there already, and is no empty folder" in again.stderr
     robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
     assert "ros2 is for scenarios" in robot.stderr
+    assert "'cdpr new scenario --robot FILE' writes one" in robot.stderr
 
 
 def test_what_is_too_light_for_mujoco_is_told():

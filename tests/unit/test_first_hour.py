@@ -21,6 +21,7 @@ from cdpr.errors import ExitCode
 from cdpr.plugins.registry import OWN_DISTRIBUTION, registry
 from cdpr.scenario import load_any, load_robot, load_scenario
 from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.template import RESTS
 from cdpr.tension.closure import positive_null_vector
 
 ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))
@@ -195,6 +196,23 @@ def test_sizes_as_if_in_millimetres_are_told(here):
 def test_sizes_are_those_of_the_robot_that_is_named(here):
     assert "--mass" in run("new", "scenario", "--robot", "caroca", "--mass", "3", code=ExitCode.BAD_INPUT)
     assert "there is no file" in run("new", "scenario", "--robot", "nowhere.yaml", code=ExitCode.BAD_INPUT)
+
+
+def test_a_scenario_without_a_move_says_so(here):
+    """Four cables hold the weight of a box at home, and nothing against pushes."""
+    run("new", "robot", "r.yaml", "--straight", "--frame", "4,3,2.5", "--platform", "0.4,0.3,0.2")
+    text = (here / "r.yaml").read_text()
+    lower = text.index("- {frame: [-2.0, -1.5, 0.0]")
+    home = "home:\n  position: [0.0, 0.0, 1.0]\n"
+    (here / "four.yaml").write_text(text[:lower] + ("" if "\nhome:" in text[:lower] else home))
+    done = CliRunner().invoke(cli, ["new", "scenario", "s.yaml", "--robot", "four.yaml"])
+    assert done.exit_code == 0
+    assert f"{RESTS} 'cdpr info s.yaml' tells more" in done.stderr
+    told = (here / "s.yaml").read_text()
+    assert told.startswith(f"# {RESTS}")
+    assert "trajectory" not in told
+    run("new", "scenario", "moves.yaml", "--robot", "r.yaml")
+    assert (here / "moves.yaml").read_text().startswith("# A gentle move from home")
 
 
 @pytest.fixture(scope="module")

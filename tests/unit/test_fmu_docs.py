@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 from conftest import ROOT, crossed_box, make_robot
 from fmu_cases import description, signals, variable
 
+from cdpr.cli import cli
 from cdpr.fmu.read.description import read_description
 from cdpr.fmu.read.mapping import map_signals
 from cdpr.fmu.read.options import Signals
 from cdpr.fmu.read.signals import INPUTS, OUTPUTS
 
 TEXT = (ROOT / "docs/fmu.md").read_text()
+SETTLED = 1e-3  # m: a second after the ramp, 10 time constants of 0.1 s, of a lag of 0.05 m
 NEED = {"required": "yes", "optional": "no", "choice": "one"}
 
 
@@ -30,6 +34,22 @@ def test_the_table_of_signals():
                 rows.append(f"| {role} | {words} | `{signal.name}` | {size} | {units} | {NEED[signal.need]} |")
     table = re.search(r"<!-- signals -->\n(.*)<!-- end of signals -->", TEXT, re.DOTALL)[1]
     assert table.splitlines()[2:] == rows
+
+
+def test_the_example_in_fmpy_arrives(tmp_path, monkeypatch, capsys):
+    """With the FMU that a command above it makes."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    (made,) = re.findall(r"^\$ cdpr (fmu export \S+ -o loop\.fmu .*?) +#", TEXT, re.MULTILINE)
+    done = CliRunner().invoke(cli, shlex.split(made.replace("scenarios/", f"{ROOT}/scenarios/")))
+    assert done.exit_code == 0, done.output
+    checked = CliRunner().invoke(cli, ["fmu", "check", "loop.fmu", str(ROOT / "scenarios" / "robots" / "planar.yaml")])
+    assert "; nothing of the state goes in: a controller in open loop" in checked.stdout  # it is none for a scenario
+    (code,) = re.findall(r"^```python\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
+    told: dict = {}
+    exec(code, told)
+    np.testing.assert_allclose(told["found"]["position"][-1], told["desired"]["desired_position"][-1], atol=SETTLED)
+    assert "[" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("example", re.findall(r"^```yaml\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE))

@@ -381,6 +381,10 @@ def test_controllers():
     mapping = map_signals(about(3, rows), ROBOT, role="controller")
     assert list(mapping.inputs.ports) == ["position", "desired_position", "desired_quaternion", "desired_velocity"]
     assert list(mapping.outputs.ports) == ["wrench"]
+    assert not any("state" in notice for notice in mapping.notices)
+    rows = signals(3, {"desired_position": ("input", 3, "m"), "wrench": ("output", 6, None)})
+    (notice,) = (each for each in map_signals(about(3, rows), ROBOT, role="controller").notices if "state" in each)
+    assert notice == "nothing of the state goes in: a controller in open loop, or one with a plant of its own inside"
     rows = signals(3, {"wrench": ("output", 6, None), "command": ("output", 8, "N")})
     refused(about(3, rows), "both wrench and command", role="controller")
     refused(

@@ -229,7 +229,9 @@ def test_what_moves_nothing_is_told_once(folder):
     text = 'M104 S200\nT0\nM117 Printing; G1\nG92 E0\nG10\nG1 X10 E5\nG11\nM106 S255\necho "G1 X5"\nG1 X20 E9\nM84\n'
     scenario = read(folder, text, PRINTER)
     (told,) = [str(warning) for warning in scenario.warnings if "trajectory.file" in str(warning)]
-    assert told.endswith("trajectory.file: passed over, as it moves nothing: E, G10, M84, M104, M106, M117, M118, T")
+    assert told.endswith(
+        "trajectory.file: passed over, as if they moved nothing: E, G10, M84, M104, M106, M117, M118, T"
+    )
     same(points(folder, text, PRINTER), [10, 100, 1200], [20, 100, 1200])
     milled = "G17 G20 G40 G49 G54 G64 G80 G90 G94\nG21\nT1 M6\nM3 S1000\nM8\n" + HEAD + "M66 P0 L2\nM5 M9\nG1 X5\n"
     (told,) = [str(one) for one in read(folder, milled).warnings if "trajectory.file" in str(one)]
@@ -275,6 +277,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         ("F1 G0 G1 X1", 1, "G0 and G1 exclude each other"),
         ("F1 G80 G1 X1", 1, "G1 and G80 exclude each other"),
         ("F1 G1 X1 R2", 1, "R2 means nothing here; the dialect is linuxcnc"),
+        ("F1 G1 X1 E2", 1, "files for 3D printers, where it is filament, are of reprapfirmware; to pass over it"),
         ("F1 G1 X1 A2", 1, "A2 means nothing here; the dialect is linuxcnc; to pass over it"),
         ("G28", 1, "G28 is not known here, only G0, G1, G2"),
         ("M98 P1", 1, "M98 runs or changes what is not known here"),
@@ -285,7 +288,7 @@ def test_a_feed_beyond_the_limits_is_told(folder):
         ("G21 (no end", 1, "a comment in brackets must end in its line"),
         ("G4 P-1\nG0 X1", 1, "G4: a pause between 0 and 1e+06 s is expected, got -1 s"),
         ("G64 P-1\nG0 X1", 1, "P: a tolerance of 0 or more"),
-        ("F1 G2 X1", 1, "an arc needs its centre, I and J, or its radius R"),
+        ("F1 G2 X1 I1\nX0", 2, "an arc needs its centre, I and J, or its radius R; G2 holds until G0 or G1 ends it"),
         ("F1 G18 G2 X1", 1, "an arc needs its centre, K and I, or its radius R"),
         ("F1 G2 X1 I1 R1", 1, "an arc has a centre or a radius R, not both"),
         ("F1 G2 X1 K1 I1", 1, "K1 means nothing here"),
@@ -386,6 +389,7 @@ def test_motions_stay_in_the_guide(folder):
     read(folder, "F100 G1 X100 Z1000\nG18 G2 X0 Z1100 I-50 K50\n", robot=PLANAR)
     (found,) = refused(folder, "F100 G1 X100\nG2 I10\nG1 Y0\n", robot=PLANAR)
     assert found.startswith("a.ngc:3:1: trajectory.file: the robot moves along x, z, ry only")
+    assert found.endswith("; 'axes' turns the file's axes, and 'origin' shifts them")
     (found,) = refused(folder, "F100 G1 X100\nG2 I10\n", robot=PLANAR)
     assert found.startswith("a.ngc:2:1: ")
 

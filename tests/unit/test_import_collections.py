@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from caspr_cases import CABLES, bodies, cable, cables, evaluated, model, numbers
 from command_line import cdpr_here
+from conftest import ROOT
 from plugin_cases import SUCCESSOR, THESIS, wirex
 
 import cdpr
@@ -138,6 +139,11 @@ def test_other_xml_with_a_root_of_links_is_none_of_caspr(tmp_path):
     (tmp_path / "page.xml").write_text("<links><link href='x'/></links>")
     with pytest.raises(CdprError, match="is in no format that is known"):
         import_file(tmp_path / "page.xml")
+
+
+def test_files_of_our_own_need_no_import():
+    with pytest.raises(CdprError, match=r"is in no format that is known.*; our own .* need no import"):
+        import_file(ROOT / "scenarios" / "robots" / "caroca.yaml")
 
 
 def test_points_of_operational_spaces_are_tools_wherever_they_are(tmp_path):

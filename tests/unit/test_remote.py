@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -167,6 +168,24 @@ def test_a_program_runs_only_if_its_checksum_stands_there(tmp_path):
     with pytest.raises(CdprError, match=r"is not trusted to run: look at it, .* write sha256: [0-9a-f]{64}"):
         cdpr.simulate(cdpr.load_scenario(tmp_path / "scenario.yaml"))
     assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "mode", "said"),
+    [
+        ("#!/bin/sh\n", 0o644, "cannot be started: Permission denied: 'chmod +x' makes a file a program"),
+        ("\x7f", 0o755, "cannot be started: Exec format error: a script begins with #!"),
+        ("#!/nowhere/perl\n", 0o755, "the interpreter behind its #! is not there"),
+    ],
+)
+def test_what_cannot_be_started_is_told_with_its_remedy(tmp_path, text, mode, said):
+    peer = tmp_path / "peer"
+    peer.write_text(text)
+    peer.chmod(mode)
+    trusted = hashlib.sha256(peer.read_bytes()).hexdigest()
+    changes = {"controller.program": str(peer), "controller.sha256": trusted}
+    with pytest.raises(CdprError, match=re.escape(said)):
+        cdpr.simulate(cdpr.load_scenario(SCENARIOS / "remote_controller.yaml", overrides=changes))
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,8 @@ def test_quoted_scalars_and_blocks_are_texts(parser, quoted):
         ("? [a]\n: 1\n", "1:3", "a key must be a word"),
         ("~: 1\n", "1:1", "a key is missing"),
         ("a:\n\t- 1\n", "2:1", "tab character"),
+        ("<?xml version='1.0'?>\n<a>\n\t<b/>\n</a>\n", "1:1", "XML; YAML is expected: 'cdpr import' reads robots"),
+        ("\n<mujoco/>\n", "1:1", "XML; YAML is expected"),
         ("a: 1\n\tb: 2\n", "2:1", "tab character"),
         ("a: [1, 2\n", None, "not valid YAML"),
         ("a: b: c\n", "1:5", "not valid YAML"),

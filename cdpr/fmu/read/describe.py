@@ -90,7 +90,7 @@ def check(archive: Archive, robot: Robot | None, role: Role | None, signals: Sig
     for problem in problems:
         yield Check("signals", "failed", problem)
     if not problems:
-        yield Check("signals", "passed", f"as a {role}: {summary(mapping)}")
+        yield Check("signals", "passed", "; ".join([f"as a {role}: {summary(mapping)}", *mapping.notices]))
 
 
 def _standard(archive: Archive) -> Iterator[Check]:

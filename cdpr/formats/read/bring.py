@@ -149,7 +149,8 @@ def _reader(path: Path, content: bytes) -> ModuleType:
     if content.lstrip()[:1] == b"<":
         parse(content, str(path))  # where it is no sound XML, that is what is wrong
     names = ", ".join(each.name for each in FORMATS)
-    raise FormatError(f"{path}: is in no format that is known; there are {names}")
+    ours = "; our own robots and scenarios need no import" if path.suffix in (".yaml", ".yml") else ""
+    raise FormatError(f"{path}: is in no format that is known; there are {names}{ours}")
 
 
 def _files(folder: Path) -> Iterator[Path]:

@@ -109,7 +109,8 @@ class Gcode(Motion):
             away = np.abs(pieces.at(every, share * pieces.length)[0] - guide.home) > tolerances.HELD
             wrong = np.flatnonzero((guide.held[:3] & away).any(axis=1))
             if len(wrong):
-                text = f"{guide.free}; see also {len(wrong) - 1} moves more"
+                more = f", nor do {len(wrong) - 1} moves more stay there" if len(wrong) > 1 else ""
+                text = f"{guide.free}{more}; 'axes' turns the file's axes, and 'origin' shifts them"
                 report.say_of_file(FILE, self.file, int(path.lines[wrong[0]]), 1, text)
                 return
 
@@ -136,7 +137,7 @@ class Gcode(Motion):
     def remarks(self) -> Iterator[tuple[Path, str]]:
         """Yield what is passed over, and feeds that the limits do not allow."""
         if self.program.passed_over:
-            yield FILE, f"passed over, as it moves nothing: {', '.join(self.program.passed_over)}"
+            yield FILE, f"passed over, as if they moved nothing: {', '.join(self.program.passed_over)}"
         feeds = [(step.speed, step.line) for step in self.program.steps if np.isfinite(step.speed)]
         speed, line = max(feeds, default=(0.0, 0), key=lambda feed: feed[0])
         if speed > self.limits.velocity * (1.0 + tolerances.TIME):

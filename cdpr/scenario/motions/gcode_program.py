@@ -235,6 +235,8 @@ class _Reader:
 
     def _way_out(self, name: str) -> str:
         dialect = f"; the dialect is {self.dialect}"
+        if name == "E" and self.dialect == LINUXCNC:
+            dialect += f", and files for 3D printers, where it is filament, are of {REPRAPFIRMWARE}"
         if not re.fullmatch(IGNORABLE, name):
             return dialect
         return f"{dialect}; to pass over it, as if it moved nothing, write ignore: [{name}]"
@@ -300,7 +302,8 @@ class _Reader:
         radius, turns = others.pop("R", None), others.pop("P", 1.0)
         if radius is None and centre == (None, None, None):
             letters = " and ".join(CENTRE[axis] for axis in self.plane[:2])
-            raise LineError(f"an arc needs its centre, {letters}, or its radius R")
+            holds = f"G{self.motion:g} holds until G0 or G1 ends it"
+            raise LineError(f"an arc needs its centre, {letters}, or its radius R; {holds}")
         if radius is not None and centre != (None, None, None):
             raise LineError("an arc has a centre or a radius R, not both")
         if radius is None and not self.centre_relative and None in [centre[axis] for axis in self.plane[:2]]:

@@ -3,6 +3,6 @@
 from cdpr.scenario.template.commented import commented
 from cdpr.scenario.template.new_robot import Sizes, robot_data
 from cdpr.scenario.template.new_scenario import scenario_data
-from cdpr.scenario.template.texts import robot_text, scenario_text
+from cdpr.scenario.template.texts import RESTS, robot_text, scenario_text
 
-__all__ = ["Sizes", "commented", "robot_data", "robot_text", "scenario_data", "scenario_text"]
+__all__ = ["RESTS", "Sizes", "commented", "robot_data", "robot_text", "scenario_data", "scenario_text"]

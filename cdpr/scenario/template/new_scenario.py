@@ -35,7 +35,7 @@ def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry
     duration = max(SHORTEST, math.ceil(math.sqrt(PEAK * length / (GENTLE * 9.81))))
     data["simulation"] = {"backend": defaults.BACKEND, "duration": duration + REST, "control_step": 0.001}
     if robot.home is None:
-        data["initial"] = {"position": [round(float(part), _digits(robot)) for part in home[:3]]}
+        data["initial"] = {"position": [round(float(part), _digits(robot)) + 0.0 for part in home[:3]]}
     if move:
         data["trajectory"] = {"type": Quintic.kind(), "duration": duration, "to": move}
     controller = plugins.get("controller", defaults.CONTROLLER).info.options()

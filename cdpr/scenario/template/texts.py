@@ -16,7 +16,9 @@ from cdpr.scenario.template.commented import commented
 from cdpr.scenario.template.new_robot import Sizes, robot_data
 from cdpr.scenario.template.new_scenario import scenario_data
 
-MOVES = "A gentle move from home, then rest. Written by cdpr new scenario; lengths in m, times in s, angles in rad."
+MOVES = "A gentle move from home, then rest."
+RESTS = "At rest, for no pose near its start was found that cables hold in all degrees of freedom."
+WRITTEN = "Written by cdpr new scenario; lengths in m, times in s, angles in rad."
 
 
 def robot_text(file: str, sizes: Sizes, name: str) -> str:
@@ -40,6 +42,8 @@ def scenario_text(file: str, source: str | None, sizes: Sizes) -> str:
     else:
         made = load_robot(source)
         section = seen_from(os.path.dirname(file), examples.resolve(source, "robot"))
-    text = commented(ScenarioSection, scenario_data(made, section, registry()), registry(), MOVES)
+    data = scenario_data(made, section, registry())
+    head = f"{MOVES if 'trajectory' in data else RESTS} {WRITTEN}"
+    text = commented(ScenarioSection, data, registry(), head)
     load_scenario(file, text=text)  # likewise
     return text
