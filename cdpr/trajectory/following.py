@@ -31,7 +31,7 @@ EXACT, JERK_EXACT = 1e-10, 1e-3
 # Phases shorter than this, s, are left out: the motion moves by less than rounding meanwhile.
 SHORTEST = 1e-11
 
-# A piece of which less is left than this share of the longest one is used up by its corners.
+# A piece of which less is left than this share is used up by its corners.
 USED_UP = 1e-12
 
 # Parts so brief that rounding of their ends' places and speeds, up to this share of them, would make more of the jerk
@@ -153,12 +153,13 @@ def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Cu
     order = np.concatenate([2 * np.arange(count), 2 * corner + 1])
     by_order = np.argsort(order)
     slow = np.minimum(course.speed[:-1], course.speed[1:])
-    length = np.concatenate([course.pieces.length - begin - end, 2.0 * cut[corner]])[by_order]
+    left = course.pieces.length - begin - end
+    length = np.concatenate([left, 2.0 * cut[corner]])[by_order]
     curve = np.concatenate([np.arange(count), count + np.arange(len(corner))])[by_order]
     offset = np.concatenate([begin, np.zeros(len(corner))])[by_order]
     speed = np.concatenate([course.speed, slow[corner]])[by_order]
     # A piece that its corners have used up is none; its chain goes on with the next corner.
-    stays = length > USED_UP * course.pieces.length.max()
+    stays = np.concatenate([left > USED_UP * course.pieces.length, np.full(len(corner), True)])[by_order]
     goes_on = np.concatenate([smooth | (cut > 0.0), [False]])
     new = np.concatenate([[True], ~goes_on[:-1]])[order[by_order] // 2] & (order[by_order] % 2 == 0)
     chain = np.cumsum(new)[stays]
