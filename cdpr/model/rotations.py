@@ -68,7 +68,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 
 
 def matrix(q: Array) -> Array:
-    """Rotation matrix (3, 3) of a unit quaternion (4,)."""
+    """Rotation matrix (3, 3) of a unit quaternion (4,); of columns (4, K) that of each, (3, 3, K)."""
     w, x, y, z = q
     return np.array(
         [
