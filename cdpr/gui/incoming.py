@@ -24,7 +24,7 @@ from cdpr.gui.desk.files import named
 from cdpr.gui.scratch import scratch
 from cdpr.gui.server import Words
 from cdpr.jobs.forks import Surroundings
-from cdpr.log.files import replace
+from cdpr.log.files import unwritable
 from cdpr.problems import shown
 
 MOST_FILES = 100  # that come at once
@@ -134,7 +134,10 @@ class Incoming:
             raise CdprError(f"none of these files has an ending that is known: {', '.join(ENDINGS)}")
         with scratch() as folder:
             for name, content in files.items():
-                replace(folder / name, content)
+                try:
+                    (folder / name).write_bytes(content)  # nobody else reads it, and a longer name may not be one
+                except OSError as error:
+                    raise unwritable(Path(name), error) from error
             return self._apart(reader, {"path": robots[0] if len(robots) == 1 else ".", **given}, folder)
 
     def _apart(self, reader: Reader, asked: dict[str, str], folder: Path | None = None) -> list[Taken]:

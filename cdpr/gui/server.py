@@ -129,7 +129,8 @@ class Server:
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the page, a refusal, or None for a socket that may be opened."""
-        host = request.headers.get("Host", "")
+        hosts = request.headers.get_all("Host")
+        host = hosts[0] if len(hosts) == 1 else ""  # of two, who knows which one was meant
         url = urlsplit(request.path)
         token = parse_qs(url.query).get("token", [""])[0]
         if not self._is_here(host):

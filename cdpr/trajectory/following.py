@@ -31,12 +31,12 @@ EXACT, JERK_EXACT = 1e-10, 1e-3
 # Phases shorter than this, s, are left out: the motion moves by less than rounding meanwhile.
 SHORTEST = 1e-11
 
-# A piece of which less is left than this share of the longest one is used up by its corners.
+# A piece of which less is left than this share is used up by its corners.
 USED_UP = 1e-12
 
-# Parts shorter than this, s, are made of their derivatives at the beginning, of which the fourth moves it by less than
-# rounding: from differences between both ends the jerk would be rounding alone.
-BRIEF = 1e-5
+# Parts so brief that rounding of their ends' places and speeds, up to this share of them, would make more of the jerk
+# than JERK_EXACT have one jerk, from the acceleration at one end to that at the other.
+ROUNDING = 1e-14
 
 SAME = 1e-9  # durations that differ by less of themselves are equal
 
@@ -153,12 +153,13 @@ def _sections(course: Course, smooth: NDArray[np.bool_], cut: Array, rounded: Cu
     order = np.concatenate([2 * np.arange(count), 2 * corner + 1])
     by_order = np.argsort(order)
     slow = np.minimum(course.speed[:-1], course.speed[1:])
-    length = np.concatenate([course.pieces.length - begin - end, 2.0 * cut[corner]])[by_order]
+    left = course.pieces.length - begin - end
+    length = np.concatenate([left, 2.0 * cut[corner]])[by_order]
     curve = np.concatenate([np.arange(count), count + np.arange(len(corner))])[by_order]
     offset = np.concatenate([begin, np.zeros(len(corner))])[by_order]
     speed = np.concatenate([course.speed, slow[corner]])[by_order]
     # A piece that its corners have used up is none; its chain goes on with the next corner.
-    stays = length > USED_UP * course.pieces.length.max()
+    stays = np.concatenate([left > USED_UP * course.pieces.length, np.full(len(corner), True)])[by_order]
     goes_on = np.concatenate([smooth | (cut > 0.0), [False]])
     new = np.concatenate([[True], ~goes_on[:-1]])[order[by_order] // 2] & (order[by_order] % 2 == 0)
     chain = np.cumsum(new)[stays]
@@ -246,32 +247,32 @@ def _table(path: _Path, phases: Array, chain: Indices, times: Array, jerk: float
         step, whole = number - last[which] + many[which], (end - begin)[which] / many[which]
         first, part = begin[which] + whole * step, phases[phase[which]]
         rows[number, 0], rows[number, 1] = times[phase[which]] + first, whole
-        rows[number, 2:20] = _polynomials(path, part, first, whole, section[which])
+        rows[number, 2:20] = _polynomials(path, part, first, whole, section[which], jerk)
         rows[number, 20:38] = 0.0
     return Trajectory(rows)
 
 
-def _polynomials(path: _Path, phases: Array, first: Array, share: Array, section: Indices) -> Array:
+def _polynomials(path: _Path, phases: Array, first: Array, share: Array, section: Indices, jerk: float) -> Array:
     """Return polynomials (K, 18) of durations `share`, which begin at times `first` of phases (K, 5) in sections."""
     curve = path.curve[section]
     way, v0, a0 = _state(phases, first)
     s = phases[:, 1] + way - path.starts[section] + path.offset[section]
     x, d, dd = path.curves.at(curve, s)
     h, v, a = share[:, None], d * v0[:, None], d * a0[:, None] + dd * v0[:, None] ** 2
-    # Straight parts are cubics.
-    plain = (share < BRIEF) | (path.curves.bounds[curve, 1] == 0.0)
-    third = np.zeros_like(x)
-    third[plain] = path.curves.third(curve[plain], s[plain]) * v0[plain, None] ** 3
-    third[plain] += (3.0 * dd * v0[:, None] * a0[:, None] + d * phases[:, 4:])[plain]
     none = np.zeros_like(x)
-    found = np.stack([x, v * h, 0.5 * a * h**2, third * h**3 / 6.0, none, none], axis=2).reshape(-1, 18)
-    bent = np.flatnonzero(~plain)
+    # Straight parts are cubics.
+    found = np.stack([x, v * h, 0.5 * a * h**2, d * phases[:, 4:] * h**3 / 6.0, none, none], axis=2).reshape(-1, 18)
+    bent = np.flatnonzero(path.curves.bounds[curve, 1] > 0.0)
     curve, s, share, v0, a0, phases = curve[bent], s[bent], share[bent], v0[bent], a0[bent], phases[bent]
+    h, x, v, a = h[bent], x[bent], v[bent], a[bent]
     ds = share * (v0 + share * (0.5 * a0 + share * phases[:, 4] / 6.0))
     _, v1, a1 = _state(phases, first[bent] + share)
     _, d1, dd1 = path.curves.at(curve, s + ds)
-    ends = d1 * v1[:, None], d1 * a1[:, None] + dd1 * v1[:, None] ** 2
-    found[bent] = quintic(h[bent], x[bent], path.curves.way(curve, s, ds), v[bent], ends[0], a[bent], ends[1])
+    end = d1 * a1[:, None] + dd1 * v1[:, None] ** 2
+    made = quintic(h, x, path.curves.way(curve, s, ds), v, d1 * v1[:, None], a, end)
+    brief = JERK_EXACT * jerk * share**2 < ROUNDING * v0
+    level = np.stack([x, v * h, 0.5 * a * h**2, (end - a) * h**2 / 6.0, 0.0 * x, 0.0 * x], axis=2).reshape(-1, 18)
+    found[bent] = np.where(brief[:, None], level, made)
     return found
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdpr.model.jit import kernel
 from cdpr.model.kernels import Vector, cross, dot, exponential, multiply, quaternion, rotate, store
 from cdpr.model.robot import Array
@@ -102,6 +105,13 @@ def sample(segments: Array, desired: Array, time: float) -> None:
         store(rotate(q, omega), desired, 10)
         store((ddx, ddy, ddz), desired, 13)
         store(rotate(q, alpha), desired, 16)
+
+
+@kernel
+def sample_each(segments: Array, which: NDArray[np.int64], times: Array, desired: Array) -> None:
+    """Write into each row of `desired` (K, 19) what segment `which` (K,) says at its own one of `times` (K,)."""
+    for k in range(which.shape[0]):
+        sample(segments[which[k] : which[k] + 1], desired[k], times[k])
 
 
 @kernel

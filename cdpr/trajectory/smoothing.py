@@ -69,8 +69,13 @@ def smoothed(course: Course, limits: Limits) -> tuple[Course, NDArray[np.bool_],
     runs = _runs(course, smooth)
     if not len(runs.first):
         return course, smooth & ~course.stop[inner], np.arange(count)
-    curves, owner, run = _curved(course, turn, widths, runs, limits)
-    without = np.bincount(run, minlength=len(runs.first)) == 0
+    curves, owner, run, breaks = _curved(course, turn, widths, runs, limits)
+    beside = np.stack([runs.first - 1, runs.last], axis=1)  # corners before and behind each
+    stops = breaks & ~smooth[np.clip(beside, 0, count - 2)]
+    without = (np.bincount(run, minlength=len(runs.first)) == 0) | (breaks & ~stops).any(axis=1)
+    if stops.any():
+        tolerance[beside[stops]] = 0.0
+        return smoothed(course, limits)
     if without.any():
         # Stop beside what is too short, and if that does not help at all corners.
         within = np.zeros(count, dtype=np.int64)
@@ -158,8 +163,13 @@ def _halves(pieces: Curves, which: Indices, begin: float) -> Curves:
     return lines(*ends)
 
 
-def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Limits) -> tuple[Curves, Indices, Indices]:
-    """Return the curves of all runs, of which line each has its speed, and the run of each."""
+def _curved(
+    course: Course, turn: Array, widths: Array, runs: _Runs, limits: Limits
+) -> tuple[Curves, Indices, Indices, NDArray[np.bool_]]:
+    """Return the curves of all runs, of which line each has its speed, and the run of each.
+
+    And whether each run goes on, at its first and last end, from or into a line that it does not follow, (R, 2).
+    """
     from cdpr.trajectory.spline_kernels import splines
 
     pieces, many = course.pieces, runs.last - runs.first + 1
@@ -173,6 +183,7 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     share[ends] = np.where(runs.goes_on[:, 1], 0.5, 1.0)
     points = np.ascontiguousarray(pieces.at(line, share * pieces.length[line])[0])
     way = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1)])
+    chord = np.stack([way[starts[:-1] + 1], way[ends]], axis=1)
     inner = np.ones(total, dtype=bool)
     inner[starts[:-1]] = inner[ends] = False
     corner = line[inner] - 1
@@ -188,10 +199,10 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     size = MISSES * missing / np.maximum(turns, SMOOTH)
     size[inner] = np.minimum(size[inner], widths[corner])
     size[inner] *= np.where(_in_curves(pieces, corner, turn), WIDER, 1.0)
-    beside = (starts[:-1], 1, way[starts[:-1] + 1], runs.goes_on[:, 0]), (ends, -1, way[ends], runs.goes_on[:, 1])
-    for end, step, chord, on in beside:
-        wanted[end[on]] = size[end[on]] = INNER * chord[on]
-        size[end[on] + step] = np.minimum(size[end[on] + step], OUTER * chord[on])
+    for side, (end, step) in enumerate(((starts[:-1], 1), (ends, -1))):
+        on = runs.goes_on[:, side]
+        wanted[end[on]] = size[end[on]] = INNER * chord[on, side]
+        size[end[on] + step] = np.minimum(size[end[on] + step], OUTER * chord[on, side])
     chords = np.minimum(missing, np.concatenate([missing[1:], [np.inf]]))
     rows, found = np.zeros(len(many) + 1, dtype=np.int64), np.empty((7 * total, 16))
     longest = int(many.max()) + 1
@@ -217,4 +228,19 @@ def _curved(course: Course, turn: Array, widths: Array, runs: _Runs, limits: Lim
     begin = found[:, 2:5], found[:, 5:8], found[:, 8:11]
     curves = cubics(found[:, 1] - found[:, 0], begin, found[:, 11:14], found[:, 15])
     owner = found[:, 14].astype(np.int64) + runs.first[run]
-    return curves, owner, run
+    return curves, owner, run, runs.goes_on & (_reach(found[:, 15], rows) > chord)
+
+
+def _reach(span: Array, rows: Indices) -> Array:
+    """Return how far from the ends of each run the first three control points reach, m, (R, 2).
+
+    Where all three are on one line, direction and curvature at the end are the line's.
+    """
+    reach = np.zeros((len(rows) - 1, 2))
+    some = np.flatnonzero(np.diff(rows))
+    first, last = rows[some], rows[some + 1] - 1
+    more = last > first
+    for side, (end, step) in enumerate(((first, 1), (last, -1))):
+        reach[some, side] = 2.0 * span[end] / 3.0
+        reach[some[more], side] += span[(end + step)[more]] / 3.0
+    return reach

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.errors import CdprError
 from cdpr.model import rotations
@@ -18,9 +19,12 @@ from cdpr.model.robot import Array
 from cdpr.trajectory.knots import quintic
 from cdpr.trajectory.trajectory import COLUMNS, Trajectory
 
+Indices = NDArray[np.int64]
+
 MISSED = 1e-9  # m, below what any engine or comparison here tells apart
 MOST = 4096  # pieces of a segment; they miss by the sixth power of their length, so none has needed a tenth of them
-_LOOKS = np.array([0.25, 0.5, 0.75])  # shares of a piece at which it is looked at
+CHUNK = 16384  # segments that are moved at once: memory
+_LOOKS = (0.25, 0.5, 0.75)  # shares of a piece at which it is looked at
 # Coefficient k of a polynomial of w u + s is w^k times the sum over j of _SHIFT[k, j] s^(j - k) c_j.
 _SHIFT = np.array([[comb(j, k) for j in range(6)] for k in range(6)], dtype=np.float64)
 
@@ -34,53 +38,80 @@ def of_tool(motion: Trajectory, tool: Array) -> Trajectory:
 
     Raises CdprError where the platform turns too wildly to follow.
     """
-    arm = checked(tool, (3,), "tool")
-    found = []
-    for segment in motion.segments:
-        if segment[20:38].reshape(3, 6)[:, 1:].any():
-            found.append(_pieces(segment, arm))
-        else:
-            moved = segment[None].copy()
-            moved[:, 2:20:6] -= rotations.matrix(Trajectory(segment).sample(segment[0])[3:7]) @ arm
-            found.append(moved)
-    return Trajectory(np.concatenate(found))
+    arm, segments = checked(tool, (3,), "tool"), motion.segments
+    return Trajectory(
+        np.concatenate([_moved(segments[row : row + CHUNK], arm) for row in range(0, len(segments), CHUNK)])
+    )
 
 
-def _pieces(segment: Array, arm: Array) -> Array:
-    """The origin's way in a segment in which the platform turns, (K, 42)."""
-    motion, count = Trajectory(segment), 1
-    while count <= MOST:
-        edges = np.linspace(0.0, 1.0, count + 1)
-        x, v, a = _origin(motion, arm, edges)
-        h = np.full((count, 1), segment[1] / count)
-        found = np.empty((count, COLUMNS))
-        found[:, 0], found[:, 1], found[:, 38:] = segment[0] + segment[1] * edges[:-1], h[:, 0], segment[38:]
-        found[:, 2:20] = quintic(h, x[:-1], x[1:] - x[:-1], v[:-1], v[1:], a[:-1], a[1:])
-        found[:, 20:38] = [_part(segment[20:38], low, 1.0 / count) for low in edges[:-1]]
-        looks = (np.arange(count)[:, None] + _LOOKS) / count
-        between = found[:, 2:20].reshape(count, 3, 6) @ _LOOKS ** np.arange(6)[:, None]  # (K, 3, looks)
-        if np.abs(between.transpose(0, 2, 1).reshape(-1, 3) - _origin(motion, arm, looks.ravel())[0]).max() <= MISSED:
-            return found
-        count *= 2
-    raise CdprError(f"trajectory: from {segment[0]:g} s on the platform turns too wildly for a tool to be followed")
+def _moved(segments: Array, arm: Array) -> Array:
+    """Return the origin's way in segments (N, 42), as many or more."""
+    turning = segments[:, 20:38].reshape(-1, 3, 6)[:, :, 1:].any(axis=(1, 2))
+    still, left, count = np.flatnonzero(~turning), np.flatnonzero(turning), 1
+    moved = segments[still]
+    moved[:, 2:20:6] -= _reach(_desired(segments, still, np.zeros(len(still))), arm)
+    found, owner = [moved], [still]
+    while len(left):
+        if count > MOST:
+            begin = segments[left[0], 0]
+            raise CdprError(f"trajectory: from {begin:g} s on the platform turns too wildly for a tool to be followed")
+        pieces, near = _pieces(segments, left, arm, count)
+        found.append(pieces[near].reshape(-1, COLUMNS))
+        owner.append(np.repeat(left[near], count))
+        left, count = left[~near], 2 * count
+    return np.concatenate(found)[np.argsort(np.concatenate(owner), kind="stable")]
+
+
+def _pieces(segments: Array, which: Indices, arm: Array, count: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the origin's way in segments (N,) in which the platform turns, of `count` pieces each, (N, count, 42).
+
+    And whether they are near enough to it, (N,).
+    """
+    edges, many = np.linspace(0.0, 1.0, count + 1), len(which)
+    ends = _origins(segments, np.repeat(which, count + 1), arm, np.tile(edges, many)).reshape(many, count + 1, 3, 3)
+    given = segments[which]
+    found = np.empty((many, count, COLUMNS))
+    found[:, :, 0] = given[:, :1] + given[:, 1:2] * edges[:-1]
+    found[:, :, 1], found[:, :, 38:] = given[:, 1:2] / count, given[:, None, 38:]
+    first, last = ends[:, :-1].reshape(-1, 3, 3), ends[:, 1:].reshape(-1, 3, 3)
+    h = found[:, :, 1].reshape(-1, 1)
+    x, step = first[:, 0], last[:, 0] - first[:, 0]
+    way = quintic(h, x, step, first[:, 1], last[:, 1], first[:, 2], last[:, 2])
+    found[:, :, 2:20] = way.reshape(many, count, 18)
+    for number, low in enumerate(edges[:-1]):
+        found[:, number, 20:38] = _part(given[:, 20:38], low, 1.0 / count)
+    near = np.ones(many * count, dtype=bool)
+    for look in _LOOKS:
+        there = _origins(segments, np.repeat(which, count), arm, np.tile(edges[:-1] + look / count, many))[:, 0]
+        near &= np.abs(way.reshape(-1, 3, 6) @ look ** np.arange(6) - there).max(axis=1) <= MISSED
+    return found, np.asarray(near.reshape(many, count).all(axis=1))
 
 
 def _part(coefficients: Array, low: float, share: float) -> Array:
-    """Coefficients (18,) of three quintics, as they are from a share `low` on, of a `share` of their duration."""
+    """Coefficients (N, 18) of three quintics, as they are from a share `low` on, of a `share` of their duration."""
     k = np.arange(6)
     shift = _SHIFT * low ** np.maximum(k[None] - k[:, None], 0) * (share**k)[:, None]
-    return np.asarray(coefficients.reshape(3, 6) @ shift.T).ravel()
+    return np.asarray(coefficients.reshape(-1, 3, 6) @ shift.T).reshape(-1, 18)
 
 
-def _origin(motion: Trajectory, arm: Array, shares: Array) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration (K, 3) of the platform's origin at shares (K,) of a segment; world axes."""
-    at = np.empty((len(shares), 19))
-    desired = at[0].copy()
-    sample = motion.sampler(desired)
-    for row, share in zip(at, shares.tolist(), strict=True):
-        sample(motion.start + (motion.end - motion.start) * share)
-        row[:] = desired
-    spin, reach = at[:, 10:13], rotations.rotate(at[:, 3:7], arm)
-    turned = rotations.cross(spin, reach)
-    swung = rotations.cross(at[:, 16:], reach) + rotations.cross(spin, turned)
-    return at[:, :3] - reach, at[:, 7:10] - turned, at[:, 13:16] - swung
+def _desired(segments: Array, which: Indices, shares: Array) -> Array:
+    """Samples (K, 19) of segments (K,) at shares (K,) of them."""
+    from cdpr.trajectory.kernels import sample_each
+
+    found = np.empty((len(which), 19))
+    sample_each(segments, which, segments[which, 0] + segments[which, 1] * shares, found)
+    return found
+
+
+def _reach(desired: Array, arm: Array) -> Array:
+    """Where a point (3,) of the platform is from its origin at samples (K, 19), (K, 3), m, world axes."""
+    return rotations.rotate(desired[:, 3:7], arm)
+
+
+def _origins(segments: Array, which: Indices, arm: Array, shares: Array) -> Array:
+    """Position, velocity and acceleration (K, 3, 3) of the platform's origin in segments (K,) at shares; world axes."""
+    at = _desired(segments, which, shares)
+    spin, reach = at[:, 10:13], _reach(at, arm)
+    turned = np.cross(spin, reach)
+    bent = np.cross(at[:, 16:], reach) + np.cross(spin, turned)
+    return np.stack([at[:, :3] - reach, at[:, 7:10] - turned, at[:, 13:16] - bent], axis=1)

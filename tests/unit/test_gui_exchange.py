@@ -343,3 +343,16 @@ def test_long_texts_are_not_shown_and_are_written_all_the_same(monkeypatch, tmp_
     incoming.close()
     with pytest.raises(cdpr.CdprError, match="being closed"):
         incoming.read(reader, path="theirs/crane.yaml")
+
+
+def test_what_makes_no_sense_is_told_in_a_sentence(looker):
+    looker.send(do="export", to="sdf", style=["legs"])
+    assert "style: one of platform, legs is expected, got a list of 1" in failed(looker, "export")
+    looker.send(do="import", path="x" * 5000)
+    assert "name too long" in failed(looker, "import")
+
+
+def test_the_longest_name_that_a_file_may_have(looker):
+    name = "r" * 250 + ".yaml"
+    upload(looker, {name: ROBOT})
+    assert answer(looker, "import")["sources"][0]["source"] == name

@@ -177,6 +177,8 @@ def test_who_is_let_in(window):
     assert status_of(address, Host=f"evil.example:{port}")[0] == 421
     assert status_of(address, Host="[")[0] == 421
     assert status_of(address, Host=f"localhost:{port}")[0] == 200
+    with pytest.raises(InvalidStatus, match="421"), look(window, additional_headers={"Host": "evil.example"}):
+        pass  # it says two of them
     for origin in ("http://evil.example", "null", f"https://127.0.0.1:{port}"):
         with pytest.raises(InvalidStatus, match="403"), look(window, origin=origin):
             pass

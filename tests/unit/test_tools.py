@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from time import process_time
 from xml.etree import ElementTree
 
 import numpy as np
@@ -79,6 +80,18 @@ def test_the_tool_moves_as_the_motion_says(places, arm):
     moved = trajectory.of_tool(wanted, arm)
     assert (moved.start, moved.end) == (wanted.start, pytest.approx(wanted.end))
     check(moved, wanted, arm, np.linspace(-0.1, wanted.end + 0.1, 41))
+
+
+def test_hundreds_of_turns_are_soon_followed(tmp_path):
+    """Each of the thousands of pieces by itself would take a minute."""
+    motion = {"type": "circle", "tool": "nozzle", "duration": 2.0, "center": [0.0, 0.2, 0.7], "turning": True}
+    made = scenario(tmp_path, {**motion, "turns": 400.0})
+    begin = process_time()
+    moved = made.planned
+    assert len(moved.segments) > 20_000
+    assert process_time() - begin < 10.0
+    wanted = made.trajectory.make()
+    check(moved, wanted, np.array(NOZZLE), np.linspace(0.0, 2.0, 101))
 
 
 def test_a_platform_that_does_not_turn_is_an_offset_away():

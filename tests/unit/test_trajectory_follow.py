@@ -315,3 +315,14 @@ def test_limits_of_any_size(limits, tolerance):
     np.testing.assert_allclose(motion.sample(motion.end)[:3], end, atol=1e-9)
     # At 1e-12 m/s speeds change on ways below the rounding of positions, and may so lie in the next section.
     assert_kept(motion, Limits(*limits), 1e-6)
+
+
+@pytest.mark.parametrize("length", [1e-11, 1e-9])
+def test_a_line_that_is_nothing_beside_the_others_is_a_move_of_its_own(length):
+    """Between two stops, where it is the only piece."""
+    points = np.cumsum([[0, 0, 0], [2000.0, 0, 0], [0, length, 0], [-2000.0, 0, 0]], axis=0)
+    for tolerance in (0.0, 0.01):
+        motion = follow(0.0, course(polyline(points), tolerance=tolerance, pause=0.1), LIMITS, UPRIGHT)
+        np.testing.assert_allclose(motion.sample(motion.end)[:3], points[-1], atol=1e-9)
+        pauses = motion.segments[1:, 0] - motion.segments[:-1].T[:2].sum(axis=0)
+        assert (pauses > 0.05).sum() == 2

@@ -11,7 +11,7 @@ from scipy.interpolate import make_lsq_spline
 from test_trajectory_follow import CORNERS, LIMITS, arc, assert_kept, course, jumps, polyline, seeds
 from test_trajectory_paths import UPRIGHT, samples
 
-from cdpr.trajectory import Course, Limits, follow
+from cdpr.trajectory import Course, Limits, follow, together
 from cdpr.trajectory.smoothing import smoothed
 
 # Radius, chord and tolerance, m.
@@ -146,3 +146,29 @@ def test_short_lines_become_splines_that_keep_the_radius():
     assert (np.hypot(*found.T[:2]) > np.hypot(*on_lines.T[:2]))[1:-1].all()
     way = along(follow(0.0, course(polyline(points), tolerance=1e-3), LIMITS, UPRIGHT))
     np.testing.assert_allclose(np.hypot(*way.T[:2]), 0.1, atol=4e-5)
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-7, 3e-6, 6e-6, 1e-4])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_line_too_short_for_a_curve_to_begin_on_it_is_met_without_a_kink(length, reverse):
+    """Between an arc and lines that are rounded: its half, at which the curve begins, may be shorter than any span."""
+    points = np.cumsum([[0.01, 0, 0], [0, length, 0], [-0.01, 0.01, 0], [0, 0.02, 0]], axis=0)
+    pieces = [arc(0.01, np.pi, center=(0.02, 0, 0), clockwise=True), polyline(points)]
+    if reverse:
+        pieces = [polyline(points[::-1]), arc(0.01, np.pi, clockwise=True)]
+    limits = Limits(0.02, 5.0, 20000.0)
+    motion = follow(0.0, course(together(pieces), tolerance=1e-3), limits, UPRIGHT)
+    assert_kept(motion, limits)
+    assert jumps(motion).max() <= 1e-6 * limits.acceleration
+
+
+def test_a_corner_of_microseconds_ends_with_the_acceleration_with_which_the_line_begins():
+    """It is as small as its speed lets it, and its curvature changes all the way."""
+    limits, begin = Limits(0.139, 3.5, 16000.0), np.array([0.007, 0.0, 0.0])
+    turned = np.array([0.007 * np.cos(0.036), 0.007 * np.sin(0.036), 0.0])
+    line = polyline([turned, turned + 0.02 * np.array([-np.sin(0.036), np.cos(0.036), 0.0])])
+    before = polyline([begin - [0, 0.02, 0], begin])
+    motion = follow(0.0, course(together([before, arc(0.007, 0.036), line]), 0.0158, tolerance=2e-3), limits, UPRIGHT)
+    assert motion.segments[:, 1].min() < 1e-5
+    assert_kept(motion, limits)
+    assert jumps(motion).max() <= 1e-6 * limits.acceleration

@@ -58,7 +58,7 @@ def import_any(
     Raises CdprError as `import_file`, and for a folder that holds nothing to read.
     """
     folder = Path(path)
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # of names that cannot be, too: reading tells what is wrong with them
         return [import_file(path, cable_set=cable_set, trajectory=trajectory)]
     if trajectory is not None:
         raise CdprError(f"{path}: is a folder, and a trajectory belongs to one robot: name its file")

@@ -15,6 +15,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
 from cdpr.nearest import did_you_mean
+from cdpr.problems import shown
 
 PLATFORM = "#4878a8"  # where a robot names no colour
 FRAME = "#808080"
@@ -81,8 +82,8 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
         raise FormatError(f"to: {to!r} is no format: {did_you_mean(to, TARGETS)}there are {', '.join(TARGETS)}")
     given = options or Options()
     for name, known in CHOICES.items():
-        if (value := getattr(given, name)) not in known:
-            raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {value!r}")
+        if (value := getattr(given, name)) not in list(known):
+            raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {shown(value)}")
     text: str = import_module(TARGETS[to].module).write(subject, given)
     return text
 
