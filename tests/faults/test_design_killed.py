@@ -21,7 +21,10 @@ def lines(out):
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+GENTLE = [pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGINT, signal.SIGTERM)]
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, *GENTLE])
 def test_a_killed_design_goes_on(how, tmp_path):
     path, count = write_design(tmp_path, optimizer="evaluations: 400, seed: 5"), 400
     cdpr_here("design", path, "--out", tmp_path / "whole", "--jobs", "1", "--no-report")

@@ -366,6 +366,7 @@ def test_not_more_faults_are_told_than_anyone_reads(folder):
     assert len(refused(folder, "G28\n" * 5000)) <= 10
 
 
+@pytest.mark.slow
 def test_so_many_moves_are_too_many(folder):
     many = "F100\n" + "G1 X1\nX2\n" * (MAX_MOVES // 2)
     read(folder, many + "M2\n")

@@ -146,10 +146,12 @@ def no_objects(tmp_path_factory):
     return cache
 
 
+FEW = ("reference", "mujoco")  # the others are slow ones
 BACKENDS = [name for name in ("reference", "mujoco", "bullet", "dart") if not registry().get("backend", name).missing]
+RUNS = [pytest.param("caroca", name, marks=() if name in FEW else pytest.mark.slow) for name in BACKENDS]
 
 
-@pytest.mark.parametrize(("scenario", "backend"), [*(("caroca", name) for name in BACKENDS), ("winch", "reference")])
+@pytest.mark.parametrize(("scenario", "backend"), [*RUNS, ("winch", "reference")])
 def test_a_run_needs_no_numba_and_logs_the_same(no_objects, tmp_path, scenario, backend):
     words = ["run", f"scenarios/{scenario}.yaml", "--backend", backend, "--set", "simulation.duration=0.01"]
     code = "from cdpr.cli import cli; cli.main({!r}, standalone_mode=False)"

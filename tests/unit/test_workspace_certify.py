@@ -59,7 +59,16 @@ def contradicted(found, robot, positions, proved):
 
 
 @pytest.mark.parametrize(
-    "name", ["cogiro", "caroca", "ipanema_1", "planar", "point_mass", "planar_point_mass", "seven"]
+    "name",
+    [
+        "cogiro",
+        pytest.param("caroca", marks=pytest.mark.slow),
+        "ipanema_1",
+        "planar",
+        "point_mass",
+        "planar_point_mass",
+        "seven",
+    ],
 )
 def test_nothing_is_proved_that_is_not_so(name):
     found, robot = certified(name)
@@ -78,6 +87,7 @@ def test_wrenches_at_all_corners_and_accelerations():
         assert contradicted(found, robot, *samples(found, 20_000)) == 0
 
 
+@pytest.mark.slow
 def test_more_is_not_inside_than_with_less_required():
     some, _ = certified("cogiro", "static")
     more, _ = certified("cogiro", "wrench-feasible", required=BOX)
@@ -87,6 +97,7 @@ def test_more_is_not_inside_than_with_less_required():
     assert more.volume < grid.volume < more.volume + more.proofs.shares()["undecided"] * whole
 
 
+@pytest.mark.slow
 def test_clearances_are_kept_throughout_boxes():
     found, robot = certified("cogiro", "ifcow", diameter=0.3)
     positions, proved = samples(found, 20_000)
@@ -95,7 +106,7 @@ def test_clearances_are_kept_throughout_boxes():
     assert np.array_equal(value > 0.0, proved == INSIDE)
 
 
-@pytest.mark.parametrize("over", ["all", "any"])
+@pytest.mark.parametrize("over", [pytest.param("all", marks=pytest.mark.slow), "any"])
 def test_several_attitudes(over):
     robot = robot_of("cogiro")
     turned = np.array([[1.0, 0, 0, 0], [np.cos(0.1), 0, 0, np.sin(0.1)]])

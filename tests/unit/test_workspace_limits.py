@@ -84,6 +84,7 @@ def test_what_lies_in_the_range_of_a_matrix_without_rank_is_feasible():
     assert not across.inside.any()
 
 
+@pytest.mark.slow
 def test_payload_in_a_plane_without_rank():
     """Four cables of a point in a plane: there are masses that they carry, and more than they can."""
     robot = flat()
