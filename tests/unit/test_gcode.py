@@ -118,14 +118,21 @@ def test_feeds_are_per_minute_and_g0_is_as_the_dialect_says(folder):
 
 
 def test_pauses_have_the_units_of_the_dialect(folder):
-    for text, keys, seconds in [("G4 P2", "", 2.0), ("G4 P250", PRINTER, 0.25), ("G4 S2", PRINTER, 2.0)]:
+    printer = [("G4 P250", 0.25), ("G4 S2", 2.0), ("G4 P250 S2", 2.0)]
+    for text, keys, seconds in [("G4 P2", "", 2.0), *((text, PRINTER, seconds) for text, seconds in printer)]:
         with_it = read(folder, f"F6000\nG1 X100\n{text}\nG1 X200\n", keys).planned.end
-        without = read(folder, "F6000\nG1 X100\nG4 P0\nG1 X200\n", keys).planned.end
+        none = "M400" if keys else "G4 P0"  # stops, and goes on
+        without = read(folder, f"F6000\nG1 X100\n{none}\nG1 X200\n", keys).planned.end
         assert with_it - without == pytest.approx(seconds)
         twice = read(folder, f"F6000\nG1 X100\n{text}\n{text}\nG1 X200\n", keys).planned.end
         assert twice - without == pytest.approx(2 * seconds)
         at_first = read(folder, f"{text}\nF6000\nG1 X100\n", keys).planned
         assert at_first.start == pytest.approx(seconds)
+    straight = read(folder, "F6000\nG1 X200\n", PRINTER).planned.end
+    for nothing in ("G4", "G4 P0", "G4 S-1", "G4 P5 S0"):  # as slicers write it
+        told = read(folder, f"F6000\nG1 X100\n{nothing} ; wait\nG1 X200\n", PRINTER)
+        assert told.planned.end == pytest.approx(straight)
+        assert any("moved nothing: G4" in str(one) for one in told.warnings)
 
 
 def test_where_the_coordinates_lie(folder):
@@ -244,6 +251,14 @@ def test_the_end_ends(folder):
 
 
 def test_what_is_to_be_ignored(folder):
+    post = "G43 Z1010 H1\nG41 D2 G1 X5\nG55 X6\nG28 Z0\n"
+    same(
+        points(folder, HEAD + post, ", ignore: [G28, G41, G43, G55]"),
+        [0, 0, 1000],
+        [0, 0, 1010],
+        [5, 0, 1010],
+        [6, 0, 1010],
+    )
     same(points(folder, "G28 X Y\nG1 X5 A3\nM98 P5\n", PRINTER + ", ignore: [G28, A, M98]"), [5, 100, 1200])
 
 

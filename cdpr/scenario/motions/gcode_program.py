@@ -36,6 +36,8 @@ IDLE = {
     LINUXCNC: {40.0, 49.0, 50.0, 54.0, 69.0, 80.0, 97.0, 98.0, 99.0},
     REPRAPFIRMWARE: {10.0, 11.0, 40.0, 54.0, 80.0, 94.0},
 }
+# G words beside which coordinates are a move as without them: ignored, they go alone, and others with their line.
+BESIDE = {LINUXCNC: {41.0, 42.0, 43.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3}, REPRAPFIRMWARE: set[float]()}
 OFFSETS = {10.0, 11.0}  # retraction, or the settings of a tool, of which its place is one
 KNOWN = {
     LINUXCNC: {0.0, 1.0, 2.0, 3.0, 4.0, 17.0, 18.0, 19.0, 20.0, 21.0, 53.0, 61.0, 61.1, 64.0, 90.0, 90.1, 91.0, 91.1}
@@ -203,7 +205,8 @@ class _Reader:
         for word in words:
             if word.letter == "G" and word.name in self.ignore:
                 self.passed_over.add(word.name)
-                return None, {}, []
+                if word.value not in BESIDE[self.dialect]:
+                    return None, {}, []
         for k, word in enumerate(words):
             letter, value = word
             if letter == "M" and self.dialect == REPRAPFIRMWARE:
@@ -214,6 +217,8 @@ class _Reader:
                 continue
             if letter in self.ignore:
                 self.passed_over.add(letter)
+                continue
+            if letter == "G" and word.name in self.ignore:
                 continue
             if value is None:
                 raise LineError(f"{letter}: a number is expected after it")
@@ -282,17 +287,18 @@ class _Reader:
                 others.pop("Q")
 
     def _pause(self, number: int, others: dict[str, float]) -> None:
-        """A dwell: RepRapFirmware's P is in ms and its S in s, LinuxCNC's P in s."""
-        self.moves += 1
-        fine = self.dialect == REPRAPFIRMWARE
-        if "P" in others:
-            pause = others.pop("P") * (1e-3 if fine else 1.0)
-        elif "S" in others and fine:
-            pause = others.pop("S")
+        """A dwell: LinuxCNC's P is in s. RepRapFirmware's S is in s, else its P in ms; without time it does nothing."""
+        if self.dialect == REPRAPFIRMWARE:
+            milliseconds = others.pop("P", 0.0)
+            pause = others.pop("S", 1e-3 * milliseconds)
+            if pause <= 0.0:
+                self.passed_over.add("G4")
+                return
+        elif "P" in others:
+            pause = others.pop("P")
         else:
-            raise LineError(
-                "G4: how long is expected, P in ms or S in s" if fine else "G4: P, how long in s, is expected"
-            )
+            raise LineError("G4: P, how long in s, is expected")
+        self.moves += 1
         if not 0.0 <= pause <= MAX_PAUSE:
             raise LineError(f"G4: a pause between 0 and {MAX_PAUSE:g} s is expected, got {pause:g} s")
         self.steps.append(Step(number, "stop", pause=pause))
