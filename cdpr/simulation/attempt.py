@@ -173,7 +173,9 @@ class Attempt:
         if self.run is None:
             self.run, error = self._finished(error)
         if self.folder is not None and not len(self.run.rows) and isinstance(error, CdprError):
-            self.folder.withdraw(LOG_NAME, SESSION_NAME)  # nothing is computed: the same command may be given again, mended
+            self.folder.withdraw(
+                LOG_NAME, SESSION_NAME
+            )  # nothing is computed: the same command may be given again, mended
             self.folder, self.run = None, replace(self.run, folder=None)
         if self.folder is not None:
             try:

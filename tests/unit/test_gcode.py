@@ -251,6 +251,7 @@ def test_the_end_ends(folder):
 
 
 def test_what_is_to_be_ignored(folder):
+    same(points(folder, HEAD + "G92 A0\nG1 X5 A3\n", ", ignore: [A]"), [0, 0, 1000], [5, 0, 1000])
     post = "G43 Z1010 H1\nG41 D2 G1 X5\nG55 X6\nG28 Z0\n"
     same(
         points(folder, HEAD + post, ", ignore: [G28, G41, G43, G55]"),

@@ -181,7 +181,8 @@ class _Reader:
             self._pause(number, others)
         for code in (92.0, 92.1, 92.2, 92.3):
             if code in codes:
-                if code == 92.0 and self.dialect == LINUXCNC and not others.keys() & set(AXES):
+                known = others.keys() & set(AXES) or any(word.letter in self.ignore for word in words)
+                if code == 92.0 and self.dialect == LINUXCNC and not known:
                     raise LineError("G92: where the motion is to be, X, Y or Z, is expected")
                 kind = {92.0: "offset", 92.1: "forget", 92.2: "suspend", 92.3: "recall"}[code]
                 target = self._triple(others, AXES) if code == 92.0 else (None, None, None)
