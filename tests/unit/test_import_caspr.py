@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from caspr_cases import CABLES, CENTRE, INERTIA, JOINTS, bodies, cable, cables, evaluated, model, numbers
@@ -43,6 +45,14 @@ def test_every_joint_is_what_it_is_there(tmp_path, joint, reference):
     assert np.allclose(robot.platform.center_of_mass, CENTRE)
     assert robot.tension_min.tolist() == [1.5] * len(CABLES)
     assert robot.tension_max.tolist() == [800.0] * len(CABLES)
+
+
+@pytest.mark.parametrize("said", ["", 'q_initial=" "'])
+def test_a_joint_without_first_coordinates_begins_at_zero(tmp_path, said):
+    """As CASPR's joints do."""
+    text = re.sub('q_initial="[^"]*"', said, bodies())
+    robot = cdpr.load_robot(write(import_file(model(tmp_path, bodies_=text)), tmp_path / "out", force=False)[0])
+    assert robot.home.tolist() == [0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0]
 
 
 def test_inertia_about_the_joint_is_moved_to_the_centre_of_mass(tmp_path):

@@ -15,15 +15,20 @@ from cdpr.formats.read.bring import write
 from cdpr.formats.read.caspr_joints import KINDS, Joint
 from cdpr.model import rotations
 
+AVERAGE = "cubic_spline_average_velocity_trajectory"
 STEP = 1e-5  # s, of central differences
 CLOSE = 2e-6  # of rates so found
 SPLINES = {
     "linear_spline_trajectory": (),
     "cubic_spline_trajectory": ("q_dot",),
     "quintic_spline_trajectory": ("q_dot", "q_ddot"),
-    "cubic_spline_average_velocity_trajectory": ("q_dot",),
+    AVERAGE: ("q_dot",),
     "parabolic_blend_trajectory": (),
 }
+
+
+def turns(joint):
+    return sum(name.startswith("r") for name in JOINTS[joint])
 
 
 class Sample(NamedTuple):
@@ -66,6 +71,8 @@ def at(scenario, time):
 def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
     rng = np.random.default_rng(5)
     q = rng.uniform(-0.3, 0.3, (3, len(JOINTS[joint])))
+    if kind == AVERAGE and turns(joint) == 3:  # as it takes none that turn on
+        q[:, -3:] = q[0, -3:]
     times = [0.0, 2.0, 3.5]
     scenario, _ = imported(tmp_path, joint, trajectory(kind, times, q))
     assert scenario.simulation.duration == 3.5
@@ -119,8 +126,7 @@ def test_turning_is_the_derivative_of_the_attitude(name):
 
 def test_cubics_of_average_velocity_pass_at_the_mean_of_both_slopes(tmp_path):
     q = np.array([[0.0], [1.0], [4.0]])
-    kind = "cubic_spline_average_velocity_trajectory"
-    scenario, _ = imported(tmp_path, "P_X", trajectory(kind, [0.0, 2.0, 3.0], q))
+    scenario, _ = imported(tmp_path, "P_X", trajectory(AVERAGE, [0.0, 2.0, 3.0], q))
     assert at(scenario, 2.0).velocity[0] == pytest.approx(0.5 * (1.0 / 2.0 + 3.0 / 1.0))
 
 
@@ -179,7 +185,11 @@ def test_files_of_trajectories(tmp_path):
         (('blend_time_default="0.3"', 'blend_time_default="2"'), "blend_time: 2 s twice is longer"),
         (('blend_time_default="0.3"', 'blend_time_default="-1"'), "blend_time: at least 0 s is expected, got -1"),
         ((' time_definition="absolute"', ""), "has no attribute 'time_definition'"),
-        (("joint_trajectories", "operational_trajectories"), "is of operational space"),
+        (
+            ("joint_trajectories", "operational_trajectories"),
+            "<parabolic_blend_trajectory> is none of operational space, where CASPR itself has "
+            "linear_spline_trajectory and quintic_spline_trajectory alone",
+        ),
     ],
 )
 def test_motions_that_cannot_be_are_left_out(tmp_path, change, said):
@@ -277,6 +287,24 @@ def test_rates_of_three_angles_are_refused(tmp_path):
     text = trajectory("quintic_spline_trajectory", [0.0, 1.0], q, rates=[[0.0] * 5 + [0.1], [0.0] * 6])
     taken = import_file(model(tmp_path, trajectories=text))
     assert [each for each in taken.left_out if "three angles have rates that are not 0" in each]
+
+
+def test_three_angles_that_turn_on_at_the_mean_of_both_slopes_are_refused(tmp_path):
+    """CASPR takes from a point what its kind asks for, and of three angles only rests, such as these means are not."""
+    q = np.zeros((3, 6))
+    q[1:, 5] = 0.1, 0.3
+    taken = import_file(model(tmp_path, trajectories=trajectory(AVERAGE, [0.0, 1.0, 2.0], q)))
+    assert [each for each in taken.left_out if "three angles have rates that are not 0" in each]
+
+
+@pytest.mark.parametrize("kind", ["linear_spline_trajectory", "parabolic_blend_trajectory"])
+def test_rates_that_a_kind_does_not_ask_for_are_nothing(tmp_path, kind):
+    q = np.zeros((2, 6))
+    q[1] = 0.1
+    text = trajectory(kind, [0.0, 1.0], q).replace("</q>", "</q><q_dot>0 0 0 0 0 9</q_dot>")
+    plain, _ = imported(tmp_path, "SPATIAL_EULER_XYZ", trajectory(kind, [0.0, 1.0], q))
+    said, _ = imported(tmp_path, "SPATIAL_EULER_XYZ", text)
+    assert said.desired.sample(0.77).tolist() == plain.desired.sample(0.77).tolist()
 
 
 def test_the_same_bytes_wherever_the_files_are(tmp_path):

@@ -81,7 +81,7 @@ OTHERS = [
     Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),
     Other("contact", "cdpr.formats.read.mjcf_text", "an element of MJCF"),
     Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
-    Other("point", "cdpr.formats.read.caspr_motions", "an element of CASPR"),
+    Other("point", "cdpr.formats.read.caspr_splines", "an element of CASPR"),
     Other("point", "cdpr.workspace", "a function"),
     Other("point", "cdpr.workspace.required", "the name of its argument"),
     Other("ideal", "cdpr.model.robot", "the constant for a robot that names no cable model, below the table"),

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from cdpr.errors import CdprError
-from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions
+from cdpr.formats.read import caspr_cables, caspr_joints, caspr_motions, caspr_spaces
 from cdpr.formats.read.choice import Choice
-from cdpr.formats.read.imported import Imported, apart, slug, unique
+from cdpr.formats.read.imported import Imported, slug
 from cdpr.formats.read.inertia import about_centre, filled
 from cdpr.formats.read.xml import Element, parse, root_of
 from cdpr.scenario.files import UnreadableError
@@ -118,30 +118,18 @@ def _model(
     for word in ("q_min", "q_max"):
         if word in link.child("joint").attributes:
             found.left_out.append(f"{_at(link.child('joint'))}: {word}: our robots have no limits of joints")
+    own = caspr_spaces.spaces(  # in older files beside the links
+        [root for root in (bodies, spaces) if root is not None], link, [row["name"] for row in rows]
+    )
+    found.left_out += own.left_out
+    if own.tools:
+        platform["tools"] = own.tools
+        found.comments["platform", "tools"] = f"m from the joint; offsets of {own.line}"
     if motions is not None:
-        found.motions, skipped = caspr_motions.motions(motions, joint)
+        found.motions, skipped, taken = caspr_motions.motions(motions, joint, own)
         found.left_out += skipped
-    _tools(found, [root for root in (bodies, spaces) if root is not None], link)  # in older files beside the links
+        found.warnings += taken
     return found
-
-
-def _tools(found: Imported, roots: list[Element], link: Element) -> None:
-    """Let points of operational spaces be tools; attitudes are the platform's, and nothing is to be told of them."""
-    sets = (each for root in roots for each in root.everywhere() if each.name == "operational_set")
-    markers = [marker for each in sets for marker in each.children if marker.find("offset") is not None]
-    names = unique([slug(marker.attributes.get("name", ""), "tool") for marker in markers])
-    tools: dict[str, list[float]] = {}
-    for name, marker in zip(names, markers, strict=True):
-        on = marker.child("link").text.strip()
-        if on == link.attribute("num"):
-            tools[name] = list(marker.child("offset").vector(3))
-        else:
-            found.left_out.append(
-                f"{_at(marker)}: operational space '{name}': a point of link {on}, not the platform's"
-            )
-    if tools:
-        found.robot["platform"]["tools"] = apart(tools, [cable["name"] for cable in found.robot["cables"]])
-        found.comments["platform", "tools"] = f"m from the joint; offsets of {_at(markers[0])}"
 
 
 def _only_link(bodies: Element) -> Element:

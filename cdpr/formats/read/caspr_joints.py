@@ -123,7 +123,8 @@ def joint(link: Element) -> Joint:
         raise parent.wrong(f"the parent is link {number:g}; the world, 0, is expected of a single body")
     x, y, z = parent.child("location").vector(3)
     dof = KINDS[type_]
-    initial = element.attribute_vector("q_initial", len(dof))
+    said = element.attributes.get("q_initial", "").strip()
+    initial = element.attribute_vector("q_initial", len(dof)) if said else [0.0] * len(dof)
     return Joint(type_, dof, (x, y, z), tuple(initial))
 
 

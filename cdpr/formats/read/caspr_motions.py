@@ -1,14 +1,15 @@
-"""Trajectories of CASPR in joint space, as motions of the platform.
+"""Trajectories of CASPR, as motions of the platform.
 
 Times are from the start (`absolute`) or from the point before (`relative`); coordinates always are absolute. Between
-two attitudes with three angles CASPR goes the shortest way, R_s exp(s(t) log(R_s^T R_e)), at rest at both: so do
+two attitudes with three angles CASPR's joints go the shortest way, R_s exp(s(t) log(R_s^T R_e)), at rest at both: so do
 waypoints, so that quintic splines are these, with all their derivatives. All others are evaluated at their own time
 step into a table, and so are turns about one axis by more than half a turn, where the shortest way is another.
+
+In operational space each coordinate has a curve of its own, angles too: a point of the platform moves, a tool of ours.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ import numpy as np
 
 from cdpr.errors import CdprError
 from cdpr.formats.read.caspr_joints import Joint
+from cdpr.formats.read.caspr_spaces import Spaces
+from cdpr.formats.read.caspr_splines import BETWEEN, LINEAR, QUINTIC, Points, read
 from cdpr.formats.read.imported import Motion, refuse, slug, unique
 from cdpr.formats.read.xml import Element
 from cdpr.model import rotations
@@ -29,26 +32,24 @@ from cdpr.scenario.motions.table import MAX_ROWS
 
 HEAD = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,ax,ay,az"
 MOST_BYTES = 32 * 2**20
-SUFFIX = "_trajectory"
-QUINTIC = "quintic_spline_trajectory"
 OLDER = "trajectory"  # of older files: a quintic spline with times from the start
 FILE = "file_trajectory"
-
-# Coordinates, rates and second rates, each (k, n), of a point, of the next, for times (k,) after it, of T s between.
-Between = Callable[[Array, Array, Array, float, float], tuple[Array, Array, Array]]
+OPERATIONAL = (LINEAR, QUINTIC)  # the kinds that CASPR has in operational space
 
 
-def motions(root: Element, joint: Joint) -> tuple[list[Motion], list[str]]:
-    """Return the motions of a file of trajectories, and what was left out and why."""
-    found, left_out = [], []
+def motions(root: Element, joint: Joint, spaces: Spaces) -> tuple[list[Motion], list[str], list[str]]:
+    """Return the motions of a file of trajectories, what was left out and why, and what was taken as it is not said."""
+    found, left_out, told = [], [], []
     for group in root.children:
         for element in group.children if group.name.endswith("_trajectories") else [group]:
-            name, place = element.attributes.get("id", ""), f"{element.file}:{element.line}"
-            if group.name == "operational_trajectories":
-                left_out.append(f"{place}: trajectory '{name}' is of operational space, which our robots do not have")
-                continue
+            name = element.attributes.get("id", "")
             try:
-                found.append((name, _motion(element, joint)))
+                if group.name == "operational_trajectories":
+                    motion, taken = _operational(element, joint, spaces)
+                    told += [taken] if taken else []
+                else:
+                    motion = _motion(element, joint)
+                found.append((name, motion))
             except CdprError as error:
                 left_out.append(f"{error} (trajectory '{name}')")
     names = unique([slug(name, "motion") for name, _ in found])
@@ -57,7 +58,7 @@ def motions(root: Element, joint: Joint) -> tuple[list[Motion], list[str]]:
         motion.tables = {f"{name}.csv": text for text in motion.tables.values()}
         if motion.tables:
             motion.trajectory["file"] = f"{name}.csv"
-    return [motion for _, motion in found], left_out
+    return [motion for _, motion in found], left_out, list(dict.fromkeys(told))
 
 
 def _motion(element: Element, joint: Joint) -> Motion:
@@ -67,81 +68,79 @@ def _motion(element: Element, joint: Joint) -> Motion:
         return _tabled(_of_file(element, joint), joint)
     if element.name not in BETWEEN:
         raise element.wrong(f"<{element.name}> is not known; there are {', '.join([*BETWEEN, FILE])}")
-    points = element.child("points").all("point")
-    if len(points) < 2:
-        raise element.wrong(f"two or more points are expected, got {len(points)}")
-    times, n = _times(element, points), len(joint.dof)
-    q = np.array([point.child("q").vector(n) for point in points])
-    rests = joint.turns < 3 or _turns_at_rest(points, joint)
-    if not rests:
+    points = read(element, len(joint.dof), "q")
+    if joint.turns == 3 and _turning(points, joint):
         raise element.wrong("three angles have rates that are not 0 at a point, which CASPR does not take either")
-    angles = np.array([joint.parts(row)[1] for row in q])
-    if element.name == QUINTIC and (joint.turns != 1 or np.abs(np.diff(angles, axis=0)).max() < np.pi):
-        return _passed(points, times, q, joint)
-    step = element.attribute_number("time_step")
-    count = float(times[-1]) / step if step > 0.0 else np.inf
-    if not count < MAX_ROWS:
-        raise element.wrong(f"time_step: {step:g} s makes more than {MAX_ROWS} points, or none, of {times[-1]:g} s")
-    parts = _sampled(element, points, times, q, step)
-    turned = None if joint.turns < 3 else _shortest(element, points, times, q, joint, parts[0])
-    return _tabled(parts, joint, turned)
+    if points.kind == QUINTIC and (joint.turns != 1 or _near(points, joint)):
+        return _passed(points, joint)
+    parts = points.sampled(element)
+    return _tabled(parts, joint, _shortest(points, joint, parts[0]) if joint.turns == 3 else None)
 
 
-def _turns_at_rest(points: list[Element], joint: Joint) -> bool:
-    """Whether nothing turns at any point."""
-    given = [each for point in points for name in ("q_dot", "q_ddot") for each in point.all(name)]
-    return not any(joint.parts(each.vector(len(joint.dof)))[1].any() for each in given)
+def _operational(element: Element, joint: Joint, spaces: Spaces) -> tuple[Motion, str]:
+    """The motion of a point of the platform, and what was taken as it is not said."""
+    if element.name not in OPERATIONAL:
+        known = " and ".join(OPERATIONAL)
+        raise element.wrong(f"<{element.name}> is none of operational space, where CASPR itself has {known} alone")
+    space = spaces.space(element, joint)
+    points = space.all_six(read(element, len(space.axes), "y"))
+    passed = _one_turn(points, space.frame)
+    motion = _passed(points, space.frame) if passed else _tabled(points.sampled(element), space.frame)
+    if space.tool is not None:
+        motion.trajectory["tool"] = space.tool
+        motion.initial = _origin(motion.initial, space.frame.quaternion(points.q[0].tolist()), space.reach)
+    return motion, space.told
 
 
-def _shortest(
-    element: Element, points: list[Element], times: Array, q: Array, joint: Joint, at: Array
-) -> tuple[Array, Array]:
+def _turning(points: Points, joint: Joint) -> bool:
+    """Whether anything turns at a point."""
+    return any(joint.parts(row)[1].any() for each in (points.rates, points.seconds) for row in each)
+
+
+def _near(points: Points, joint: Joint) -> bool:
+    """Whether no angle changes by half a turn from point to point."""
+    angles = np.array([joint.parts(row)[1] for row in points.q])
+    return bool(np.abs(np.diff(angles, axis=0)).max() < np.pi)
+
+
+def _one_turn(points: Points, frame: Joint) -> bool:
+    """Whether a quintic's angles are those of waypoints: all stay as they are, or one alone is not 0."""
+    if points.kind != QUINTIC:
+        return False
+    angles = np.array([frame.parts(row)[1] for row in points.q])
+    still = not np.diff(angles, axis=0).any() and not _turning(points, frame)
+    moved = np.concatenate([each[:, 3:] for each in (points.q, points.rates, points.seconds)]).any(axis=0)
+    return still or (np.count_nonzero(moved) == 1 and _near(points, frame))
+
+
+def _origin(first: dict[str, Any], attitude: Array, reach: Array) -> dict[str, Any]:
+    """Where and how fast the platform's origin is at first, of what its tool is."""
+    arm = rotations.matrix(attitude) @ reach
+    spin, velocity = (np.array(first.get(key, np.zeros(3))) for key in ("angular_velocity", "velocity"))
+    pose = {**first, "position": (np.array(first["position"]) - arm).tolist()}
+    return _begins(pose, (velocity - np.cross(spin, arm)).tolist(), spin.tolist())
+
+
+def _shortest(points: Points, joint: Joint, at: Array) -> tuple[Array, Array]:
     """Attitudes (k, 4) and angular velocities (k, 3), world axes, at times (k, 1), the shortest way between points."""
     attitudes, speeds = [], []
-    blends = _blends(element, points)
     for time in at[:, 0].tolist():
-        k = min(int(np.searchsorted(times, time, side="right")) - 1, len(times) - 2)
-        T = float(times[k + 1] - times[k])
-        still, there = np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0]])
-        share, rate, _ = BETWEEN[element.name](still, there, np.array([time - times[k]]), T, blends[k + 1])
-        first, last = joint.quaternion(q[k].tolist()), joint.quaternion(q[k + 1].tolist())
+        k = min(int(np.searchsorted(points.times, time, side="right")) - 1, len(points.times) - 2)
+        share, rate = points.share(k, time)
+        first, last = (joint.quaternion(points.q[i].tolist()) for i in (k, k + 1))
         way = rotations.rotation_vector(rotations.multiply(rotations.conjugate(first), last))
         angle = float(np.linalg.norm(way))
         axis = way / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])
-        attitudes.append(rotations.multiply(first, rotations.from_axis_angle(axis, float(share[0, 0]) * angle)))
-        speeds.append(rotations.matrix(first) @ way * float(rate[0, 0]))
+        attitudes.append(rotations.multiply(first, rotations.from_axis_angle(axis, share * angle)))
+        speeds.append(rotations.matrix(first) @ way * rate)
     return np.array(attitudes), np.array(speeds)
 
 
-def _blends(element: Element, points: list[Element]) -> list[float]:
-    """How long the parabolas before each point take, s."""
-    if element.name != "parabolic_blend_trajectory":
-        return [0.0] * len(points)
-    default = element.attribute_number("blend_time_default", 0.0)
-    found = [point.attribute_number("blend_time", default) for point in points]
-    if min(found) < 0.0:
-        raise points[found.index(min(found))].wrong(f"blend_time: at least 0 s is expected, got {min(found):g}")
-    return found
-
-
-def _times(element: Element, points: list[Element]) -> Array:
-    """When points are reached, (k,), s, from 0."""
-    definition = element.attribute("time_definition")
-    if definition not in ("absolute", "relative"):
-        raise element.wrong(f"time_definition: absolute or relative is expected, got '{definition}'")
-    given = np.array([0.0, *(point.attribute_number("time") for point in points[1:])])
-    times = np.cumsum(given) if definition == "relative" else given
-    late = np.flatnonzero(np.diff(times) <= 0.0)
-    if len(late):
-        raise points[late[0] + 1].wrong(f"time: this point comes {np.diff(times)[late[0]]:g} s after the one before it")
-    return np.asarray(times)
-
-
-def _passed(points: list[Element], times: Array, q: Array, joint: Joint) -> Motion:
+def _passed(points: Points, joint: Joint) -> Motion:
     """Waypoints with their derivatives."""
-    n, rows = len(joint.dof), []
-    for point, time, at in zip(points, times.tolist(), q.tolist(), strict=True):
-        rate, second = point.child("q_dot").vector(n), point.child("q_ddot").vector(n)
+    rows = []
+    each = (part.tolist() for part in (points.times, points.q, points.rates, points.seconds))
+    for time, at, rate, second in zip(*each, strict=True):
         (velocity, _), (acceleration, _) = joint.parts(rate), joint.parts(second)
         row: dict[str, Any] = {"time": time, **joint.pose(at)}
         row["orientation"] = row.get("orientation", {"rpy": [0.0, 0.0, 0.0]})
@@ -149,84 +148,7 @@ def _passed(points: list[Element], times: Array, q: Array, joint: Joint) -> Moti
         row |= {"velocity": velocity.tolist(), "acceleration": acceleration.tolist()}
         rows.append(row | {"angular_velocity": turn.tolist(), "angular_acceleration": turned.tolist()})
     first = _begins(rows[0], rows[0]["velocity"], rows[0]["angular_velocity"])
-    return Motion("", {"type": Waypoints.kind(), "points": rows}, float(times[-1]), first)
-
-
-def _sampled(element: Element, points: list[Element], times: Array, q: Array, step: float) -> list[Array]:
-    """Times (k, 1), coordinates, rates and second rates, each (k, n)."""
-    n = q.shape[1]
-    rates = np.zeros_like(q)
-    seconds = np.zeros_like(q)
-    blend = _blends(element, points)
-    if element.name == "cubic_spline_average_velocity_trajectory":
-        slopes = np.diff(q, axis=0) / np.diff(times)[:, None]
-        rates[1:-1] = 0.5 * (slopes[:-1] + slopes[1:])
-        rates[0], rates[-1] = (points[k].child("q_dot").vector(n) for k in (0, -1))
-    elif element.name not in ("linear_spline_trajectory", "parabolic_blend_trajectory"):
-        rates = np.array([point.child("q_dot").vector(n) for point in points])
-        if element.name == QUINTIC:
-            seconds = np.array([point.child("q_ddot").vector(n) for point in points])
-    parts: list[list[Array]] = [[], [], [], []]
-    for k in range(len(points) - 1):
-        T = float(times[k + 1] - times[k])
-        count = max(1, round(T / step))
-        t = np.linspace(0.0, T, count + 1)[(1 if k else 0) :]
-        if 2.0 * blend[k + 1] > T:
-            raise points[k + 1].wrong(f"blend_time: {blend[k + 1]:g} s twice is longer than the {T:g} s of this move")
-        ends = np.stack([q[k], rates[k], seconds[k]]), np.stack([q[k + 1], rates[k + 1], seconds[k + 1]])
-        found = BETWEEN[element.name](*ends, t, T, blend[k + 1])
-        for part, new in zip(parts, (times[k] + t[:, None], *found), strict=True):
-            part.append(new)
-    return [np.concatenate(part) for part in parts]
-
-
-def _straight(a: Array, b: Array, t: Array, T: float, _: float) -> tuple[Array, Array, Array]:
-    slope = (b[0] - a[0]) / T
-    return a[0] + t[:, None] * slope, np.tile(slope, (len(t), 1)), np.zeros((len(t), len(slope)))
-
-
-def _polynomial(conditions: int) -> Between:
-    """Of so many derivatives at both ends, 2 or 3: the cubic or the quintic."""
-
-    def between(a: Array, b: Array, t: Array, T: float, _: float) -> tuple[Array, Array, Array]:
-        order = 2 * conditions
-        powers = np.array([[_derivative(p, d, x) for p in range(order)] for x in (0.0, T) for d in range(conditions)])
-        c = np.linalg.solve(powers, np.concatenate([a[:conditions], b[:conditions]]))
-        rows = [np.array([[_derivative(p, d, x) for p in range(order)] for x in t.tolist()]) @ c for d in range(3)]
-        return rows[0], rows[1], rows[2]
-
-    return between
-
-
-def _derivative(power: int, times: int, x: float) -> float:
-    """The derivative of x^power, so many times."""
-    factor = 1.0
-    for k in range(times):
-        factor *= power - k
-    return factor * x ** (power - times) if power >= times else 0.0
-
-
-def _blended(a: Array, b: Array, t: Array, T: float, blend: float) -> tuple[Array, Array, Array]:
-    """A straight move that begins and ends with a parabola of `blend` s."""
-    if blend <= 0.0:
-        return _straight(a, b, t, T, 0.0)
-    way = b[0] - a[0]
-    top = way / (T - blend)
-    x = t[:, None]
-    begins, ends = x < blend, x > T - blend
-    at = np.where(begins, 0.5 * top / blend * x**2, top * (x - 0.5 * blend))
-    at = np.where(ends, way - 0.5 * top / blend * (T - x) ** 2, at)
-    rate = np.where(begins, top / blend * x, np.where(ends, top / blend * (T - x), top))
-    return a[0] + at, rate, np.where(begins, top / blend, np.where(ends, -top / blend, 0.0))
-
-
-BETWEEN: dict[str, Between] = {
-    "linear_spline_trajectory": _straight,
-    "cubic_spline_trajectory": _polynomial(2),
-    "cubic_spline_average_velocity_trajectory": _polynomial(2),
-    QUINTIC: _polynomial(3),
-    "parabolic_blend_trajectory": _blended,
-}
+    return Motion("", {"type": Waypoints.kind(), "points": rows}, float(points.times[-1]), first)
 
 
 def _of_file(element: Element, joint: Joint) -> list[Array]:

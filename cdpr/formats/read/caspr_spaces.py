@@ -1,0 +1,154 @@
+"""Operational spaces of CASPR: points of the platform, which are tools, and what coordinates y say of its motion.
+
+A point's offset is from the joint, in the platform's axes; y is where the point is in the world, of the axes that are
+active, and what angles the platform has. `pose_euler_xyz` takes its angles about fixed axes, R = Rz(g) Ry(b) Rx(a),
+whatever its name says; `orientation_euler_xyz` takes those of a joint, R = Rx(a) Ry(b) Rz(g).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from cdpr.formats.read.caspr_joints import AXES, FIXED, KINDS, Joint
+from cdpr.formats.read.caspr_splines import Points
+from cdpr.formats.read.imported import apart, slug, unique
+from cdpr.formats.read.xml import Element
+from cdpr.model import rotations
+from cdpr.model.robot import Array
+
+SPATIAL, SPHERICAL = "SPATIAL_EULER_XYZ", "S_EULER_XYZ"
+ALL = KINDS[SPATIAL]
+POSITION, POSE, ORIENTATION = "position", "pose_euler_xyz", "orientation_euler_xyz"
+LETTERS = dict(zip("xyzabg", ALL, strict=True))
+ACTIVE = {POSITION: "xyz", POSE: "xyzabg", ORIENTATION: "abg"}
+
+
+@dataclass(frozen=True)
+class Space:
+    """What coordinates y of a trajectory are.
+
+    Attributes:
+        axes: what each is, as names of `dof`.
+        tool: the point that they are of; None where they are of the platform's origin.
+        reach: (3,) of it, from the joint, platform axes, m.
+        frame: a joint of all six coordinates at the world's origin, whose body is the point.
+        held: (6,) coordinates of that joint that y does not say.
+        told: what is not said and was taken, or nothing.
+    """
+
+    axes: tuple[str, ...]
+    tool: str | None
+    reach: Array
+    frame: Joint
+    held: Array
+    told: str
+
+    def all_six(self, points: Points) -> Points:
+        """Return points of all six coordinates, of points of y."""
+        where = [ALL.index(name) for name in self.axes]
+
+        def spread(values: Array, otherwise: Array) -> Array:
+            found = np.tile(otherwise, (len(values), 1))
+            found[:, where] = values
+            return found
+
+        rates, seconds = (spread(values, np.zeros(6)) for values in (points.rates, points.seconds))
+        return replace(points, q=spread(points.q, self.held), rates=rates, seconds=seconds)
+
+
+@dataclass(frozen=True)
+class Spaces:
+    """The operational spaces of a model.
+
+    Attributes:
+        tools: points (3,), m, platform axes, by name.
+        line: where the first of them is, or nothing.
+        left_out: what of them is not the platform's.
+    """
+
+    tools: dict[str, list[float]]
+    line: str
+    left_out: list[str]
+    _named: list[tuple[Element, str]]
+    _roots: list[Element]
+
+    def space(self, element: Element, joint: Joint) -> Space:
+        """Return what y of a trajectory is. Raises FormatError where that is no motion of the platform."""
+        set_ = self._default(element)
+        if len(set_.children) != 1:
+            raise set_.wrong(f"the operational set holds {len(set_.children)} spaces, and one platform has one")
+        marker = set_.children[0]
+        if marker.name not in ACTIVE:
+            raise marker.wrong(f"<{marker.name}> is not known; there are {', '.join(ACTIVE)}")
+        letters = marker.child("axes").attribute("active_axes")
+        if len(set(letters)) != len(letters) or set(letters) - set(ACTIVE[marker.name]):
+            raise marker.wrong(
+                f"active_axes: letters of {ACTIVE[marker.name]} are expected, once each, got '{letters}'"
+            )
+        axes = tuple(LETTERS[letter] for letter in letters)
+        tool = next((name for each, name in self._named if each is marker), None) if set(axes) & set(AXES) else None
+        reach = np.zeros(3) if tool is None else np.array(self.tools[tool])
+        held, type_, told = _held(marker, axes, joint, reach)
+        frame = Joint(type_, ALL, (0.0, 0.0, 0.0), tuple(held.tolist()))
+        return Space(axes, tool, reach, frame, held, told)
+
+    def _default(self, element: Element) -> Element:
+        """The set of which y is: the default one, or the only one."""
+        every = [each for root in self._roots for each in root.everywhere()]
+        sets = {each.attributes.get("id", ""): each for each in every if each.name == "operational_set"}
+        named = [each.attributes.get("default_operational_set", "").strip() for each in every]
+        wanted = next((name for name in named if name), next(iter(sets)) if len(sets) == 1 else None)
+        if wanted in sets:
+            return sets[wanted]
+        if wanted is not None:
+            raise element.wrong(f"its coordinates are of operational set '{wanted}', which is not there")
+        known = f"of {', '.join(sets)} none is the default" if sets else "the model has no operational set"
+        raise element.wrong(f"what its coordinates are is not said: {known}")
+
+
+def spaces(roots: list[Element], link: Element, cables: list[str]) -> Spaces:
+    """Return the operational spaces in these files, of a platform that is `link`, beside cables of these names."""
+    sets = [each for root in roots for each in root.everywhere() if each.name == "operational_set"]
+    markers = [marker for each in sets for marker in each.children if marker.find("offset") is not None]
+    names = unique([slug(marker.attributes.get("name", ""), "tool") for marker in markers])
+    own, left_out = {}, []
+    for name, marker in zip(names, markers, strict=True):
+        on = marker.child("link").text.strip()
+        if on == link.attribute("num"):
+            own[name] = marker
+        else:
+            text = f"operational space '{name}': a point of link {on}, not the platform's"
+            left_out.append(f"{Path(marker.file).name}:{marker.line}: {text}")
+    tools = apart({name: list(marker.child("offset").vector(3)) for name, marker in own.items()}, cables)
+    first = next(iter(own.values()), None)
+    line = "" if first is None else f"{Path(first.file).name}:{first.line}"
+    return Spaces(tools, line, left_out, list(zip(own.values(), tools, strict=True)), roots)
+
+
+def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) -> tuple[Array, str, str]:
+    """All six coordinates as they are where y does not say them, by what rule angles turn, and what was taken."""
+    turning = [name for name in joint.dof if name not in AXES]
+    said = [name for name in axes if name not in AXES]
+    unsaid = [name for name in joint.dof if name in AXES and name not in axes]
+    if unsaid:
+        raise marker.wrong(
+            f"it does not say where the point is along {' and '.join(unsaid)}, and the joint moves there"
+        )
+    if said and set(turning) - set(said):
+        missing = " and ".join(sorted(set(turning) - set(said)))
+        raise marker.wrong(f"it says some of the platform's angles and not {missing}, about which its joint turns")
+    held, told = np.zeros(6), ""
+    type_ = FIXED if marker.name == POSE or (not said and joint.type == FIXED) else SPHERICAL
+    if not said:
+        if turning and len(turning) == len(joint.dof):
+            raise marker.wrong("it says where a point is and not how the platform is turned, and its joint only turns")
+        held[3:] = joint.parts(joint.initial)[1]
+        if turning:
+            told = "how the platform is turned is not said: it keeps the attitude of q_initial"
+    home = np.array(joint.at) + rotations.matrix(joint.quaternion(joint.initial)) @ reach
+    held[:3] = np.array(joint.at) if not set(axes) & set(AXES) else home
+    place = f"{Path(marker.file).name}:{marker.line}"
+    return held, type_, f"{place}: {marker.name} '{marker.attributes.get('name', '')}': {told}" if told else ""
