@@ -214,10 +214,13 @@ class Scenario:
         except ValidationError as error:
             raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
 
-    def problems_with(self, events: Sequence[ScenarioEvent]) -> list[Problem]:
-        """Return what is wrong with `events` in place of its own: paths are those in the section `events`."""
+    def problems_with(self, events: Sequence[ScenarioEvent], new: ScenarioEvent) -> list[Problem]:
+        """Return what is wrong with `events` in place of its own, of which one is `new` and the others were right.
+
+        Paths are those in the section `events`.
+        """
         problems = Problems()
-        EventChecks(self._document.copy(), problems, self.options()).run(events)
+        EventChecks(self._document.copy(), problems, self.options()).run(events, new)
         return problems.items
 
     def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:

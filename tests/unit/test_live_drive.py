@@ -142,6 +142,33 @@ def test_what_was_lost_is_not_made_up_in_a_rush(monkeypatch):
     assert link.requests.now == pytest.approx(5.0 + 0.2, abs=2.5 * SLICE)
 
 
+class Flood(Requests):
+    """Requests without end, each of which takes `takes` (s)."""
+
+    def __init__(self, takes):
+        super().__init__()
+        self.now, self.takes, self.count = 0.0, takes, 0
+
+    def get(self, timeout=0.0):
+        self.now += self.takes
+        self.count += 1
+        return Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
+
+
+@pytest.mark.parametrize("takes", [1e-5, 1e-4, 0.004])
+def test_a_flood_takes_a_small_share_of_a_run_that_is_late(monkeypatch, takes):
+    link, slices, slow = Script([]), 1000, 0.002  # s that a slice takes
+    link.requests = flood = Flood(takes)
+    monkeypatch.setattr(live, "monotonic", lambda: flood.now)
+
+    def look(done, total):
+        flood.now += slow
+
+    drive(scenario(slices * SLICE), link, speed=FAST, rate=1.0 / SLICE, progress=look)
+    assert flood.count > 10
+    assert flood.now < 1.1 * slices * slow  # `SHARE`, and what the first took
+
+
 # What is heard
 
 
