@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from functools import partial
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -184,6 +185,7 @@ def _simulate(
     import numpy as np
 
     from cdpr.cli.progress import Progress, tell_of_compilation
+    from cdpr.link.waiting import waits_told
     from cdpr.log.run import Run
     from cdpr.log.run_folder import RUNS, RunFolder
     from cdpr.simulation import simulate
@@ -205,7 +207,7 @@ def _simulate(
         signals.wait = False
         if signals.pending:
             raise KeyboardInterrupt
-        with Progress() as progress:
+        with Progress() as progress, waits_told(partial(click.echo, err=True)):
             if live is not None:
                 from cdpr.live.drive import drive
 

@@ -77,7 +77,7 @@ class Peer:
         self.called = called = called_of(options, program)
         if program is None:
             assert options.address is not None
-            self._transport: Transport = connected(options.address, called, until)
+            self._transport: Transport = connected(options.address, called, options.start_timeout)
         else:
             self._transport = Program(program, called, options.sha256)
         told = {"cdpr": VERSION, **greeting, "timeout": options.timeout, "sends": sends + 1, "takes": takes + 1}

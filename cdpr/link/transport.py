@@ -11,11 +11,13 @@ import socket
 import subprocess
 import sys
 import time
+from abc import ABC, abstractmethod
 from contextlib import suppress
 from pathlib import Path
 
 from cdpr.errors import BackendDied, CdprError
 from cdpr.interrupts import WAITING, uninterrupted
+from cdpr.link.waiting import tell_wait
 
 MOST_BYTES = 16 * 2**20  # of a program
 RETRY = 0.02  # s, between two tries to reach a peer that does not listen yet
@@ -32,7 +34,7 @@ FULL = 2**20 // CHUNK  # of them fill the largest pipe: more are said meanwhile,
 MOST_PATH = 107  # bytes of the path of a socket
 
 
-class Transport:
+class Transport(ABC):
     """A pair of descriptors that never block.
 
     Attributes:
@@ -94,8 +96,9 @@ class Transport:
             with uninterrupted():
                 self._end(owed)
 
+    @abstractmethod
     def _end(self, owed: bool) -> None:
-        raise NotImplementedError
+        """Close what was opened, and end what was started here."""
 
 
 def ready(reading: list[int], writing: list[int], until: float | None) -> list[int]:
@@ -223,12 +226,13 @@ def hear_out(descriptors: list[int], until: float) -> None:
                 descriptors.remove(each)
 
 
-def connected(address: str, called: str, until: float) -> Transport:
-    """Return the connection to who listens at HOST:PORT or unix:PATH, tried until a time of `time.monotonic`.
+def connected(address: str, called: str, start_timeout: float) -> Transport:
+    """Return the connection to who listens at HOST:PORT or unix:PATH, tried for so long, s.
 
     Raises CdprError for what is no address, BackendDied where nobody answers there.
     """
     kind, place = parsed(address, called)
+    until, told = time.monotonic() + start_timeout, False
     with WAITING:
         while True:
             made = socket.socket(kind, socket.SOCK_STREAM)
@@ -239,7 +243,11 @@ def connected(address: str, called: str, until: float) -> Transport:
             except OSError as error:
                 made.close()
                 if time.monotonic() >= until:
-                    raise BackendDied(f"{called}: nobody answers there ({error.strerror or error})") from None
+                    why = f"within start_timeout, {start_timeout:g} s ({error.strerror or error})"
+                    raise BackendDied(f"{called}: nobody answers there {why}; start it first") from None
+                if not told:
+                    told = True
+                    tell_wait(called, start_timeout)
                 time.sleep(RETRY)
     if kind == socket.AF_INET:
         made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # a frame is not to wait for the next

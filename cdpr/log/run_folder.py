@@ -58,6 +58,7 @@ class RunFolder:
         }
         no_rows = Run(header, np.empty((0, header.layout.width)), status="running")
         text = run_json.encode(run_json.describe(no_rows) | self._started)
+        self._made = out is None
         self.path = new_folder(header.scenario, header.backend) if out is None else out
         file = self.path / run_json.NAME
         self.header, self.first = header, first or self.path
@@ -68,7 +69,7 @@ class RunFolder:
             replace(self.path / SCENARIO_NAME, text_here)
             replace(file, text)
         except BaseException:
-            self._remove(and_folder=out is None)
+            self.withdraw()
             raise
 
     def finish(self, run: Run) -> None:
@@ -84,12 +85,12 @@ class RunFolder:
             self._end.release()
             raise
 
-    def _remove(self, *, and_folder: bool) -> None:
-        """Leave nothing of a run that could not begin."""
-        for name in (run_json.NAME, SCENARIO_NAME, beside(self.path / run_json.NAME).name):
+    def withdraw(self, *others: str) -> None:
+        """Leave nothing of a run without a sample, nor its other files; a folder that was given stays, empty."""
+        for name in (run_json.NAME, SCENARIO_NAME, beside(self.path / run_json.NAME).name, *others):
             with contextlib.suppress(OSError):
                 (self.path / name).unlink()
-        if and_folder:
+        if self._made:
             with contextlib.suppress(OSError):
                 self.path.rmdir()
 

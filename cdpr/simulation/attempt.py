@@ -24,7 +24,7 @@ from cdpr.errors import (
     one_line,
 )
 from cdpr.log.event import Event
-from cdpr.log.recorder import Recorder
+from cdpr.log.recorder import LOG_NAME, Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import CLEARANCE, Header, Run
 from cdpr.log.run_folder import RunFolder
@@ -172,6 +172,9 @@ class Attempt:
         """Called again, it goes on where an interrupt cut it short."""
         if self.run is None:
             self.run, error = self._finished(error)
+        if self.folder is not None and not len(self.run.rows) and isinstance(error, CdprError):
+            self.folder.withdraw(LOG_NAME)  # nothing is computed: the same command may be given again, mended
+            self.folder, self.run = None, replace(self.run, folder=None)
         if self.folder is not None:
             try:
                 self.folder.finish(self.run)

@@ -240,25 +240,61 @@ def test_names_that_sdf_reserves_are_no_trouble(tmp_path, name, style):
     assert "Warning" not in done.stdout + done.stderr
 
 
-def test_legs_pull_as_cables_do(tmp_path, monkeypatch):
-    """DART with the loops closed that its reader opened: with minus the tensions in the slides, that of W t."""
+def as_old(text):
+    """An SDF of 1.9 as DART's reader takes it, without systems, and which links are welded by one."""
+    root = ET.fromstring(text)
+    root.set("version", "1.6")
+    welds = []
+    for parent in list(root.iter()):
+        for plugin in parent.findall("plugin"):
+            if plugin.get("name") == "gz::sim::systems::DetachableJoint":
+                assert plugin.findtext("child_model") == "__model__"
+                welds.append((plugin.findtext("parent_link"), plugin.findtext("child_link")))
+            parent.remove(plugin)
+    return ET.tostring(root, encoding="unicode"), welds
+
+
+def test_each_foot_is_welded_and_let_go_by_a_topic_of_its_own():
+    subject = subject_of("caroca")
+    text = export(subject, "sdf", Options("legs"))
+    root = ET.fromstring(text)
+    names = [cable.name for cable in subject.robot.cables]
+    assert as_old(text)[1] == [(f"{name}_foot", "platform") for name in names]
+    assert [each.text for each in root.iter("detach_topic")] == [f"/model/caroca/{name}/detach" for name in names]
+    assert not [joint for joint in root.iter("joint") if joint.findtext("child") == "platform"]
+    links = [link.get("name") for link in root.iter("link")]
+    children = [joint.findtext("child") for joint in root.iter("joint")]
+    assert sorted(children) == sorted(set(links) - {"platform"})  # no link hangs on two joints, which DART's refuses
+
+
+@pytest.mark.parametrize("version", ["1.6", "1.9"])
+def test_legs_pull_as_cables_do(tmp_path, monkeypatch, version):
+    """DART with the loops closed: with minus the tensions in the slides, that of W t.
+
+    Of 1.6 those that its reader opened, by balls; of 1.9 by welds, as gz-sim's system does.
+    """
     dart = pytest.importorskip("dartpy")
     monkeypatch.setattr("cdpr.formats.write.legs.MASS", 1e-6)  # kg: what legs weigh does not matter here
     subject = subject_of("off_centre")
     robot, state = subject.robot, subject.state
     file = tmp_path / "legs.sdf"
-    file.write_text(export(subject, "sdf", Options("legs", "1.6")))
+    text, welds = as_old(export(subject, "sdf", Options("legs", version)))
+    file.write_text(text)
     world = dart.utils.SdfParser.readWorld(f"file://{file}")
     legs = world.getSkeleton(0)
     platform = legs.getBodyNode("platform")
     joints = {legs.getJoint(k).getName() for k in range(legs.getNumJoints())}
     R = rotations.matrix(state[3:7])
+    close = world.getConstraintSolver().addConstraint
+    for foot, other in welds:
+        close(dart.constraint.WeldJointConstraint(legs.getBodyNode(foot), legs.getBodyNode(other)))
     for cable in robot.cables:
         if f"{cable.name}_ball" not in joints:
             place = state[:3] + R @ cable.platform
             upper = legs.getBodyNode(f"{cable.name}_upper")
-            world.getConstraintSolver().addConstraint(dart.constraint.BallJointConstraint(upper, platform, place))
-    assert len(joints) == 2 * robot.m + 2  # the frame is fixed, and one ball joint is left
+            close(dart.constraint.BallJointConstraint(upper, platform, place))
+    # The frame is fixed, and of 1.6 one ball joint is left; of 1.9 all are, and the platform floats.
+    assert len(joints) == (2 * robot.m + 2 if version == "1.6" else 3 * robot.m + 2)
     tension = np.linspace(300.0, 500.0, robot.m)
     world.setTimeStep(1e-4)
     for cable, force in zip(robot.cables, tension, strict=True):
@@ -355,7 +391,9 @@ def test_mujoco_takes_a_tension_that_is_always_the_same():
 def test_tools_may_be_called_as_parts_of_sdf_are(tmp_path, robot, style):
     subject = subject_of(robot)
     names = ["fixed", "guide", "guide_1", "carriage_1", "tool_guide", "__t__"]
-    names += [f"{subject.robot.cables[0].name}_{part}" for part in ("lower", "upper", "slide", "ball", "universal")]
+    names += [
+        f"{subject.robot.cables[0].name}_{part}" for part in ("lower", "upper", "slide", "ball", "universal", "foot")
+    ]
     tools = {name: np.array([0.1 * k, 0.0, 0.0]) for k, name in enumerate(names)}
     platform = replace(subject.robot.platform, tools=tools)
     text = export(replace(subject, robot=replace(subject.robot, platform=platform)), "sdf", Options(style))

@@ -341,6 +341,28 @@ def test_a_step_that_would_never_end_is_refused(fmi, step, tmp_path):
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3
 
 
+@FMI
+def test_an_earlier_snapshot_is_overwritten_and_no_other_memory(fmi, tmp_path, capfd):
+    """The standard lets a host hand one back; what is none is refused, and stays."""
+    with Driver(write(plant_of(scenario("caroca")), fmi, tmp_path)) as driver:
+        get = driver.fmu.fmi3GetFMUState if fmi == 3 else driver.fmu.fmi2GetFMUstate
+        driver.set("cable_tension", np.full(8, 200.0))
+        saved = driver.save()
+        before = saved.value
+        driver.step(0.0, 0.01)
+        later = driver.state()
+        get(driver.fmu.component, ctypes.byref(saved))
+        assert saved.value == before  # no other memory is taken
+        driver.step(0.01, 0.01)
+        driver.restore(saved)
+        np.testing.assert_array_equal(driver.state(), later)
+        rubbish = ctypes.create_string_buffer(b"\xa5" * 65536, 65536)
+        with pytest.raises(FMICallException):
+            get(driver.fmu.component, ctypes.byref(ctypes.c_void_p(ctypes.addressof(rubbish))))
+        assert "no snapshot of this FMU" in capfd.readouterr().out
+        assert rubbish.raw == b"\xa5" * 65536
+
+
 def told(driver, capfd, on, categories):
     """What is said of a step with a negative tension, and of other parameters."""
     driver.fmu.setDebugLogging(on, categories)

@@ -118,14 +118,21 @@ def test_feeds_are_per_minute_and_g0_is_as_the_dialect_says(folder):
 
 
 def test_pauses_have_the_units_of_the_dialect(folder):
-    for text, keys, seconds in [("G4 P2", "", 2.0), ("G4 P250", PRINTER, 0.25), ("G4 S2", PRINTER, 2.0)]:
+    printer = [("G4 P250", 0.25), ("G4 S2", 2.0), ("G4 P250 S2", 2.0)]
+    for text, keys, seconds in [("G4 P2", "", 2.0), *((text, PRINTER, seconds) for text, seconds in printer)]:
         with_it = read(folder, f"F6000\nG1 X100\n{text}\nG1 X200\n", keys).planned.end
-        without = read(folder, "F6000\nG1 X100\nG4 P0\nG1 X200\n", keys).planned.end
+        none = "M400" if keys else "G4 P0"  # stops, and goes on
+        without = read(folder, f"F6000\nG1 X100\n{none}\nG1 X200\n", keys).planned.end
         assert with_it - without == pytest.approx(seconds)
         twice = read(folder, f"F6000\nG1 X100\n{text}\n{text}\nG1 X200\n", keys).planned.end
         assert twice - without == pytest.approx(2 * seconds)
         at_first = read(folder, f"{text}\nF6000\nG1 X100\n", keys).planned
         assert at_first.start == pytest.approx(seconds)
+    straight = read(folder, "F6000\nG1 X200\n", PRINTER).planned.end
+    for nothing in ("G4", "G4 P0", "G4 S-1", "G4 P5 S0"):  # as slicers write it
+        told = read(folder, f"F6000\nG1 X100\n{nothing} ; wait\nG1 X200\n", PRINTER)
+        assert told.planned.end == pytest.approx(straight)
+        assert any("moved nothing: G4" in str(one) for one in told.warnings)
 
 
 def test_where_the_coordinates_lie(folder):
@@ -244,7 +251,46 @@ def test_the_end_ends(folder):
 
 
 def test_what_is_to_be_ignored(folder):
+    post = "G43 Z1010 H1\nG41 D2 G1 X5\nG55 X6\nG28 Z0\n"
+    same(
+        points(folder, HEAD + post, ", ignore: [G28, G41, G43, G55]"),
+        [0, 0, 1000],
+        [0, 0, 1010],
+        [5, 0, 1010],
+        [6, 0, 1010],
+    )
     same(points(folder, "G28 X Y\nG1 X5 A3\nM98 P5\n", PRINTER + ", ignore: [G28, A, M98]"), [5, 100, 1200])
+
+
+def test_inverse_times(folder):
+    """G93: F is how often the move fits into a minute; G0 is as fast as ever, and neither mode knows the other's F."""
+    moves = "G93\nG1 X30 F60\nG2 X50 I10 F30\nG0 X0\nG91 G1 Y7 F1.5\nG90 G94 F600 G1 Y0\n"
+    made = course(folder, HEAD + moves)
+    np.testing.assert_allclose(made.speed[1:], [0.03, 0.005 * np.pi, np.inf, 0.007 / 40.0, 0.01], rtol=1e-12)
+    scaled = course(folder, HEAD + moves, ", scale: 2.0")  # the same times
+    np.testing.assert_allclose(scaled.speed[1:], [0.06, 0.01 * np.pi, np.inf, 0.014 / 40.0, 0.01], rtol=1e-12)
+    (told,) = [str(one) for one in read(folder, HEAD + "G93 G1 X3000 F60\n").warnings if "velocity" in str(one)]
+    assert "feeds of up to 3 m/s, as in line 3 of a.ngc, are kept" in told
+    needed = "under G93 each line with G1, G2 or G3 has an F, how often it fits into a minute: 6e-05 or more"
+    for text in (
+        "G93 F60 G1 X30\nX40",
+        "G93 G1 X30 F0",
+        "G93 G1 X30 F-1",
+        "F600 G93 G0 X30\nG1 X40",
+        "G93 G1 X30 F.00001",
+    ):
+        line, said = refused(folder, f"G0 X1\n{text}\n")[-1].split(": ", 1)
+        assert needed in said, (line, said)
+    assert "no feed yet" in refused(folder, "F600 G1 X9\nG93 G1 X30 F60\nG94 G1 X40")[-1]
+    assert "G93 and G94 exclude each other" in refused(folder, "G93 G94 G1 X40 F60")[-1]
+    assert "G93 is not known here" in refused(folder, "G93 G1 X40 F60", PRINTER)[-1]
+
+
+def test_inverse_times_are_kept_where_limits_let_them(folder):
+    """A move that is long against its changes of speed lasts about as long as it says, and never less."""
+    motion = read(folder, HEAD + "G93 G1 X300 F6\nG0 X0\nG1 X300 F3\n", ", tolerance: 0").trajectory
+    quick = read(folder, HEAD + "G0 X300\n", ", tolerance: 0").trajectory
+    assert 30.0 < motion.ends() - quick.ends() < 31.0
 
 
 def test_a_feed_beyond_the_limits_is_told(folder):

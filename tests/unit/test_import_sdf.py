@@ -161,3 +161,15 @@ def test_what_is_exported_as_legs_comes_back(tmp_path, version):
     np.testing.assert_allclose(back.platform.inertia, robot.platform.inertia, atol=1e-12)
     assert (back.platform.mass, back.tension_max.tolist()) == (robot.platform.mass, robot.tension_max.tolist())
     np.testing.assert_allclose(back.home[:3], [0.3, 0.2, 1.4], atol=1e-15)
+
+
+def test_a_weld_to_what_is_not_there_is_refused(tmp_path):
+    weld = "<child_model>__model__</child_model><child_link>platform</child_link><parent_link>foot</parent_link>"
+    system = (
+        f'<plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint">{weld}</plugin>'
+    )
+    with pytest.raises(
+        FormatError, match="plugin 'gz::sim::systems::DetachableJoint' joins the link 'foot', which is not"
+    ):
+        robot_of(tmp_path, text().replace("    <plugin", f"{system}    <plugin", 1))
+    robot_of(tmp_path, text().replace("    <plugin", f"{system.replace('__model__', 'load')}    <plugin", 1))

@@ -222,12 +222,19 @@ def test_the_path_of_a_socket_is_one(path):
         check_peer(PeerOptions(address=f"unix:{path}"), None)
 
 
-def test_nobody_listens():
+def test_nobody_listens(tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))  # and does not listen
         port = taken.getsockname()[1]
-        with pytest.raises(BackendDied, match="nobody answers there"):
+        with pytest.raises(BackendDied, match=r"nobody answers there within start_timeout, 0\.2 s"):
             cdpr.simulate(at(f"127.0.0.1:{port}", **{"controller.start_timeout": 0.2}))
+        setting = {"address": f"127.0.0.1:{port}", "start_timeout": 0.2}
+        words = [word for key, value in setting.items() for word in ("--set", f"controller.{key}={value}")]
+        out = tmp_path / "out"
+        for _ in range(2):  # nothing is left of the first that would refuse the second
+            done = cdpr_here("run", "caroca", "--controller", "remote", *words, "--out", out, code=6)
+            assert f"waiting up to 0.2 s for peer '127.0.0.1:{port}'" in done.stderr
+        assert list(out.iterdir()) == []
 
 
 def serve(listening, delay=0.0):

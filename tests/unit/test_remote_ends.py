@@ -211,3 +211,36 @@ def test_nothing_is_sent_behind_half_a_frame(tmp_path):
         thread.join(5.0)
     assert not thread.is_alive()
     assert not any(b"".join(got))
+
+
+def test_an_interrupt_just_after_a_frame_was_sent_leaves_room_for_the_last(tmp_path, monkeypatch):
+    """That frame was whole."""
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(tmp_path / "s"))
+        listening.listen()
+        got = []
+
+        def take():
+            with listening.accept()[0] as taken, taken.makefile("rb") as stream:
+                stream.readline()
+                taken.sendall(b'{"cdpr": 1}\n')
+                while data := stream.read(16):
+                    got.append(np.frombuffer(data).tolist())
+
+        thread = threading.Thread(target=take, daemon=True)
+        thread.start()
+        peer = Peer(PeerOptions(address=f"unix:{tmp_path}/s", timeout=1.0), None, {}, 1, 1)
+        send = transport.Transport.send
+
+        def interrupted(self, data, until):
+            send(self, data, until)
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patched:
+            patched.setattr(transport.Transport, "send", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                peer.ask(np.array([5.0]))
+        peer.tell(np.array([7.0]))
+        peer.close()
+        thread.join(5.0)
+    assert got == [[0.0, 5.0], [1.0, 7.0]]

@@ -3,6 +3,7 @@
 A leg is a slide between links of which one is joined to the link `frame`, the other to the link `platform`, by hinges,
 universal or ball joints over links between. Where those joints are is where the cable ends: A_i in the world, B_i on
 the platform. Names of legs and of links between do not matter. The place of a joint is its pose in its child link.
+Where gz-sim's system DetachableJoint welds a link to the platform, the cable ends at the origin of that link.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ SLIDE = "prismatic"
 HINGES = ("revolute", "revolute2", "universal", "ball", "fixed")
 PARTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MODEL = ("", "__model__")  # what a pose may be relative to
+WELD = "DetachableJoint"  # the end of that system's name
 
 
 class Pose(NamedTuple):
@@ -123,6 +125,10 @@ def _legs(
             parent, child = _ends(joint, links)
             beside.setdefault(parent, []).append((child, joint))
             beside.setdefault(child, []).append((parent, joint))
+    for weld in _welds(model):
+        parent, child = _ends(weld, links)
+        beside.setdefault(parent, []).append((child, weld))
+        beside.setdefault(child, []).append((parent, weld))
     rows, limits, radii = list[dict[str, Any]](), list[float](), list[float | None]()
     names = unique([slug(slide.attribute("name").removesuffix("_slide"), "cable") for slide in slides])
     for slide, name in zip(slides, names, strict=True):
@@ -137,12 +143,22 @@ def _legs(
     return rows, limits, {("cables", k): f"line {slide.line}" for k, slide in enumerate(slides)}, radii
 
 
+def _welds(model: Element) -> list[Element]:
+    """Return the systems that weld two links of the model to each other once the world runs."""
+    inside = (*MODEL, model.attributes.get("name", ""))
+    found = [each for each in model.all("plugin") if each.attributes.get("name", "").endswith(WELD)]
+    return [each for each in found if each.child("child_model").text.strip() in inside]
+
+
 def _ends(joint: Element, links: dict[str, Element]) -> tuple[str, str]:
-    """Return the names of a joint's parent and child; the world is a frame, too."""
-    names = [joint.child(end).text.strip() for end in ("parent", "child")]
+    """Return the names of the links that a joint or weld joins; the world is a frame, too."""
+    suffix = "" if joint.name == "joint" else "_link"
+    names = [joint.child(f"{end}{suffix}").text.strip() for end in ("parent", "child")]
     for name in names:
         if name not in links and name != WORLD:
-            raise joint.wrong(f"joint '{joint.attributes.get('name', '')}' joins the link '{name}', which is not there")
+            raise joint.wrong(
+                f"{joint.name} '{joint.attributes.get('name', '')}' joins the link '{name}', which is not there"
+            )
     return names[0], names[1]
 
 
@@ -166,7 +182,9 @@ def _reached(slide: Element, side: str, beside: dict[str, list[tuple[str, Elemen
 
 
 def _at(joint: Element, links: dict[str, Element]) -> Pose:
-    """Return where a joint is, in its model."""
+    """Return where a joint is, in its model; of a weld, where the link is that is not the platform."""
+    if joint.name != "joint":
+        return _pose(links[next(name for name in _ends(joint, links) if name not in (FRAME, WORLD, PLATFORM))])
     child = joint.child("child").text.strip()
     return (_pose(links[child]) if child in links else Pose(np.zeros(3), np.eye(3))).then(_pose(joint))
 
@@ -237,6 +255,11 @@ def _tell(found: Imported, model: Element) -> None:
         )
     first = slides[0].line
     found.left_out.append(f"{model.file}:{first}: masses, damping, speed and range of the legs: our cables have none")
-    plugins = {plugin.attributes.get("filename", ""): plugin.line for plugin in reversed(model.all("plugin"))}
+    welds = _welds(model)
+    plugins = {
+        plugin.attributes.get("filename", ""): plugin.line
+        for plugin in reversed(model.all("plugin"))
+        if plugin not in welds
+    }
     for name, line in sorted(plugins.items(), key=lambda one: one[1]):
         found.left_out.append(f"{model.file}:{line}: plugin '{name}'")

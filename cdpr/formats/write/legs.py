@@ -2,8 +2,11 @@
 
 Of its mistakes none is made here: the axes of a leg are those of the leg, not the world's; a leg ends where the cable
 does, also where the platform is turned; slides may go from a length of nothing to twice the way across the frame; each
-link has an inertia that a body of its size can have, and no mass is put in place of what the file says. Legs close
-loops: Gazebo classic (ODE) holds them, DART and PyBullet's reader do not.
+link has an inertia that a body of its size can have, and no mass is put in place of what the file says.
+
+Legs close loops. Gazebo classic (ODE) holds them; gz-sim's engines take none from SDF, but its system DetachableJoint
+welds two links once the world runs, in whichever engine (gz-physics: `AttachFixedJoint`). So there each leg ends in a
+foot of its own, which is welded to the platform, and let go where the cable breaks.
 """
 
 from __future__ import annotations
@@ -23,6 +26,8 @@ MASS = 0.01  # kg, of each half of a leg
 RADIUS = 0.005  # m, where a robot says no diameter
 CABLE = "#202020"
 FORCE = {"gz-sim-apply-joint-force-system": "gz::sim::systems::ApplyJointForce"}
+WELD = {"gz-sim-detachable-joint-system": "gz::sim::systems::DetachableJoint"}
+FOOT = 0.02  # m, radius of a leg's foot
 
 
 def add(model: ET.Element, subject: Subject, modern: bool) -> None:
@@ -41,15 +46,33 @@ def add(model: ET.Element, subject: Subject, modern: bool) -> None:
     R, p = rotations.matrix(subject.state[3:7]), subject.state[:3]
     across = float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
     for cable in robot.cables:
-        _leg(model, cable, (cable.frame, p + R @ cable.platform), 2.0 * across)
+        end = p + R @ cable.platform
+        upper = _leg(model, cable, (cable.frame, end), 2.0 * across)
+        ball = f"{cable.name}_ball"
         if modern:
-            for file, system in FORCE.items():
-                plugin = ET.SubElement(model, "plugin", filename=file, name=system)
-                sdf.text(plugin, "joint_name", f"{cable.name}_slide")
+            foot = _foot(model, cable, sdf.pose(end, subject.state[3:7]))
+            sdf.joint(model, ball, "ball", upper, foot)
+            sdf.plugin(model, FORCE, joint_name=f"{cable.name}_slide")
+            weld = {"parent_link": foot, "child_model": "__model__", "child_link": "platform"}
+            sdf.plugin(model, WELD, **weld, detach_topic=f"/model/{model.get('name')}/{cable.name}/detach")
+        else:
+            sdf.text(sdf.joint(model, ball, "ball", upper, "platform"), "pose", sdf.pose(cable.platform))
 
 
-def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: float) -> None:
-    """A leg that lies along z of its links, from its frame anchor to its platform anchor (`ends`, world)."""
+def _foot(model: ET.Element, cable: Cable, stands: str) -> str:
+    """Where a leg meets the platform: a ball with the platform's attitude; returns its name."""
+    link = ET.SubElement(model, "link", name=f"{cable.name}_foot")
+    sdf.text(link, "pose", stands)
+    sdf.inertial(link, MASS, np.zeros(3), 0.4 * MASS * FOOT**2 * np.eye(3))
+    sdf.visual(link, "foot", Solid("sphere", (FOOT,), np.zeros(3)), colour(None, CABLE))
+    return f"{cable.name}_foot"
+
+
+def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: float) -> str:
+    """A leg that lies along z of its links, from its frame anchor to its platform anchor (`ends`, world).
+
+    Returns the name of the link that ends there.
+    """
     name, radius = cable.name, RADIUS if cable.diameter is None else cable.diameter / 2
     way = ends[1] - ends[0]
     length = float(np.linalg.norm(way))
@@ -67,7 +90,7 @@ def _leg(model: ET.Element, cable: Cable, ends: tuple[Array, Array], longest: fl
     slide = sdf.joint(model, f"{name}_slide", "prismatic", f"{name}_lower", f"{name}_upper")
     reach = sdf.turning(slide, "axis", np.array([0.0, 0.0, 1.0]), -length, longest - length)
     sdf.text(reach, "effort", words([cable.tension_max]))
-    sdf.text(sdf.joint(model, f"{name}_ball", "ball", f"{name}_upper", "platform"), "pose", sdf.pose(cable.platform))
+    return f"{name}_upper"
 
 
 def _axes(along: Array) -> Array:

@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from cdpr.formats.write import legs
-from cdpr.formats.write.sdf_parts import PHYSICS, SUN, called, inertial, joint, pose, text, turning, visual
+from cdpr.formats.write.sdf_parts import PHYSICS, SUN, called, inertial, joint, plugin, pose, text, turning, visual
 from cdpr.formats.write.subject import FRAME, PLATFORM, Options, Solid, Subject, bars, colour, drawn, words
 from cdpr.mechanics.guide import Guide
 from cdpr.model.robot import Array
@@ -40,8 +40,7 @@ def write(subject: Subject, options: Options) -> str:
     modern = options.version == FRAMES_SINCE
     world = ET.SubElement(root, "world", name=name)
     if modern:
-        for file, system in (STOCK if options.style == "legs" else STOCK | WRENCH).items():
-            ET.SubElement(world, "plugin", filename=file, name=system)
+        plugin(world, STOCK if options.style == "legs" else STOCK | WRENCH)
     physics = ET.SubElement(world, "physics", name=PHYSICS, type="ode")
     text(physics, "max_step_size", words([subject.step]))
     text(physics, "real_time_factor", "1")

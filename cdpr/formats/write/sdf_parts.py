@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -60,6 +60,14 @@ def visual(link: ET.Element, name: str, solid: Solid, rgba: list[float]) -> None
     material = ET.SubElement(element, "material")
     text(material, "ambient", words(rgba))
     text(material, "diffuse", words(rgba))
+
+
+def plugin(parent: ET.Element, system: Mapping[str, str], **keys: str) -> None:
+    """Add systems of gz-sim, by file and name, with what they are told."""
+    for file, name in system.items():
+        element = ET.SubElement(parent, "plugin", filename=file, name=name)
+        for key, value in keys.items():
+            text(element, key, value)
 
 
 def joint(model: ET.Element, name: str, kind: str, parent: str, child: str) -> ET.Element:

@@ -134,15 +134,18 @@ class Gcode(Motion):
         """Return when it ends, s, as its limits let it."""
         return self.make().end
 
-    def remarks(self) -> Iterator[tuple[Path, str]]:
+    def remarks(self, initial: Initial) -> Iterator[tuple[Path, str]]:
         """Yield what is passed over, and feeds that the limits do not allow."""
         if self.program.passed_over:
             yield FILE, f"passed over, as if they moved nothing: {', '.join(self.program.passed_over)}"
-        feeds = [(step.speed, step.line) for step in self.program.steps if np.isfinite(step.speed)]
-        speed, line = max(feeds, default=(0.0, 0), key=lambda feed: feed[0])
-        if speed > self.limits.velocity * (1.0 + tolerances.TIME):
-            text = f"feeds of up to {speed:.6g} m/s, as in line {line} of {self.file}, are kept at this"
-            yield ("limits", "velocity"), text
+        path = self._path(initial.position)
+        if path.course is None:
+            return
+        feeds = np.where(np.isfinite(path.course.speed), path.course.speed, 0.0)
+        fastest = int(feeds.argmax())
+        if feeds[fastest] > self.limits.velocity * (1.0 + tolerances.TIME):
+            where = f"as in line {path.lines[fastest]} of {self.file}"
+            yield ("limits", "velocity"), f"feeds of up to {feeds[fastest]:.6g} m/s, {where}, are kept at this"
 
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory."""

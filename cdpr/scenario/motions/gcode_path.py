@@ -87,6 +87,7 @@ class _Laid:
     arcs: list[int] = field(default_factory=list)
     round: list[float] = field(default_factory=list)
     speed: list[float] = field(default_factory=list)
+    duration: dict[int, float] = field(default_factory=dict)  # of those that have one in place of a speed
     tolerance: list[float] = field(default_factory=list)
     stop: list[bool] = field(default_factory=list)
     pause: list[float] = field(default_factory=list)
@@ -130,6 +131,8 @@ def lay(program: Program, placing: Placing, begin: tuple[float, float, float], t
                 laid.arcs.append(len(laid.lines))
             elif math.dist(here, there) * placing.scale <= NO_WAY:
                 continue
+            if step.duration is not None:
+                laid.duration[len(laid.lines)] = step.duration
             laid.lines.append(step.line)
             laid.ends += there
             laid.speed.append(step.speed)
@@ -251,8 +254,11 @@ def _course(laid: _Laid, ends: Array, arcs: _Arcs) -> trajectory.Course | None:
     pieces = trajectory.lines(ends[:-1], ends[1:])
     round_ones = trajectory.arcs(arcs.centre, arcs.out, arcs.on, arcs.radii, arcs.angle, arcs.climb)
     pieces.replace(np.array(laid.arcs, dtype=np.int64), round_ones)
-    pause = np.array(laid.pause)
-    return trajectory.Course(pieces, np.array(laid.speed), np.array(laid.tolerance), np.array(laid.stop), pause)
+    pause, speed = np.array(laid.pause), np.array(laid.speed)
+    timed = np.array(list(laid.duration), dtype=np.int64)
+    with np.errstate(over="ignore"):  # then the limits are what holds
+        speed[timed] = pieces.length[timed] / np.array(list(laid.duration.values()))
+    return trajectory.Course(pieces, speed, np.array(laid.tolerance), np.array(laid.stop), pause)
 
 
 def farthest(course: trajectory.Course, quarters: int = 4) -> Array:

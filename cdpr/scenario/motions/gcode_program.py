@@ -31,18 +31,28 @@ AXES = "XYZ"
 CENTRE = "IJK"
 PLANES = {17.0: (0, 1, 2), 18.0: (2, 0, 1), 19.0: (1, 2, 0)}  # first and second axis, and that of the turn
 
-# G words that change nothing here: compensations and cycles off, the first coordinate system, feed per minute.
+# G words that change nothing here: compensations and cycles off, the first coordinate system, of one dialect G94.
 IDLE = {
-    LINUXCNC: {40.0, 49.0, 50.0, 54.0, 69.0, 80.0, 94.0, 97.0, 98.0, 99.0},
+    LINUXCNC: {40.0, 49.0, 50.0, 54.0, 69.0, 80.0, 97.0, 98.0, 99.0},
     REPRAPFIRMWARE: {10.0, 11.0, 40.0, 54.0, 80.0, 94.0},
 }
+# G words beside which coordinates are a move as without them: ignored, they go alone, and others with their line.
+BESIDE = {LINUXCNC: {41.0, 42.0, 43.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3}, REPRAPFIRMWARE: set[float]()}
 OFFSETS = {10.0, 11.0}  # retraction, or the settings of a tool, of which its place is one
 KNOWN = {
     LINUXCNC: {0.0, 1.0, 2.0, 3.0, 4.0, 17.0, 18.0, 19.0, 20.0, 21.0, 53.0, 61.0, 61.1, 64.0, 90.0, 90.1, 91.0, 91.1}
-    | {92.0, 92.1, 92.2, 92.3},
+    | {92.0, 92.1, 92.2, 92.3, 93.0, 94.0},
     REPRAPFIRMWARE: {0.0, 1.0, 2.0, 3.0, 4.0, 17.0, 18.0, 19.0, 20.0, 21.0, 53.0, 90.0, 91.0, 92.0},
 }
-GROUPS = ({0.0, 1.0, 2.0, 3.0, 80.0}, {17.0, 18.0, 19.0}, {20.0, 21.0}, {61.0, 61.1, 64.0}, {90.0, 91.0}, {90.1, 91.1})
+GROUPS = (
+    {0.0, 1.0, 2.0, 3.0, 80.0},
+    {17.0, 18.0, 19.0},
+    {20.0, 21.0},
+    {61.0, 61.1, 64.0},
+    {90.0, 91.0},
+    {90.1, 91.1},
+    {93.0, 94.0},
+)
 # M words that end the program, that wait, and that would move or change what is known here.
 ENDS = {LINUXCNC: {2.0, 30.0}, REPRAPFIRMWARE: {0.0, 1.0, 2.0, 30.0}}
 WAITS = {LINUXCNC: {0.0, 1.0, 60.0}, REPRAPFIRMWARE: {226.0, 400.0}}
@@ -74,6 +84,7 @@ class Step(NamedTuple):
         radius: of an arc, None where it has a centre; negative for the longer way round.
         turns: of an arc, begun.
         speed: wanted, m/s; infinite for as fast as possible.
+        duration: at the speed that is wanted, in place of it, s (G93).
         tolerance: by which a corner may be missed, m; None for what the scenario says.
         pause: s.
     """
@@ -92,6 +103,7 @@ class Step(NamedTuple):
     speed: float = math.inf
     tolerance: float | None = None
     pause: float = 0.0
+    duration: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +158,7 @@ class _Reader:
         self.ended = False
         self.metres = METRES[unit]
         self.feed = None if dialect == LINUXCNC else DEFAULT_FEED
+        self.inverse = False  # whether F is of each move, 1/min
         self.factor = 1.0
         self.motion: float | None = None if dialect == LINUXCNC else 1.0
         self.relative, self.centre_relative = False, True
@@ -158,7 +171,9 @@ class _Reader:
         if codes is None:
             return
         self._modes(codes, others)
-        if "F" in others:
+        if self.inverse:
+            self.feed = others.pop("F", 0.0) / 60.0
+        elif "F" in others:
             self.feed = others.pop("F") * self.metres / 60.0
             if not self.feed >= SLOWEST:
                 raise LineError(f"F: a feed of {SLOWEST:g} m/s or more is expected, got {self.feed:g} m/s")
@@ -190,7 +205,8 @@ class _Reader:
         for word in words:
             if word.letter == "G" and word.name in self.ignore:
                 self.passed_over.add(word.name)
-                return None, {}, []
+                if word.value not in BESIDE[self.dialect]:
+                    return None, {}, []
         for k, word in enumerate(words):
             letter, value = word
             if letter == "M" and self.dialect == REPRAPFIRMWARE:
@@ -201,6 +217,8 @@ class _Reader:
                 continue
             if letter in self.ignore:
                 self.passed_over.add(letter)
+                continue
+            if letter == "G" and word.name in self.ignore:
                 continue
             if value is None:
                 raise LineError(f"{letter}: a number is expected after it")
@@ -249,6 +267,8 @@ class _Reader:
                 self.metres = METRES["inch" if code == 20.0 else "mm"]
             elif code in (90.0, 91.0):
                 self.relative = code == 91.0
+            elif code in (93.0, 94.0) and self.inverse != (code == 93.0):
+                self.inverse, self.feed = code == 93.0, None
             elif code in (90.1, 91.1):
                 self.centre_relative = code == 91.1
             elif code in (61.0, 61.1):
@@ -267,17 +287,18 @@ class _Reader:
                 others.pop("Q")
 
     def _pause(self, number: int, others: dict[str, float]) -> None:
-        """A dwell: RepRapFirmware's P is in ms and its S in s, LinuxCNC's P in s."""
-        self.moves += 1
-        fine = self.dialect == REPRAPFIRMWARE
-        if "P" in others:
-            pause = others.pop("P") * (1e-3 if fine else 1.0)
-        elif "S" in others and fine:
-            pause = others.pop("S")
+        """A dwell: LinuxCNC's P is in s. RepRapFirmware's S is in s, else its P in ms; without time it does nothing."""
+        if self.dialect == REPRAPFIRMWARE:
+            milliseconds = others.pop("P", 0.0)
+            pause = others.pop("S", 1e-3 * milliseconds)
+            if pause <= 0.0:
+                self.passed_over.add("G4")
+                return
+        elif "P" in others:
+            pause = others.pop("P")
         else:
-            raise LineError(
-                "G4: how long is expected, P in ms or S in s" if fine else "G4: P, how long in s, is expected"
-            )
+            raise LineError("G4: P, how long in s, is expected")
+        self.moves += 1
         if not 0.0 <= pause <= MAX_PAUSE:
             raise LineError(f"G4: a pause between 0 and {MAX_PAUSE:g} s is expected, got {pause:g} s")
         self.steps.append(Step(number, "stop", pause=pause))
@@ -287,14 +308,10 @@ class _Reader:
             raise LineError("coordinates without a motion: G0, G1, G2 or G3 is expected before them")
         self.moves += 1
         target = self._triple(others, AXES)
-        rapid = self.motion == 0.0 and self.dialect == LINUXCNC
-        if rapid:
-            speed = math.inf
-        elif self.feed is None:
-            raise LineError("no feed yet: an F is expected before the first move by G1, G2 or G3")
-        else:
-            speed = self.feed * self.factor
-        step = Step(number, "line", target, self.relative, machine, speed=speed, tolerance=self.tolerance)
+        speed, duration = self._pace()
+        step = Step(
+            number, "line", target, self.relative, machine, speed=speed, tolerance=self.tolerance, duration=duration
+        )
         if self.motion < 2.0:
             self.steps.append(step)
             return
@@ -325,8 +342,24 @@ class _Reader:
                 int(turns),
                 speed,
                 self.tolerance,
+                duration=duration,
             )
         )
+
+    def _pace(self) -> tuple[float, float | None]:
+        """Return the speed that is wanted of a move, m/s, infinite for the fastest, or else how long it lasts, s."""
+        if self.motion == 0.0 and self.dialect == LINUXCNC:
+            return math.inf, None
+        if self.inverse:
+            if not self.feed or not 0.0 < 1.0 / self.feed <= MAX_PAUSE:
+                least = f"{60.0 / MAX_PAUSE:g} or more"
+                raise LineError(
+                    f"under G93 each line with G1, G2 or G3 has an F, how often it fits into a minute: {least}"
+                )
+            return math.inf, 1.0 / self.feed
+        if self.feed is None:
+            raise LineError("no feed yet: an F is expected before the first move by G1, G2 or G3")
+        return self.feed * self.factor, None
 
     def _triple(self, others: dict[str, float], letters: str, plane: tuple[int, int, int] = (0, 1, 2)) -> Triple:
         """Take coordinates, in m."""

@@ -89,7 +89,7 @@ class Motion(Kind):
     def check_completed(self, report: Report) -> None:
         """Report what is wrong with the completed motion."""
 
-    def remarks(self) -> Iterator[tuple[Path, str]]:
+    def remarks(self, initial: Initial) -> Iterator[tuple[Path, str]]:
         """Yield what of the motion, as it was given, is allowed and seldom meant."""
         yield from ()
 

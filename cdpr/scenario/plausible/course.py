@@ -45,7 +45,9 @@ def after_the_end(setup: Setup) -> Iterator[Finding]:
 
 def of_the_motion(setup: Setup) -> Iterator[Finding]:
     """What the motion says of itself, such as words of its file that are passed over."""
-    for path, text in setup.motion.remarks() if setup.motion else ():
+    if setup.run is None or setup.motion is None:
+        return
+    for path, text in setup.motion.remarks(setup.begin):
         yield ("trajectory", *path), text
 
 

@@ -14,6 +14,7 @@ from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.model.shapes import Obstacle
 from cdpr.problems import Path
+from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.motions.motion import Place
 from cdpr.scenario.robot_schema import RobotSection
@@ -71,6 +72,13 @@ class Setup:
             if home is None or not np.array_equal(state[:3], home[:3]):
                 yield ("initial", "position"), state[:3], state[3:7]
 
+    @property
+    def begin(self) -> Initial:
+        """Where the motion of a scenario begins."""
+        assert self.run is not None
+        assert self.motion is not None
+        return self.motion.begins(self.run.initial, self.run.robot.platform.tools)
+
     @cached_property
     def places(self) -> tuple[list[Path], Array, Array]:
         """All of these, and where the motion and events want to go, each pose once: paths, positions (k, 3), m, and
@@ -90,7 +98,7 @@ class Setup:
             return
         initial = self.run.initial
         tools, tool = self.run.robot.platform.tools, self.motion.tool  # as it is, whatever is believed
-        for path, position, attitude in self.motion.places(self.motion.begins(initial, tools)):
+        for path, position, attitude in self.motion.places(self.begin):
             reach = 0.0 if tool is None else matrix(attitude) @ np.array(tools[tool])
             yield ("trajectory", *path), position - reach, attitude
         for i, event in enumerate(self.run.events):
