@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import queue
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from time import monotonic
 from typing import Any, Protocol
 
@@ -22,7 +23,8 @@ from cdpr.simulation.simulation import Simulation
 
 WAITS = 0.2  # s, at most, between two calls of `progress` while it waits for the clock, or stands still
 LOOKS = 60.0  # Hz of simulated time, at least, at which is looked at what was asked for
-BUSY = 0.005  # s of a slice, at most, for what was asked for while the slice is due: the rest waits for the next
+BUSY = 0.001  # s, at most, for what was asked for while a slice is due: the rest waits for one after it,
+SHARE = 0.05  # so long that this share of the time, at most, goes to such requests
 MOVE = 2.0  # s, of a move to a target that says no other
 
 
@@ -51,6 +53,10 @@ class Link(Protocol):
         """Tell who asked for something that cannot be."""
         ...
 
+    def warned(self, text: str) -> None:
+        """Tell who asked for something that is done and seldom meant."""
+        ...
+
 
 class Driven(Simulation):
     """A simulation that goes on slice by slice, and does what is asked for."""
@@ -65,7 +71,9 @@ class Driven(Simulation):
         self._slice = max(self._period / math.ceil(LOOKS * self._period), scenario.simulation.control_step)
         self._push: Wrench | None = None
         self._tension: list[float] | None = None
+        self._outside = False  # whether it was told to leave the frame
         self._begin_clock()
+        self._heeds = -math.inf  # by the clock: from when on it may be late for what was asked for
         self._shown = -math.inf, -math.inf  # when: by the clock, and of simulated time
 
     def drive(self, progress: Callable[[int, int], None]) -> Run:
@@ -125,16 +133,21 @@ class Driven(Simulation):
         try:
             while not self.done and (wait := min(self._ahead, until - monotonic())) > 0.0:
                 self._answer(requests.get(wait))
-            until = monotonic() + BUSY
-            while not self.done:  # whoever asks without end does not hold it up
-                self._answer(requests.get())
-                if monotonic() > until:
-                    break
         except queue.Empty:
             pass
+        self._heed()
         if self._ahead < -1.0:  # it is slower than the clock: do not catch up in a rush later
             self._begin_clock()
         return self._ahead <= 0.0
+
+    def _heed(self) -> None:
+        """Do what is asked for although the slice is due; whoever asks without end does not hold it up."""
+        begun = now = monotonic()
+        with suppress(queue.Empty):
+            while not self.done and begun >= self._heeds and now - begun <= BUSY:
+                self._answer(self._link.requests.get())
+                now = monotonic()
+        self._heeds = max(self._heeds, now + min((now - begun) / SHARE, WAITS))
 
     def _answer(self, request: Request) -> None:
         try:
@@ -172,6 +185,10 @@ class Driven(Simulation):
     def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
         """Let the desired motion go to another pose, quaternion w, x, y, z."""
         self.target(position, orientation, duration=duration)
+        told = self.scenario.outside(position, orientation)
+        if told and not self._outside:  # said once of many that lead there
+            self._link.warned(f"target: {'; '.join(told)}: it is followed as far as cables pull")
+        self._outside = bool(told)
 
     def ask_wrench(self, force: list[float], moment: list[float]) -> None:
         """Let this wrench act from now on, in place of the one before; none at all ends that."""

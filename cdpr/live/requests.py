@@ -9,8 +9,6 @@ from threading import Condition, Event, Lock
 from time import monotonic
 from typing import Any
 
-KEPT = 10  # of a kind that wait, as a subscription that keeps the last 10
-
 
 @dataclass(eq=False)
 class Request:
@@ -49,14 +47,26 @@ class Requests:
         self._some = Condition()
 
     def put(self, request: Request, *, awaited: bool = False) -> None:
-        """Let it wait for its turn; of what nobody waits for, the newest of a kind alone, so that no flood grows."""
+        """Let it wait for its turn.
+
+        What nobody waits for takes the place of an earlier one of its kind, which would be in force for no time at all:
+        no flood grows. What somebody waits for in between keeps that.
+        """
         with self._some:
-            same = [one for one in self._waiting if one.kind == request.kind and not one.awaited]
-            if not awaited and len(same) >= KEPT:
-                self._waiting.remove(same[0])
             request.awaited = awaited
+            if not awaited:
+                self._forget(request.kind)
             self._waiting.append(request)
             self._some.notify()
+
+    def _forget(self, kind: tuple[str, Any]) -> None:
+        for one in reversed(self._waiting):
+            if one.awaited:
+                return
+            if one.kind == kind:
+                self._waiting.remove(one)
+                one.done.set()
+                return
 
     def get(self, timeout: float = 0.0) -> Request:
         """Return the first, waiting for one for so long (s) at most. Raises queue.Empty where there is none."""

@@ -36,20 +36,24 @@ class EventChecks(Checks):
         super().__init__(document, problems)
         self._options = options
 
-    def run(self, given: Sequence[ScenarioEvent] | None = None) -> list[ScenarioEvent]:
+    def run(
+        self, given: Sequence[ScenarioEvent] | None = None, new: ScenarioEvent | None = None
+    ) -> list[ScenarioEvent]:
         """Report everything that is wrong; return the events with what their files hold, those that are right.
 
-        They are the document's unless others are `given`.
+        They are the document's unless others are `given`; where one of them is `new`, what each is by itself is known
+        of the others.
         """
         events = self._read() if given is None else list(enumerate(given))
         if not events:
             return []
+        unknown = events if new is None else [(i, event) for i, event in events if event is new]
         simulation = self.section(Simulation, ("simulation",))
         if simulation:
-            for i, event in events:
+            for i, event in unknown:
                 for key, text in event.check_steps(simulation.control_step):
                     self.say(("events", i, key), text)
-        self._against_guide(events)
+        self._against_guide(unknown)
         cables = list(self.cables(("robot",)))
         given = self.document.get(("robot", "cables"))
         if not isinstance(given, list) or len(cables) != len(given):

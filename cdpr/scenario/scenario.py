@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from cdpr import tolerances
@@ -15,7 +16,7 @@ from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
 from cdpr.fmu.read.options import FMU
 from cdpr.lazy import late
-from cdpr.model import Robot
+from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, frozen_array
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import FileName
@@ -153,15 +154,24 @@ class Scenario:
     @cached_property
     def warnings(self) -> tuple[Problem, ...]:
         """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
-        sections, document, twin = self.sections, self._document, self._thought
-        shortened = not document.mark(("simulation", "duration")).line
-        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
-        setup = plausible.Setup(*about, shortened=shortened)
+        sections, document, twin, setup = self.sections, self._document, self._thought, self._setup
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found
         thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
         return (*found, *belief.alone(plausible.warnings(thought, twin), found))
+
+    @cached_property
+    def _setup(self) -> plausible.Setup:
+        sections, document = self.sections, self._document
+        shortened = not document.mark(("simulation", "duration")).line
+        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
+        return plausible.Setup(*about, shortened=shortened)
+
+    def outside(self, position: Sequence[float], orientation: Sequence[float]) -> list[str]:
+        """Return how a pose, m and a quaternion, world, lies outside the frame, where cables alone hold nothing."""
+        turned = rotations.matrix(np.array(orientation))[None]
+        return [text for _, text in plausible.outside_at(self._setup, np.array([position]), turned)]
 
     @property
     def controller(self) -> ControllerSection:
@@ -214,10 +224,13 @@ class Scenario:
         except ValidationError as error:
             raise PluginError(f"backend '{name}' needs options: give them under backend_options.{name}") from error
 
-    def problems_with(self, events: Sequence[ScenarioEvent]) -> list[Problem]:
-        """Return what is wrong with `events` in place of its own: paths are those in the section `events`."""
+    def problems_with(self, events: Sequence[ScenarioEvent], new: ScenarioEvent) -> list[Problem]:
+        """Return what is wrong with `events` in place of its own, of which one is `new` and the others were right.
+
+        Paths are those in the section `events`.
+        """
         problems = Problems()
-        EventChecks(self._document.copy(), problems, self.options()).run(events)
+        EventChecks(self._document.copy(), problems, self.options()).run(events, new)
         return problems.items
 
     def session_yaml(self, folder: str, events: Sequence[ScenarioEvent], duration: float) -> str:

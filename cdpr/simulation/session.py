@@ -103,7 +103,7 @@ class Session:
         """Raise CdprError where a new `event`, one of those `live`, cannot be, or another one after it no more."""
         events = [one for one in (*self.scenario.events, *live) if one is event or _concerns_others(type(one))]
         told = []
-        for problem in self.scenario.problems_with(events):
+        for problem in self.scenario.problems_with(events, event):
             other, key = events[int(problem.path[1])], dotted(problem.path[2:])
             text = f"{key}: {problem.text}" if key else problem.text
             if other is not event:

@@ -42,6 +42,8 @@ class Script:
     def refused(self, text):
         self.said.append(text)
 
+    warned = refused
+
 
 def scenario(duration):
     return cdpr.load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"simulation.duration": duration})
@@ -142,6 +144,33 @@ def test_what_was_lost_is_not_made_up_in_a_rush(monkeypatch):
     assert link.requests.now == pytest.approx(5.0 + 0.2, abs=2.5 * SLICE)
 
 
+class Flood(Requests):
+    """Requests without end, each of which takes `takes` (s)."""
+
+    def __init__(self, takes):
+        super().__init__()
+        self.now, self.takes, self.count = 0.0, takes, 0
+
+    def get(self, timeout=0.0):
+        self.now += self.takes
+        self.count += 1
+        return Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
+
+
+@pytest.mark.parametrize("takes", [1e-5, 1e-4, 0.004])
+def test_a_flood_takes_a_small_share_of_a_run_that_is_late(monkeypatch, takes):
+    link, slices, slow = Script([]), 1000, 0.002  # s that a slice takes
+    link.requests = flood = Flood(takes)
+    monkeypatch.setattr(live, "monotonic", lambda: flood.now)
+
+    def look(done, total):
+        flood.now += slow
+
+    drive(scenario(slices * SLICE), link, speed=FAST, rate=1.0 / SLICE, progress=look)
+    assert flood.count > 10
+    assert flood.now < 1.1 * slices * slow  # `SHARE`, and what the first took
+
+
 # What is heard
 
 
@@ -163,3 +192,16 @@ def test_messages_are_of_the_world():
     assert stamped(WRENCH, "", wrench=push).values == wanted
     with pytest.raises(CdprError, match="'world' is expected, or none, got 'platform'"):
         stamped(WRENCH, "platform", wrench=push)
+
+
+def test_a_target_outside_the_frame_is_followed_and_told_once():
+    """Once of many that lead there; again where one inside came between."""
+    places = [[0.0, 0.0, 9.0], [0.0, 0.1, 9.0], [0.0, 0.0, 1.5], [900.0, 0.0, 1.5]]
+    asked = [(3 + k, Request("target", {"position": p, "orientation": [1, 0, 0, 0]})) for k, p in enumerate(places)]
+    run, link = driven(asked)
+    assert len([event for event in run.events if event.kind == "target"]) == len(places)
+    span = "lies outside the frame: its anchors go from"
+    assert link.said == [
+        f"target: {span} z = 3.5 to 3.5 m, and here z = 9 m: it is followed as far as cables pull",
+        f"target: {span} x = -3.5 to 3.5 m, and here x = 900 m: it is followed as far as cables pull",
+    ]

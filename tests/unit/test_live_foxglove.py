@@ -126,8 +126,9 @@ BAD = {
 
 def test_what_makes_no_sense_is_told_and_changes_nothing():
     with running(0.2, held=True) as (link, found, said), client(link.port) as seen:
-        for topic, content, _ in BAD.values():
+        for number, (topic, content, _) in enumerate(BAD.values()):
             seen.publish(topic, content)
+            seen.until(lambda number=number: len(seen.statuses) > number)  # of what comes together the newest is done
         seen.publish(WRENCH, b"\0\1", encoding="cdr")
         seen.publish(WRENCH, b"\0\1", encoding="protobuf")
         for name, value in (("speed", -1.0), ("paused", 3), ("controller.kp", -5.0), ("mass", 1.0), ("speed", True)):

@@ -9,6 +9,7 @@ from live_cases import quiet, simulated
 import cdpr
 from cdpr import trajectory
 from cdpr.scenario.events.loads import Wrench
+from cdpr.scenario.events.target import Target
 
 PUSHES = 30
 ASKED = 4  # times that a push may be asked for what it does while it is made; it was asked once for each later one
@@ -47,6 +48,21 @@ def test_a_target_does_not_make_those_before_it_anew(monkeypatch, tmp_path):
         assert made["moves"] == PUSHES
         sim.save(tmp_path / "session.yaml")
         assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == sim.run().rows.tobytes()
+
+
+def test_a_target_is_not_checked_again_for_each_that_follows(monkeypatch):
+    checked, plain = Counter[str](), Target.stay
+
+    def counted(self, *words):
+        checked["targets"] += 1
+        plain(self, *words)
+
+    monkeypatch.setattr(Target, "stay", counted)
+    with quiet() as sim:
+        for i in range(PUSHES):
+            sim.target([1.0, 0.3, 1.5 + 0.001 * (i % 2)], duration=0.02)
+            sim.step()
+    assert checked["targets"] <= 2 * PUSHES
 
 
 def test_a_target_before_one_that_was_planned_leaves_that():

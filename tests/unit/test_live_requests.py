@@ -9,7 +9,7 @@ from contextlib import suppress
 from itertools import pairwise
 
 import pytest
-from live_cases import CAROCA, QUIET, quiet
+from live_cases import CAROCA, QUIET, Unmet, quiet
 from live_client import FILE, RUN_TIMEOUT
 
 import cdpr
@@ -17,16 +17,15 @@ from cdpr.errors import CdprError, Infeasible
 from cdpr.live import sender
 from cdpr.live.drive import Driven, drive
 from cdpr.live.heard import TENSION, WRENCH, request_of
-from cdpr.live.requests import KEPT, Request, Requests
-from cdpr.live.sender import Sender
+from cdpr.live.requests import Request, Requests
 from cdpr.simulation import session
 
 FAST = 1e6  # times real time
 OFTEN = 0.01  # s, much shorter than drive.WAITS
 
 
-class Quiet(Sender):
-    """A link that nobody meets."""
+class Quiet(Unmet):
+    """One that remembers what it was told."""
 
     def __init__(self, parameters=None, host="127.0.0.1"):
         self.said, self.told = [], []
@@ -34,18 +33,6 @@ class Quiet(Sender):
 
     def show(self, row, sample):
         self.told.append(sample)
-
-    def _open(self, topics):
-        pass
-
-    def _wanted(self):
-        return []
-
-    def _put(self, time, messages):
-        pass
-
-    def _shut(self):
-        pass
 
 
 def loaded(duration, **overrides):
@@ -114,19 +101,23 @@ def test_what_was_given_up_is_never_done(monkeypatch):
     assert driven(link, 0.05).events == ()
 
 
-def test_of_what_nobody_waits_for_the_newest_wait():
-    waiting = Requests()
+def test_of_what_nobody_waits_for_the_newest_waits():
+    waiting, first = Requests(), Request("wrench", {"k": -1})
+    waiting.put(first)
     for k in range(100):
         waiting.put(Request("wrench", {"k": k}))
         waiting.put(Request("set", {"key": "a", "k": k}))
         waiting.put(Request("set", {"key": "b", "k": k}))
-    waiting.put(Request("stop"), awaited=True)
+        if k == 50:
+            waiting.put(Request("step"), awaited=True)  # with what was set before
     found = []
     with suppress(queue.Empty):
         while True:
             found.append(waiting.get())
-    assert len(found) == 3 * KEPT + 1
-    assert {one.values["k"] for one in found[:-1]} == set(range(100 - KEPT, 100))
+    told = [(one.what, one.values.get("key"), one.values.get("k")) for one in found]
+    values = [("wrench", None), ("set", "a"), ("set", "b")]
+    assert told == [(*one, 50) for one in values] + [("step", None, None)] + [(*one, 99) for one in values]
+    assert first.done.is_set()  # who set it, too, need wait no more
 
 
 def test_a_stop_is_possible_however_much_was_done(monkeypatch):
@@ -181,7 +172,7 @@ def test_parameters_are_what_they_are():
         seen.append(dict(link.parameters))
         if len(seen) == 2:
             link.requests.put(Request("set", {"key": "controller.kp", "value": 2.0 * kp}))
-            link.requests.put(Request("step"))
+            link.requests.put(Request("step"), awaited=True)
             link.requests.put(Request("set", {"key": "controller.kp", "value": -1.0}))
         if len(seen) == 3:
             link.requests.put(Request("reset"))
