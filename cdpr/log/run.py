@@ -64,6 +64,7 @@ class Header:
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", where they are given
     path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the desired path that the scenario foresees
     tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, its axes
+    tool: str = ""  # which of them the desired motion leads; "" for the platform's origin
     believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
 
     def __repr__(self) -> str:
@@ -97,6 +98,8 @@ class Header:
             colours=self.colours,
             exits=tuple(read_exits(self.exits)),
             broken=self.broken,
+            tools=self.tools,
+            led=self.tool,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -131,6 +134,7 @@ NEWER: dict[str, object] = {
     "colours": {},
     "path": (),
     "tools": {},
+    "tool": "",
     "believed": "",
 }
 

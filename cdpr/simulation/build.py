@@ -17,7 +17,7 @@ from cdpr.cables import COMMANDED, exits_of, with_model
 from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
-from cdpr.model import kernel_cache, objects
+from cdpr.model import kernel_cache, objects, rotations
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
@@ -140,26 +140,33 @@ def make_header(scenario: Scenario) -> Header:
         colours=robot.colours,
         path=desired_path(scenario),
         tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
+        tool=scenario.trajectory.tool or "",
         believed=scenario.belief,
     )
 
 
 def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
-    """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place."""
+    """Return points of the path that the scenario asks for, (k, 3), m, for drawing; one where it stays in its place.
+
+    It is that of the tool which the motion leads, else of the platform's origin.
+    """
     end = scenario.simulation.steps * scenario.simulation.control_step
-    return _path(scenario.desired, end, PATH_TOLERANCE * scenario.robot.characteristic_length)
+    tool = scenario.trajectory.tool
+    arm = (0.0, 0.0, 0.0) if tool is None else tuple(scenario.robot.platform.tools[tool].tolist())
+    return _path(scenario.desired, end, PATH_TOLERANCE * scenario.robot.characteristic_length, arm)
 
 
 @lru_cache(maxsize=4)  # cases of a study share their motion
-def _path(wanted: Trajectory, end: float, tolerance: float) -> tuple[tuple[float, ...], ...]:
+def _path(wanted: Trajectory, end: float, tolerance: float, arm: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
     """Return points of a motion up to its `end`, s, of which as many are left out as the tolerance, m, allows."""
     fewest, most = PATH_POINTS
     times = np.linspace(0.0, end, min(max(fewest, math.ceil(end / PATH_STEP) + 1), most))
-    path, desired = np.empty((len(times), 3)), np.empty(19)
+    poses, desired = np.empty((len(times), 7)), np.empty(19)
     sample = wanted.sampler(desired)
-    for point, time in zip(path, times.tolist(), strict=True):
+    for pose, time in zip(poses, times.tolist(), strict=True):
         sample(time)
-        point[:] = desired[:3]
+        pose[:] = desired[:7]
+    path = poses[:, :3] + rotations.rotate(poses[:, 3:], np.array(arm)) if any(arm) else poses[:, :3]
     path = thinned(path, tolerance)
     if len(path) == 2 and np.array_equal(*path):
         path = path[:1]

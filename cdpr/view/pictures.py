@@ -50,6 +50,18 @@ class Pictures:
         """Ends of the cables on the frame and on the platform, (n, m, 2, 3), m."""
         return self.subject.ends(self.position, self.orientation)
 
+    @cached_property
+    def way(self) -> Array:
+        """Where the point is that the motion leads, (n, 3), m: the platform's origin, or a tool."""
+        return self.subject.led_at(self.position, self.orientation)
+
+    @cached_property
+    def desired_way(self) -> Array | None:
+        """Where it is to be, (n, 3), m."""
+        if self.desired_position is None or self.desired_orientation is None:
+            return self.desired_position
+        return self.subject.led_at(self.desired_position, self.desired_orientation)
+
     @property
     def range(self) -> tuple[float, float]:
         """Least and largest tension (N) of cables that pull: the range over which they are coloured.

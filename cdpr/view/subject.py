@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -26,6 +26,8 @@ class Subject:
     colours: dict[str, str]  # "#rrggbb" of "platform" and "frame", where they are given
     exits: tuple[CableExit | None, ...] = ()  # where cables leave the frame, where not all do at their anchors
     broken: tuple[tuple[int, float], ...] = ()  # cables that break, counted from 0, and when, s
+    tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, its axes
+    led: str = ""  # the tool that the motion leads, whose way is drawn; "" for the platform's origin
 
     @classmethod
     def of_robot(cls, robot: Robot) -> Subject:
@@ -39,7 +41,15 @@ class Subject:
             frame=np.empty((0, 6)) if robot.frame is None else robot.frame.edges,
             colours=robot.colours,
             exits=tuple(cable.exit for cable in robot.cables) if exits_of(robot) else (),
+            tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         )
+
+    def led_at(self, position: Array, orientation: Array) -> Array:
+        """Return where the point is whose way is drawn, (n, 3), m, world, at n poses (n, 3) and (n, 4)."""
+        if not self.led:
+            return position
+        with np.errstate(all="ignore"):
+            return np.asarray(position + rotations.rotate(orientation, np.array(self.tools[self.led])))
 
     def ends(self, position: Array, orientation: Array) -> Array:
         """Return the ends of the cables at n poses (n, 3) and (n, 4), on the frame and on the platform: (n, m, 2, 3).

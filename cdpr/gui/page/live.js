@@ -36,9 +36,9 @@ class LiveFilm extends Film {
     if (force) this.strongest = Math.max(this.strongest, Math.hypot(...force));
   }
 
-  // The way so far grows by where the platform is.
+  // The way so far grows by where the platform is, or the tool that the motion leads.
   tread(radius) {
-    const here = Array.from(this.last.pose.subarray(12, 15)), before = this.trail[this.trail.length - 1];
+    const here = moved(this.last.pose, this.arm || [0, 0, 0]), before = this.trail[this.trail.length - 1];
     if (before && Math.hypot(...here.map((x, i) => x - before[i])) < FINEST_TRAIL * radius) return;
     this.trail.push(here);
     if (this.trail.length > MOST_OF_TRAIL) this.trail = this.trail.filter((_, i) => i % 2 === 0);

@@ -45,7 +45,7 @@ def draw(scene: Pictures) -> OnPage:
     """Draw the frame's anchors, and cables and platform at the only pose or at start, end and on the way."""
     subject = scene.subject
     A = subject.anchors[:, :3]
-    wanted = scene.position if scene.desired_position is None else scene.desired_position
+    wanted = scene.way if scene.desired_way is None else scene.desired_way
     sane = np.concatenate([A, wanted[(np.abs(wanted) < FAR).all(axis=1)]])  # not where NaN either
     size = float(np.linalg.norm(np.ptp(sane, axis=0))) or 1.0
     middle = (sane.min(axis=0) + sane.max(axis=0)) / 2
@@ -156,9 +156,9 @@ def _motion(frame: Frame, scene: Pictures, view: Array, rows: list[int]) -> list
     frame.line(x, y, {"linestyle": "", "marker": "o", "markersize": 2.6, "color": INK, "zorder": 3.5})
     if not moves:
         return []
-    paths = [("path", scene.position, PATH)]
-    if scene.desired_position is not None:
-        paths.append(("desired path", scene.desired_position, DESIRED_PATH))
+    paths = [("path", scene.way, PATH)]
+    if scene.desired_way is not None:
+        paths.append(("desired path", scene.desired_way, DESIRED_PATH))
     for _, path, look in paths:
         _, points = extrema(scene.time[rows], path[rows] @ view[:2].T, bins=150)
         frame.line(points[:, 0], points[:, 1], {"zorder": 4, **look})

@@ -49,6 +49,9 @@ def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
         size = np.linalg.norm(shown.force, axis=1)
         out["force"] = arrays.coarse(_bounded(shown.force))
         out["strongest"] = float(np.max(size[np.isfinite(size)], initial=0.0))
+    if subject.tools:
+        out["tools"] = {name: list(point) for name, point in subject.tools.items()}
+        out["led"] = subject.led
     if subject.exits:
         out["exits"] = arrays.fine(shown.ends[:, :, 0])
         out["outlines"] = _outlines(shown, arrays)
@@ -76,10 +79,10 @@ def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
     """Corners of a box around frame, anchors and the platform's way."""
     subject = shown.subject
     fixed = np.concatenate([subject.anchors[:, :3], np.asarray(subject.frame).reshape(-1, 3)])
-    wanted = shown.position[:1] if shown.desired_position is None else shown.desired_position
+    wanted = shown.position[:1] if shown.desired_way is None else shown.desired_way
     known = np.concatenate([fixed, wanted[np.isfinite(wanted).all(axis=1)]])  # one anchor alone has no size
     middle, size = known.mean(axis=0), float(np.linalg.norm(np.ptp(known, axis=0))) or 1.0
-    way = shown.position[sane]
+    way = np.concatenate([shown.position[sane], shown.way[sane]]) if subject.led else shown.position[sane]
     way = way[np.linalg.norm(way - middle, axis=1) < FAR * size]
     around = radius_around(subject.shape, subject.anchors[:, 3:])
     points = np.concatenate([fixed, way.reshape(-1, 3)])

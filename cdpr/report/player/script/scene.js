@@ -6,7 +6,18 @@ class Film {
     Object.assign(this, scene);
     this.count = scene.time.length;
     this.corners = scene.body ? { corners: withNormals(scene.body) } : null;
+    this.arm = (scene.tools || {})[scene.led] || null; // of the point whose way is drawn, where that is not the origin
     this.room = scene.region ? { corners: withNormals(scene.region) } : null;
+  }
+
+  // The way of the point that the motion leads, of places and attitudes one after the other.
+  ledBy(places, attitudes) {
+    if (!this.arm) return places;
+    const out = new Float32Array(places.length);
+    for (let k = 0; k < places.length / 3; k++) {
+      out.set(moved(modelMatrix(places.subarray(3 * k, 3 * k + 3), attitudes.subarray(4 * k, 4 * k + 4)), this.arm), 3 * k);
+    }
+    return out;
   }
 
   at(t) {
@@ -189,6 +200,11 @@ function moving(film, picture, look, options) {
     labels.push({ at: exit, text: `${k + 1}${mark}`, colour: limit ? look.css.limit : look.css.ink, cable: k });
   }
   for (let k = 0; k < m; k++) lines.add(picture.tips[k], picture.tips[k], look.ink, 5);
+  for (const [name, place] of Object.entries(film.tools || {})) {
+    const at = moved(picture.pose, place);
+    lines.add(at, at, look.force, 7);
+    labels.push({ at, text: name, colour: look.css.force });
+  }
   drawBody(film, picture.pose, look.body, look.opacity, look.edge, lines, solids);
   if (film.room) solids.push({ body: film.room, model: UNMOVED, colour: [...look.desired, 0.3] });
   if (options.ghost && picture.desired && differ(picture.pose, picture.desired, options.radius)) {

@@ -84,8 +84,8 @@ class Stage {
     this.ways = this.films.map((film, i) => {
       const colour = several ? this.looks[i].run : base.ink;
       return {
-        desired: film.desired && i === 0 ? way(film.desired[0], this.camera.radius, base.desired, several ? 1.5 : 3.5, 0.75) : null,
-        done: way(film.position, this.camera.radius, colour, 1.8, 1),
+        desired: film.desired && i === 0 ? way(film.ledBy(...film.desired), this.camera.radius, base.desired, several ? 1.5 : 3.5, 0.75) : null,
+        done: way(film.ledBy(film.position, film.orientation), this.camera.radius, colour, 1.8, 1),
       };
     });
     this.paint = true;
