@@ -6,7 +6,6 @@ import numpy as np
 from conftest import ROOT
 
 import cdpr
-from cdpr.live.sender import Sender
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 WINCH = str(ROOT / "scenarios" / "winch.yaml")
@@ -14,22 +13,6 @@ WINCH = str(ROOT / "scenarios" / "winch.yaml")
 PLACE = {"initial.position": [1.0, 0.3, 1.5], "trajectory": {"type": "hold"}}
 SHORT = {"simulation.duration": 0.05}
 QUIET = {**SHORT, **PLACE}
-
-
-class Unmet(Sender):
-    """A live link that nobody meets."""
-
-    def _open(self, topics):
-        pass
-
-    def _wanted(self):
-        return []
-
-    def _put(self, time, messages):
-        pass
-
-    def _shut(self):
-        pass
 
 
 def simulation(**changes):

@@ -53,10 +53,6 @@ class Link(Protocol):
         """Tell who asked for something that cannot be."""
         ...
 
-    def warned(self, text: str) -> None:
-        """Tell who asked for something that is done and seldom meant."""
-        ...
-
 
 class Driven(Simulation):
     """A simulation that goes on slice by slice, and does what is asked for."""
@@ -71,7 +67,6 @@ class Driven(Simulation):
         self._slice = max(self._period / math.ceil(LOOKS * self._period), scenario.simulation.control_step)
         self._push: Wrench | None = None
         self._tension: list[float] | None = None
-        self._outside = False  # whether it was told to leave the frame
         self._begin_clock()
         self._heeds = -math.inf  # by the clock: from when on it may be late for what was asked for
         self._shown = -math.inf, -math.inf  # when: by the clock, and of simulated time
@@ -185,10 +180,6 @@ class Driven(Simulation):
     def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
         """Let the desired motion go to another pose, quaternion w, x, y, z."""
         self.target(position, orientation, duration=duration)
-        told = self.scenario.outside(position, orientation)
-        if told and not self._outside:  # said once of many that lead there
-            self._link.warned(f"target: {'; '.join(told)}: it is followed as far as cables pull")
-        self._outside = bool(told)
 
     def ask_wrench(self, force: list[float], moment: list[float]) -> None:
         """Let this wrench act from now on, in place of the one before; none at all ends that."""

@@ -95,10 +95,6 @@ class Sender(ABC):
                 return
         self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
-    def warned(self, text: str) -> None:
-        """Tell who started it, and all others that can be told."""
-        self._tell(printable(text))
-
     def _more(self) -> int:
         """Begin another second; return how many refusals of the last were not told."""
         with self._telling:  # never while it is told: who sends has locks of its own

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from cdpr import tolerances
@@ -16,7 +15,7 @@ from cdpr.cables import immediate, model_of
 from cdpr.errors import PluginError
 from cdpr.fmu.read.options import FMU
 from cdpr.lazy import late
-from cdpr.model import Robot, rotations
+from cdpr.model import Robot
 from cdpr.model.robot import Array, frozen_array
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import FileName
@@ -154,24 +153,15 @@ class Scenario:
     @cached_property
     def warnings(self) -> tuple[Problem, ...]:
         """What is allowed and seldom meant, such as sizes as if in millimetres: see `cdpr.scenario.plausible`."""
-        sections, document, twin, setup = self.sections, self._document, self._thought, self._setup
+        sections, document, twin = self.sections, self._document, self._thought
+        shortened = not document.mark(("simulation", "duration")).line
+        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
+        setup = plausible.Setup(*about, shortened=shortened)
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.believed is None or twin is None:
             return found
         thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
         return (*found, *belief.alone(plausible.warnings(thought, twin), found))
-
-    @cached_property
-    def _setup(self) -> plausible.Setup:
-        sections, document = self.sections, self._document
-        shortened = not document.mark(("simulation", "duration")).line
-        about = sections.robot, self.robot, belief.ROBOT, document.data, sections, self._motion, self.obstacles
-        return plausible.Setup(*about, shortened=shortened)
-
-    def outside(self, position: Sequence[float], orientation: Sequence[float]) -> list[str]:
-        """Return how a pose, m and a quaternion, world, lies outside the frame, where cables alone hold nothing."""
-        turned = rotations.matrix(np.array(orientation))[None]
-        return [text for _, text in plausible.outside_at(self._setup, np.array([position]), turned)]
 
     @property
     def controller(self) -> ControllerSection:

@@ -42,8 +42,6 @@ class Script:
     def refused(self, text):
         self.said.append(text)
 
-    warned = refused
-
 
 def scenario(duration):
     return cdpr.load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={"simulation.duration": duration})
@@ -192,16 +190,3 @@ def test_messages_are_of_the_world():
     assert stamped(WRENCH, "", wrench=push).values == wanted
     with pytest.raises(CdprError, match="'world' is expected, or none, got 'platform'"):
         stamped(WRENCH, "platform", wrench=push)
-
-
-def test_a_target_outside_the_frame_is_followed_and_told_once():
-    """Once of many that lead there; again where one inside came between."""
-    places = [[0.0, 0.0, 9.0], [0.0, 0.1, 9.0], [0.0, 0.0, 1.5], [900.0, 0.0, 1.5]]
-    asked = [(3 + k, Request("target", {"position": p, "orientation": [1, 0, 0, 0]})) for k, p in enumerate(places)]
-    run, link = driven(asked)
-    assert len([event for event in run.events if event.kind == "target"]) == len(places)
-    span = "lies outside the frame: its anchors go from"
-    assert link.said == [
-        f"target: {span} z = 3.5 to 3.5 m, and here z = 9 m: it is followed as far as cables pull",
-        f"target: {span} x = -3.5 to 3.5 m, and here x = 900 m: it is followed as far as cables pull",
-    ]

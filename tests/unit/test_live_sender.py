@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from live_cases import Unmet
 
-from cdpr.live.sender import BACKLOG
+from cdpr.live.sender import BACKLOG, Sender
 
 
-class Kept(Unmet):
-    """One whose simulation does what it is asked for, or says why not."""
+class Kept(Sender):
+    """A link to nobody, whose simulation does what it is asked for, or says why not."""
 
     def __init__(self):
         self.said, self.asked, self.refusal = [], [], ""
@@ -18,6 +17,18 @@ class Kept(Unmet):
     def ask(self, request):
         self.asked.append((request.what, request.values))
         return self.refusal
+
+    def _open(self, topics):
+        pass
+
+    def _wanted(self):
+        return []
+
+    def _put(self, time, messages):
+        pass
+
+    def _shut(self):
+        pass
 
 
 def test_services_ask_for_what_they_are_called():

@@ -14,11 +14,11 @@ from cdpr.problems import Path, Problem
 from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
-from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, outside_at, too_weak
+from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
 
-__all__ = ["CHECKS", "Finding", "Setup", "outside_at", "warnings"]
+__all__ = ["CHECKS", "Finding", "Setup", "warnings"]
 
 CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     whole_turns,

@@ -94,18 +94,12 @@ def too_weak(setup: Setup) -> Iterator[Finding]:
 
 def outside(setup: Setup) -> Iterator[Finding]:
     """Places beyond the frame's anchors, from where all cables pull back; only gravity pulls away from them."""
-    paths, positions, turned = setup.places
-    for k, text in outside_at(setup, positions, turned):
-        yield paths[k], text
-
-
-def outside_at(setup: Setup, positions: Array, turned: Array) -> Iterator[tuple[int, str]]:
-    """Which of positions (k, 3), m, world, with rotation matrices (k, 3, 3), lie there, and how far."""
     robot, anchors = setup.robot, setup.robot.anchors[:, :3]
     if _may_hold(setup):
         return
     low, high = anchors.min(axis=0), anchors.max(axis=0)
     slack = _slack(robot) * setup.extent + tolerances.HELD
+    paths, positions, turned = setup.places
     # A platform may be longer than its frame is wide: both its origin and its centre of mass must be outside.
     masses = positions + turned @ robot.platform.center_of_mass
     below = np.maximum(positions, masses) < low - slack
@@ -113,10 +107,10 @@ def outside_at(setup: Setup, positions: Array, turned: Array) -> Iterator[tuple[
     flat = high - low <= LEVEL * setup.extent  # also where there is one anchor
     hangs = flat & (((setup.gravity < 0.0) & below) | ((setup.gravity > 0.0) & above))
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
-    for k, i in np.argwhere((below | above) & ~hangs & free).tolist():
+    for k, i in np.argwhere((below | above) & ~hangs & free):
         axis = DOF_NAMES[i]
         span = f"its anchors go from {axis} = {low[i]:.4g} to {high[i]:.4g} m"
-        yield k, f"lies outside the frame: {span}, and here {axis} = {positions[k, i]:.6g} m"
+        yield paths[k], f"lies outside the frame: {span}, and here {axis} = {positions[k, i]:.6g} m"
 
 
 def beyond_reach(setup: Setup) -> Iterator[Finding]:
