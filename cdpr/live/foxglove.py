@@ -9,11 +9,10 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from threading import Thread
-from time import monotonic, sleep
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS, request_of
+from cdpr.live.heard import KINDS
 from cdpr.live.requests import Request
 from cdpr.live.sender import BACKLOG, SERVICES, Sender
 from cdpr.log.ros2 import full_name, schema_text
@@ -26,10 +25,8 @@ except ImportError as error:
     raise PluginError(f"a live link needs the foxglove SDK ({error}): pip install 'cdpr[live]'") from None
 
 CLOSES = 1.0  # s, that is waited for clients to go
-OFTEN = 1000  # messages in a second from all clients that are heard at once; before each more it waits
-FEW = 10  # of them may wait for what becomes of a parameter that they set,
+FEW = 10  # messages in a second may wait for what becomes of a parameter that they set,
 SOON = 0.03  # s, longer than a slice takes in real time
-PAUSE = 0.001  # s: in it the simulation has the interpreter
 # What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
 _LOGGER = logging.getLogger("foxglove")
 if _LOGGER.level == logging.NOTSET:
@@ -132,20 +129,10 @@ class _Listener(ServerListener):
 
     def __init__(self, server: Foxglove) -> None:
         self._server, self._topics = server, dict[tuple[int, int], tuple[str, str]]()
-        self._second, self._heard = monotonic(), 0
-
-    def _hear(self) -> bool:
-        """Return whether there is anybody to hear it still; who sends without end sends as slowly as it takes."""
-        if monotonic() - self._second >= 1.0:
-            self._second, self._heard = monotonic(), 0
-        self._heard += 1
-        if self._heard > OFTEN and not self._server.over:
-            sleep(PAUSE)
-        return not self._server.over
 
     def on_client_advertise(self, client: Any, channel: Any) -> None:
         self._topics[client.id, channel.id] = channel.topic, channel.encoding
-        if self._hear() and channel.topic not in KINDS:
+        if self._server.attend() and channel.topic not in KINDS:
             self._server.refused(f"{channel.topic}: nobody listens there; {', '.join(KINDS)} are heard")
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
@@ -153,15 +140,11 @@ class _Listener(ServerListener):
 
     def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
         topic, encoding = self._topics.get((client.id, client_channel_id), ("", ""))
-        if not self._hear():
-            return
-        try:
-            self._server.requests.put(request_of(topic, encoding, data))
-        except CdprError as error:
-            self._server.refused(str(error))
+        if self._server.attend():
+            self._server.hear(topic, encoding, data)
 
     def on_get_parameters(self, client: Any, param_names: list[str], request_id: str | None = None) -> list[Parameter]:
-        self._hear()
+        self._server.attend()
         return [one for one in self._server.given() if not param_names or one.name in param_names]
 
     def on_set_parameters(
@@ -169,11 +152,11 @@ class _Listener(ServerListener):
     ) -> list[Parameter]:
         # Of a flood nothing is waited for. The SDK tells all who subscribe of what is returned. Its method to tell them
         # of more is never called: it waits, with the interpreter, for who has its lock and waits for the interpreter.
-        for one in parameters if self._hear() else ():
+        for one in parameters if self._server.attend() else ():
             request = self._server.setting(one.name, one.get_value())
             if isinstance(request, Request):
                 self._server.requests.put(request)
-                if self._heard <= FEW:
+                if self._server.heard <= FEW:
                     request.done.wait(SOON)
         names = {one.name for one in parameters}
         return [one for one in self._server.given() if one.name in names]

@@ -9,12 +9,14 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from itertools import count
+from threading import Thread
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS, bounded, request_of
+from cdpr.live.heard import KINDS, bounded
 from cdpr.live.parameters import PARAMETER_SERVICES
 from cdpr.live.sender import SERVICES, Sender
 from cdpr.log.ros2 import decode, encode
@@ -30,6 +32,7 @@ except ImportError as error:
 NAME = "cdpr"
 ROUTER = 7447  # port of a Zenoh router
 MOST_DOMAIN = 232  # as for DDS, where it is a question of ports
+KEPT = 10  # messages of a topic that wait to be heard, as its quality of service says
 DEPTH = 1000  # of the history of parameter services, as in rcl
 TRIGGER = "std_srvs/srv/Trigger"
 
@@ -72,7 +75,10 @@ class Ros2(Sender):
         self._held: list[object] = [self._token(self._node.token())]
         for topic, kind in KINDS.items():
             self._declare(SUBSCRIPTION, topic, kind)
-            self._held.append(self._session.declare_subscriber(self._node.key(topic, kind), self._listener(topic)))
+            # Of a flood Zenoh drops the oldest, without the interpreter.
+            subscriber = self._session.declare_subscriber(self._node.key(topic, kind), zenoh.handlers.RingChannel(KEPT))
+            self._held.append(subscriber)
+            Thread(target=self._listen, args=(topic, subscriber), name=f"cdpr hears {topic}", daemon=True).start()
         for name in SERVICES:
             self._serve(name, TRIGGER, self._trigger(name))
         for kind, answer in PARAMETER_SERVICES.items():
@@ -92,14 +98,11 @@ class Ros2(Sender):
         self._held.append(self._token(token))
         return gid(token)
 
-    def _listener(self, topic: str) -> Callable[[zenoh.Sample], None]:
-        def hear(sample: zenoh.Sample) -> None:
-            try:
-                self.requests.put(request_of(topic, "cdr", sample.payload.to_bytes()))
-            except CdprError as error:
-                self.refused(str(error))
-
-        return hear
+    def _listen(self, topic: str, subscriber: zenoh.Subscriber[Any]) -> None:
+        with suppress(zenoh.ZError):  # the session is closed
+            for sample in subscriber:
+                if self.attend():
+                    self.hear(topic, "cdr", sample.payload.to_bytes())
 
     def _trigger(self, name: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
         def answer(_: dict[str, Any]) -> dict[str, Any]:
@@ -114,6 +117,8 @@ class Ros2(Sender):
 
         def handle(query: zenoh.Query) -> None:
             with query:
+                if not self.attend():
+                    return
                 try:
                     sequence, _, caller = parse_attachment(query.attachment.to_bytes() if query.attachment else b"")
                     data = query.payload.to_bytes() if query.payload else b""

@@ -7,12 +7,13 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
 
 from cdpr.errors import CdprError
+from cdpr.live.heard import request_of
 from cdpr.live.messages import Messages
 from cdpr.live.requests import Request, Requests
 from cdpr.log.chunk import nanoseconds
@@ -25,6 +26,8 @@ ANSWERS = 2.0  # s, that who asks for something waits for it
 BACKLOG = 256  # messages that wait for a client; the oldest are dropped
 TOLD = 50  # refusals that are told in a second; of more, how many there were
 MOST_TOLD = 500  # characters of each
+OFTEN = 1000  # messages in a second from all others that are heard at once; before each more it waits
+PAUSE = 0.001  # s: in it the simulation has the interpreter
 SERVICES = ("pause", "resume", "step", "reset", "stop")
 
 
@@ -58,6 +61,7 @@ class Sender(ABC):
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
         self._second, self._refused = monotonic(), 0  # in this second so many
+        self._since, self._heard = monotonic(), 0  # likewise
 
     @property
     def address(self) -> str:
@@ -102,10 +106,26 @@ class Sender(ABC):
         """Tell who started it, and all others that can be told."""
         self._say(text)
 
+    def attend(self) -> bool:
+        """Count a message; return whether it is heard. Who sends without end is heard as slowly as it takes."""
+        if monotonic() - self._since >= 1.0:
+            self._since, self._heard = monotonic(), 0
+        self._heard += 1
+        if self._heard > OFTEN and not self._ended.is_set():
+            sleep(PAUSE)
+        return not self._ended.is_set()
+
     @property
-    def over(self) -> bool:
-        """Whether nothing is heard or sent any more."""
-        return self._ended.is_set()
+    def heard(self) -> int:
+        """How many messages came in this second."""
+        return self._heard
+
+    def hear(self, topic: str, encoding: str, data: bytes) -> None:
+        """Hand on what a message asks for, or tell why it makes no sense."""
+        try:
+            self.requests.put(request_of(topic, encoding, data))
+        except CdprError as error:
+            self.refused(str(error))
 
     def close(self) -> None:
         """Send no more, and close all connections."""
