@@ -95,6 +95,10 @@ class Sender(ABC):
                 return
         self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
+    def warned(self, text: str) -> None:
+        """Tell of what is done, but seldom meant; likewise."""
+        self.refused(f"warning: {text}")
+
     def _more(self) -> int:
         """Begin another second; return how many refusals of the last were not told."""
         with self._telling:  # never while it is told: who sends has locks of its own
