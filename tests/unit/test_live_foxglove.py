@@ -245,6 +245,20 @@ def test_the_sdk_is_asked_for_nothing_that_can_lock_it_up():
     assert "publish_parameter_values" not in used
 
 
+def test_who_subscribes_to_parameters_is_told_whoever_changes_them():
+    with running(0.2, held=True) as (link, _, _), client(link.port) as seen, client(link.port) as other:
+        seen.say(op="subscribeParameterUpdates", parameterNames=["paused", "speed"])
+        assert other.call("/cdpr/step")["success"]
+        seen.until(lambda: seen.parameters.get("paused") is True)
+        assert other.call("/cdpr/resume")["success"]
+        seen.until(lambda: seen.parameters["paused"] is False)
+        assert other.call("/cdpr/pause")["success"]
+        seen.until(lambda: seen.parameters["paused"] is True)
+        other.set("speed", 3.0)
+        seen.until(lambda: seen.parameters.get("speed") == 3.0)
+        assert seen.statuses == []
+
+
 def test_what_clients_garble_is_not_logged(caplog):
     with closing(foxglove.Foxglove(port=0)) as link, client(link.port) as seen:
         seen.socket.send(b"\0")
