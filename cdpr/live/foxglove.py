@@ -13,7 +13,7 @@ from threading import Event, Thread
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS
+from cdpr.live.heard import KINDS, unheard
 from cdpr.live.own_client import say as say_as_client
 from cdpr.live.requests import Request
 from cdpr.live.sender import BACKLOG, SERVICES, Sender
@@ -165,7 +165,7 @@ class _Listener(ServerListener):
     def on_client_advertise(self, client: Any, channel: Any) -> None:
         self._topics[client.id, channel.id] = channel.topic, channel.encoding
         if self._server.attend() and channel.topic not in KINDS:
-            self._server.refused(f"{channel.topic}: nobody listens there; {', '.join(KINDS)} are heard")
+            self._server.refused(unheard(channel.topic))
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
         self._topics.pop((client.id, client_channel_id), None)

@@ -170,7 +170,7 @@ class Sender(ABC):
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:
-            return f"{name}: there is no such parameter; there are {', '.join(self.parameters)}"
+            return f"{name or shown(name)}: there is no such parameter; there are {', '.join(self.parameters)}"
         if isinstance(value, bool) != (name == "paused") or not isinstance(value, bool | int | float):
             return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {shown(value)}"
         return ""

@@ -200,7 +200,7 @@ def test_what_is_refused_is_told_on_one_line_and_not_without_end():
 @pytest.mark.parametrize("number", [b"1" + b"0" * 400, b"-1e999", b"1" * 5000, b"Infinity"])
 def test_numbers_beyond_all_bounds_are_told(number):
     for topic, text in ((WRENCH, b'{"wrench": {"force": {"x": %s}, "torque": {}}}'), (TENSION, b'{"effort": [%s]}')):
-        with pytest.raises(CdprError, match=f"^{topic}: "):
+        with pytest.raises(CdprError, match=f"^{topic}: .*: a finite number is expected, got -?inf"):
             request_of(topic, "json", text % number)
 
 
