@@ -45,6 +45,7 @@ class Sender(ABC):
         where: the address, and who may come there, for people.
         requests: what was asked for and is not done yet.
         parameters: names and values of what others may set.
+        heard: how many messages came in this second.
     """
 
     where: str
@@ -61,7 +62,7 @@ class Sender(ABC):
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
         self._second, self._refused = monotonic(), 0  # in this second so many
-        self._since, self._heard = monotonic(), 0  # likewise
+        self._since, self.heard = monotonic(), 0  # likewise
 
     @property
     def address(self) -> str:
@@ -113,16 +114,11 @@ class Sender(ABC):
     def attend(self) -> bool:
         """Count a message; return whether it is heard. Who sends without end is heard as slowly as it takes."""
         if monotonic() - self._since >= 1.0:
-            self._since, self._heard = monotonic(), 0
-        self._heard += 1
-        if self._heard > OFTEN and not self._ended.is_set():
+            self._since, self.heard = monotonic(), 0
+        self.heard += 1
+        if self.heard > OFTEN and not self._ended.is_set():
             sleep(PAUSE)
         return not self._ended.is_set()
-
-    @property
-    def heard(self) -> int:
-        """How many messages came in this second."""
-        return self._heard
 
     def hear(self, topic: str, encoding: str, data: bytes) -> None:
         """Hand on what a message asks for, or tell why it makes no sense."""
