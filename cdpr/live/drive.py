@@ -53,6 +53,10 @@ class Link(Protocol):
         """Tell who asked for something that cannot be."""
         ...
 
+    def warned(self, text: str) -> None:
+        """Tell who asked for something that is done, but seldom meant."""
+        ...
+
 
 class Driven(Simulation):
     """A simulation that goes on slice by slice, and does what is asked for."""
@@ -66,6 +70,7 @@ class Driven(Simulation):
         # A whole number of slices is a period.
         self._slice = max(self._period / math.ceil(LOOKS * self._period), scenario.simulation.control_step)
         self._push: Wrench | None = None
+        self._doubted = False  # whether the last target was
         self._tension: list[float] | None = None
         self._begin_clock()
         self._heeds = -math.inf  # by the clock: from when on it may be late for what was asked for
@@ -178,8 +183,12 @@ class Driven(Simulation):
         self._link.changed({"speed": speed})
 
     def ask_target(self, position: list[float], orientation: list[float], duration: float = MOVE) -> None:
-        """Let the desired motion go to another pose, quaternion w, x, y, z."""
+        """Let the desired motion go to another pose of the origin, quaternion w, x, y, z; warn once."""
         self.target(position, orientation, duration=duration)
+        doubts = self.scenario.doubts(self.events)
+        if doubts and not self._doubted:
+            self._link.warned(f"target: {'; '.join(doubts)}")
+        self._doubted = bool(doubts)
 
     def ask_wrench(self, force: list[float], moment: list[float]) -> None:
         """Let this wrench act from now on, in place of the one before; none at all ends that."""
@@ -220,7 +229,7 @@ class Driven(Simulation):
     def ask_reset(self) -> None:
         """Begin anew, where nothing is logged."""
         self.reset()
-        self._push, self._tension = None, None
+        self._push, self._tension, self._doubted = None, None, False
         self._shown = -math.inf, -math.inf
         self._link.changed(self.scenario.options().numbers())
         self._begin_clock()

@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import logging
 import os
+import secrets
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from threading import Thread
+from threading import Event, Thread
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS
+from cdpr.live.heard import KINDS, unheard
+from cdpr.live.own_client import say as say_as_client
 from cdpr.live.requests import Request
 from cdpr.live.sender import BACKLOG, SERVICES, Sender
 from cdpr.log.ros2 import full_name, schema_text
@@ -27,6 +29,8 @@ except ImportError as error:
 CLOSES = 1.0  # s, that is waited for clients to go
 FEW = 10  # messages in a second may wait for what becomes of a parameter that they set,
 SOON = 0.03  # s, longer than a slice takes in real time
+REST = 0.05  # s, from one time that subscribers are told of parameters to the next
+PROTOCOL = "foxglove.sdk.v1"
 # What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
 _LOGGER = logging.getLogger("foxglove")
 if _LOGGER.level == logging.NOTSET:
@@ -45,6 +49,8 @@ class Foxglove(Sender):
 
     Attributes:
         port: on which it listens.
+        subscribed: whether anybody ever asked to be told of parameters that change.
+        secret: by which its own client is known.
     """
 
     def __init__(
@@ -55,6 +61,8 @@ class Foxglove(Sender):
         parameters: dict[str, Any] | None = None,
     ) -> None:
         super().__init__(host, port, say, parameters)
+        self.secret = secrets.token_hex(16)
+        self.subscribed = False
         self._context = foxglove.Context()
         self._channels: list[foxglove.Channel] = []
         services = [
@@ -80,12 +88,34 @@ class Foxglove(Sender):
                 f"--live-port: cannot listen at {self.address}: {text}; 0 takes a free port, --live-host another place"
             ) from None
         self.port = self._server.port
+        self._news = Event()
+        self._pushing = Thread(target=self._push, name="cdpr parameters", daemon=True)
+        self._pushing.start()
         self.where = f"ws://{self.address}, for Foxglove and PlotJuggler"
 
     def _tell(self, text: str) -> None:
         """Tell all clients, too."""
         super()._tell(text)
         self._server.publish_status(text, StatusLevel.Warning)
+
+    def changed(self, parameters: Mapping[str, Any]) -> None:
+        """Tell who subscribes to parameters, too, soon."""
+        super().changed(parameters)
+        self._news.set()
+
+    def _push(self) -> None:
+        """Tell subscribers of all parameters as a client of its own that sets them.
+
+        The SDK's method for that is never called: it waits, with the interpreter, for the lock of who subscribes and
+        waits for the interpreter. What a client sets the SDK tells all who subscribe, without the interpreter.
+        """
+        said = json.dumps({"op": "setParameters", "parameters": [], "id": self.secret})
+        while self._news.wait() and not self._ended.is_set():
+            self._news.clear()
+            if self.subscribed:
+                with suppress(OSError):
+                    say_as_client(self.host, self.port, PROTOCOL, said)
+            self._ended.wait(REST)
 
     def given(self) -> list[Parameter]:
         """All parameters."""
@@ -114,6 +144,8 @@ class Foxglove(Sender):
             self._channels[k].log(data, log_time=time)
 
     def _shut(self) -> None:
+        self._news.set()
+        self._pushing.join()
         for channel in self._channels:
             channel.close()
         stopping = Thread(target=self._server.stop)
@@ -133,7 +165,7 @@ class _Listener(ServerListener):
     def on_client_advertise(self, client: Any, channel: Any) -> None:
         self._topics[client.id, channel.id] = channel.topic, channel.encoding
         if self._server.attend() and channel.topic not in KINDS:
-            self._server.refused(f"{channel.topic}: nobody listens there; {', '.join(KINDS)} are heard")
+            self._server.refused(unheard(channel.topic))
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
         self._topics.pop((client.id, client_channel_id), None)
@@ -143,6 +175,9 @@ class _Listener(ServerListener):
         if self._server.attend():
             self._server.hear(topic, encoding, data)
 
+    def on_parameters_subscribe(self, param_names: list[str]) -> None:
+        self._server.subscribed = True
+
     def on_get_parameters(self, client: Any, param_names: list[str], request_id: str | None = None) -> list[Parameter]:
         self._server.attend()
         return [one for one in self._server.given() if not param_names or one.name in param_names]
@@ -150,8 +185,9 @@ class _Listener(ServerListener):
     def on_set_parameters(
         self, client: Any, parameters: list[Parameter], request_id: str | None = None
     ) -> list[Parameter]:
-        # Of a flood nothing is waited for. The SDK tells all who subscribe of what is returned. Its method to tell them
-        # of more is never called: it waits, with the interpreter, for who has its lock and waits for the interpreter.
+        # Of a flood nothing is waited for. The SDK tells all who subscribe of what is returned.
+        if request_id == self._server.secret:
+            return self._server.given()
         for one in parameters if self._server.attend() else ():
             request = self._server.setting(one.name, one.get_value())
             if isinstance(request, Request):

@@ -19,16 +19,28 @@ MOST = 65536  # bytes of a message
 def request_of(topic: str, encoding: str, data: bytes) -> Request:
     """Return what a message asks for. Raises CdprError, naming the topic, where it makes no sense."""
     if topic not in KNOWN:
-        raise CdprError(f"{topic}: nobody listens there; {', '.join(KNOWN)} are heard")
+        raise CdprError(unheard(topic))
     if encoding not in ("json", "cdr"):
         raise CdprError(f"{topic}: messages in JSON and CDR are heard, not in {shown(encoding)}")
     try:
-        message = json.loads(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
+        message = _json(bounded(data)) if encoding == "json" else decode(KINDS[topic], bounded(data))
         if not isinstance(message, dict):
             raise ValueError("an object is expected")
         return KNOWN[topic](message)
     except (ValueError, RecursionError) as error:
         raise CdprError(f"{topic}: {error}") from None
+
+
+def unheard(topic: str) -> str:
+    """Say that nobody listens on a topic."""
+    return f"{topic or shown(topic)}: nobody listens there; {', '.join(KNOWN)} are heard"
+
+
+def _json(data: bytes) -> object:
+    try:
+        return json.loads(data, parse_int=float)  # of integers without end Python would tell how to allow them
+    except ValueError as error:
+        raise ValueError(f"JSON is expected: {error}") from None
 
 
 def bounded(data: bytes) -> bytes:

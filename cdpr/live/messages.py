@@ -9,10 +9,8 @@ from time import monotonic
 from cdpr.log.chunk import Chunk, Template
 from cdpr.log.run import Header
 from cdpr.log.topics import Group, Topic, run_topics
-from cdpr.log.visuals import PATH_RATE, visual_topics
+from cdpr.log.visuals import PATH, PATH_RATE, visual_topics
 from cdpr.model.robot import Array
-
-OTHERS = 3  # groups of a run without a desired path: what its rows hold, frames, the scene
 
 
 class Messages:
@@ -29,26 +27,23 @@ class Messages:
         self._groups: list[tuple[Group, Chunk]] = [
             (group, Chunk(Template(group), 1, header.control_step)) for group in groups
         ]
-        self._path = len(groups) - 1 if len(groups) > OTHERS else None
         self._path_due = -math.inf  # by the clock
-        self._wanted: list[bool] = []
 
     def of(self, row: Array, sample: int, wanted: list[bool]) -> Iterator[tuple[int, bytes]]:
         """Yield number and bytes of each topic that is wanted, of a row (width,) with its number.
 
         What takes long is left out for groups of which nothing is wanted; of the desired path, which does not change,
-        also where the same listeners have heard of it within a second of the clock.
+        also for who has heard of it within a second of the clock: who comes meanwhile waits so long at most.
         """
-        if wanted != self._wanted:  # somebody came who has nothing yet
-            self._wanted, self._path_due = list(wanted), -math.inf
         first, now = 0, monotonic()
-        for number, (group, chunk) in enumerate(self._groups):
+        for group, chunk in self._groups:
             numbers = range(first, first + len(group.topics))
             first += len(group.topics)
-            if number == self._path:
-                if now < self._path_due:
+            heard = any(wanted[k] for k in numbers)
+            if group.topics[0].name == PATH:
+                if heard and now < self._path_due:
                     continue
-                self._path_due = now + 1.0 / PATH_RATE
-            if any(wanted[k] for k in numbers):
+                self._path_due = now + 1.0 / PATH_RATE if heard else -math.inf  # the first has it at once
+            if heard:
                 found = chunk.messages(group.source(row[None]), sample)
                 yield from ((k, bytes(data)) for k, data in zip(numbers, found, strict=True) if wanted[k])

@@ -45,6 +45,7 @@ class Sender(ABC):
         where: the address, and who may come there, for people.
         requests: what was asked for and is not done yet.
         parameters: names and values of what others may set.
+        heard: how many messages came in this second.
     """
 
     where: str
@@ -61,7 +62,7 @@ class Sender(ABC):
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
         self._second, self._refused = monotonic(), 0  # in this second so many
-        self._since, self._heard = monotonic(), 0  # likewise
+        self._since, self.heard = monotonic(), 0  # likewise
 
     @property
     def address(self) -> str:
@@ -95,6 +96,10 @@ class Sender(ABC):
                 return
         self._tell(printable(text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}..."))
 
+    def warned(self, text: str) -> None:
+        """Tell of what is done, but seldom meant; likewise."""
+        self.refused(f"warning: {text}")
+
     def _more(self) -> int:
         """Begin another second; return how many refusals of the last were not told."""
         with self._telling:  # never while it is told: who sends has locks of its own
@@ -109,16 +114,11 @@ class Sender(ABC):
     def attend(self) -> bool:
         """Count a message; return whether it is heard. Who sends without end is heard as slowly as it takes."""
         if monotonic() - self._since >= 1.0:
-            self._since, self._heard = monotonic(), 0
-        self._heard += 1
-        if self._heard > OFTEN and not self._ended.is_set():
+            self._since, self.heard = monotonic(), 0
+        self.heard += 1
+        if self.heard > OFTEN and not self._ended.is_set():
             sleep(PAUSE)
         return not self._ended.is_set()
-
-    @property
-    def heard(self) -> int:
-        """How many messages came in this second."""
-        return self._heard
 
     def hear(self, topic: str, encoding: str, data: bytes) -> None:
         """Hand on what a message asks for, or tell why it makes no sense."""
@@ -166,7 +166,7 @@ class Sender(ABC):
 
     def _wrong(self, name: str, value: Any) -> str:
         if name not in self.parameters:
-            return f"{name}: there is no such parameter; there are {', '.join(self.parameters)}"
+            return f"{name or shown(name)}: there is no such parameter; there are {', '.join(self.parameters)}"
         if isinstance(value, bool) != (name == "paused") or not isinstance(value, bool | int | float):
             return f"{name}: {'true or false' if name == 'paused' else 'a number'} is expected, got {shown(value)}"
         return ""

@@ -22,6 +22,7 @@ from cdpr.view.pictures import weight_range
 TRANSFORM_RATE = 60.0  # Hz of simulation time, at most; of the clock, too: players make 40 where a log has none
 MARKER_RATE = 30.0
 PATH_RATE = 1.0  # it does not change: only for who joins later
+PATH = "/cdpr/desired_path"
 _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5  # visualization_msgs/Marker
 _AT_ORIGIN = {"orientation": {"w": 1.0}}
 MARKED = {
@@ -149,7 +150,7 @@ def _path(header: Header, channel: int) -> Group:
     points = np.array(header.path).ravel()
     columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (slice(0, len(points)),)}
     stamps = ("markers.0.header.stamp",)
-    topic = Topic("/cdpr/desired_path", "visualization_msgs/MarkerArray", {"markers": [line]}, columns, stamps)
+    topic = Topic(PATH, "visualization_msgs/MarkerArray", {"markers": [line]}, columns, stamps)
     every = _every(PATH_RATE, header)
     return Group((topic,), channel, len(points), every, lambda rows: np.tile(points, (len(rows), 1)))
 

@@ -163,6 +163,14 @@ class Scenario:
         thought = replace(setup, section=sections.believed, robot=self.believed, data=twin.data)
         return (*found, *belief.alone(plausible.warnings(thought, twin), found))
 
+    def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
+        """Return what `warnings` would say of where the last of these events, in place of its own, wants to go."""
+        looked = [*(event for event in events[:-1] if event.goal() is None), *events[-1:]]
+        run = self.sections.model_copy(update={"events": looked})
+        about = self.sections.robot, self.robot, belief.ROBOT, self._document.data, run
+        path = "events", len(looked) - 1
+        return [text for where, text in plausible.of_places(plausible.Setup(*about)) if where[:2] == path]
+
     @property
     def controller(self) -> ControllerSection:
         """Type of the controller."""

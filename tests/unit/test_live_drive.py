@@ -12,6 +12,7 @@ from conftest import ROOT
 import cdpr
 from cdpr.errors import CdprError
 from cdpr.live import drive as live
+from cdpr.live import messages
 from cdpr.live.drive import drive
 from cdpr.live.heard import TARGET, WRENCH, request_of
 from cdpr.live.requests import Request, Requests
@@ -40,6 +41,9 @@ class Script:
         pass
 
     def refused(self, text):
+        self.said.append(text)
+
+    def warned(self, text):
         self.said.append(text)
 
 
@@ -102,6 +106,23 @@ def test_a_wrench_after_a_reset_is_the_first():
     run, link = driven(asked)
     assert link.said == []
     assert run.external[70, :3].tolist() == [0.0, 7.0, 0.0]
+
+
+def test_a_target_far_away_is_warned_of_once_and_followed():
+    def target(x):
+        return Request("target", {"position": [x, 0.0, 1.0], "orientation": [1.0, 0.0, 0.0, 0.0], "duration": 0.05})
+
+    run, link = driven([(9, target(90.0)), (19, target(91.0)), (39, target(0.5)), (59, target(92.0))])
+    assert len(link.said) == 2
+    assert all(text.startswith("target: lies outside the frame: its anchors go from x = ") for text in link.said)
+    assert link.said[1].endswith("here x = 92 m")
+    assert sum(event.kind == "target" for event in run.events) == 4
+
+
+def test_where_a_wrench_may_hold_it_a_target_far_away_is_not_warned_of():
+    far = Request("target", {"position": [9.0, 0.0, 1.0], "orientation": [1.0, 0.0, 0.0, 0.0]})
+    _, link = driven([(9, wrench(10.0, 0.0, 0.0)), (29, far)])
+    assert link.said == []
 
 
 class Waiting(Requests):
@@ -167,6 +188,32 @@ def test_a_flood_takes_a_small_share_of_a_run_that_is_late(monkeypatch, takes):
     drive(scenario(slices * SLICE), link, speed=FAST, rate=1.0 / SLICE, progress=look)
     assert flood.count > 10
     assert flood.now < 1.1 * slices * slow  # `SHARE`, and what the first took
+
+
+# What is shown
+
+
+def test_the_path_is_shown_once_a_second_and_to_the_first_at_once(monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(messages, "monotonic", lambda: clock[0])
+    run = cdpr.simulate(scenario(0.01))
+    made = messages.Messages(run.header)
+    path = [topic.name for topic in made.topics].index("/cdpr/desired_path")
+    nobody = [False] * len(made.topics)
+    other, all_ = [k == 0 for k in range(len(nobody))], [True] * len(nobody)
+
+    def shown(time, wanted):
+        clock[0] = time
+        return path in [k for k, _ in made.of(run.rows[3], 3, wanted)]
+
+    assert not shown(0.0, other)
+    assert shown(0.1, all_)  # the first
+    assert not shown(0.2, all_)
+    assert not shown(1.05, all_)
+    assert shown(1.11, all_)  # who came meanwhile
+    assert not shown(1.2, all_)
+    assert not shown(1.3, other)
+    assert shown(1.4, all_)  # the first again
 
 
 # What is heard

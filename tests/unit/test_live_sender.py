@@ -3,32 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from live_link import Quiet
 
-from cdpr.live.sender import BACKLOG, Sender
+from cdpr.live.sender import BACKLOG
 
 
-class Kept(Sender):
-    """A link to nobody, whose simulation does what it is asked for, or says why not."""
+class Kept(Quiet):
+    """Its simulation does what it is asked for, or says why not."""
 
     def __init__(self):
-        self.said, self.asked, self.refusal = [], [], ""
-        super().__init__("127.0.0.1", 0, self.said.append, {"controller.kp": 100.0})
+        self.asked, self.refusal = [], ""
+        super().__init__({"controller.kp": 100.0})
 
     def ask(self, request):
         self.asked.append((request.what, request.values))
         return self.refusal
-
-    def _open(self, topics):
-        pass
-
-    def _wanted(self):
-        return []
-
-    def _put(self, time, messages):
-        pass
-
-    def _shut(self):
-        pass
 
 
 def test_services_ask_for_what_they_are_called():

@@ -128,6 +128,14 @@ def test_a_run_moves_its_tool(tmp_path):
         run.tool("x")
 
 
+def test_a_target_is_the_origins_also_where_a_tool_moves(tmp_path):
+    goal = {"type": "target", "time": 0.1, "position": [0.2, 0.1, 1.3], "duration": 0.5}
+    turned = {"orientation": {"rpy_deg": [0, 0, 20]}}
+    motion = {"type": "hold", "tool": "nozzle", "position": [0.1, 0.2, 0.7]}
+    made = scenario(tmp_path, motion, events=[{**goal, **turned}]).desired
+    assert np.abs(made.sample(1.0)[:3] - goal["position"]).max() < 1e-12
+
+
 def test_a_log_keeps_tools_and_shows_their_frames(tmp_path):
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory

@@ -31,7 +31,7 @@ class Target(ScenarioEvent):
     )
     position: Position = Field(
         INITIAL,
-        description="where to go; unless said, where the motion is at this time",
+        description="where the platform's origin goes, also where a tool moves; unless said, where it is at this time",
         json_schema_extra=unit("m"),
     )
     orientation: Orientation = Field(

@@ -18,7 +18,7 @@ from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, o
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
 
-__all__ = ["CHECKS", "Finding", "Setup", "warnings"]
+__all__ = ["CHECKS", "Finding", "Setup", "of_places", "warnings"]
 
 CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     whole_turns,
@@ -37,6 +37,12 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     cut_short,
     taken_by_the_guide,
 )
+
+
+def of_places(setup: Setup) -> Iterator[Finding]:
+    """Yield what is found of the places where it wants to go alone."""
+    yield from outside(setup)
+    yield from beyond_reach(setup)
 
 
 def warnings(setup: Setup, document: Document) -> tuple[Problem, ...]:

@@ -94,13 +94,14 @@ class Setup:
 
     def _wanted(self) -> Iterator[Place]:
         """Yield where the motion and events want to go, but for what they leave as it is."""
-        if self.run is None or self.motion is None:
+        if self.run is None:
             return
         initial = self.run.initial
-        tools, tool = self.run.robot.platform.tools, self.motion.tool  # as it is, whatever is believed
-        for path, position, attitude in self.motion.places(self.begin):
-            reach = 0.0 if tool is None else matrix(attitude) @ np.array(tools[tool])
-            yield ("trajectory", *path), position - reach, attitude
+        if self.motion is not None:
+            tools, tool = self.run.robot.platform.tools, self.motion.tool  # as it is, whatever is believed
+            for path, position, attitude in self.motion.places(self.begin):
+                reach = 0.0 if tool is None else matrix(attitude) @ np.array(tools[tool])
+                yield ("trajectory", *path), position - reach, attitude
         for i, event in enumerate(self.run.events):
             goal = event.goal()
             if goal is not None and goal.position is not None:

@@ -1,0 +1,29 @@
+"""A live link that nobody meets."""
+
+from __future__ import annotations
+
+from cdpr.live.sender import Sender
+
+
+class Quiet(Sender):
+    """It keeps what was said, and the numbers of the samples that were shown."""
+
+    def __init__(self, parameters=None, host="127.0.0.1"):
+        self.said, self.told = [], []
+        super().__init__(host, 7, self.said.append, parameters)
+
+    def show(self, row, sample):
+        self.told.append(sample)
+        super().show(row, sample)
+
+    def _open(self, topics):
+        pass
+
+    def _wanted(self):
+        return []
+
+    def _put(self, time, messages):
+        pass
+
+    def _shut(self):
+        pass
