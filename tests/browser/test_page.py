@@ -11,7 +11,7 @@ import pytest
 from browser_pages import PHONE, READY, pixels
 from command_line import cdpr_here
 from conftest import ROOT
-from test_report_cases import CASES
+from test_report_cases import CASES, LED
 
 import cdpr
 from cdpr.report.pages.run import write_report
@@ -84,6 +84,20 @@ def test_a_way_costs_what_is_seen_of_it(page):
     assert 10 < lines < points
     assert drawn == lines
     assert away < 2e-3
+
+
+def test_a_tool_is_shown_and_its_way(open_page, tmp_path):
+    run = cdpr.simulate("caroca", overrides=LED)
+    write_report(run, tmp_path / "report.html")
+    page = open_page((tmp_path / "report.html").as_uri())
+    ways = page.evaluate("""() => {
+        const { desired, done } = cdpr.stage.ways[0];
+        return [desired, done].map(({ data, count }) => Array.from(data.subarray(12 * count - 9, 12 * count - 6)));
+    }""")
+    np.testing.assert_allclose(ways, [LED["trajectory"]["to"]["position"]] * 2, atol=5e-3)
+    labels = page.evaluate("cdpr.stage.told")  # what is written into the scene
+    assert "nozzle" in labels
+    assert "eye" in labels
 
 
 def test_nothing_lies_upon_the_legend(page):

@@ -15,6 +15,19 @@ MASS = 60.0
 SIZE = (1.2, 0.6, 0.4)
 SCENARIO = "# a <scenario> & more\nrobot: robots/caroca.yaml\nsimulation:\n  duration: 4.0  # s\n"
 
+# A motion of a tool, for who draws its way.
+LED = {
+    "robot.platform.tools": {"nozzle": [0.3, 0.1, -0.4], "eye": [0.0, 0.0, 0.2]},
+    "initial.position": [0.0, 0.0, 1.4],
+    "trajectory": {
+        "type": "quintic",
+        "tool": "nozzle",
+        "duration": 0.8,
+        "to": {"position": [0.6, 0.2, 1.2], "orientation": {"rpy": [0.0, 0.0, 1.0]}},
+    },
+    "simulation.duration": 1.0,
+}
+
 
 def anchors_of(m: int) -> Array:
     """Anchors of a robot in a frame of 7 x 4 x 3.5 m: crossed, upper cables to lower corners."""

@@ -8,9 +8,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 from conftest import ROOT
-from test_report_cases import diverged_run, infeasible_run, make_run
+from test_report_cases import LED, diverged_run, infeasible_run, make_run
 
+import cdpr
 from cdpr.model import rotations
+from cdpr.report.player.arrays import Arrays
+from cdpr.report.player.scenes import scene
 from cdpr.report.plots.pictures import MOST, frames, pictures_of
 from cdpr.scenario import load_robot, load_scenario
 from cdpr.simulation.build import desired_path
@@ -216,6 +219,24 @@ def test_the_desired_path_of_a_long_run_keeps_its_corners():
     path = np.array(desired_path(load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides=changes)))
     for corner in corners:
         assert np.linalg.norm(path - corner, axis=1).min() < 1e-3
+
+
+def test_of_a_tool_that_is_led_the_way_is_drawn():
+    """In reports, pages, logs and windows: it is straight, where the origin's is not."""
+    run = cdpr.simulate(ROOT / "scenarios" / "caroca.yaml", overrides=LED)
+    shown = pictures_of(run)
+    np.testing.assert_allclose(shown.way, run.tool("nozzle"), atol=1e-12)
+    assert np.abs(shown.way - shown.desired_way).max() < 1e-4
+    path = np.array(run.header.path)
+    np.testing.assert_allclose(path[[0, -1]], shown.desired_way[[0, -1]], atol=1e-6)
+    straight = (path[-1] - path[0]) / np.linalg.norm(path[-1] - path[0])
+    assert np.abs(np.cross(path - path[0], straight)).max() < 1e-5
+    drawn = scene(shown, Arrays())
+    assert (drawn["led"], list(drawn["tools"])) == ("nozzle", ["nozzle", "eye"])
+    low, high = drawn["bounds"]
+    assert np.all(np.array(low) <= path.min(axis=0) + 1e-6)
+    assert np.all(np.array(high) >= path.max(axis=0) - 1e-6)
+    assert run.header.from_dict(run.header.to_dict()).tool == "nozzle"
 
 
 def test_a_path_keeps_its_corners_and_no_more():

@@ -64,7 +64,7 @@ class Told {
     this.counted = now;
     const put = (key, values, digits) => this.cells[key].forEach((cell, i) => {
       const x = values?.[i];
-      say(cell, x === null || x === undefined ? "–" : x.toFixed(digits).replace("-", "−"));
+      say(cell, x === null || x === undefined ? "–" : x.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−"));
     });
     const degrees = (q) => q && q[0] !== null && anglesOf(q).map((x) => x * 180 / Math.PI);
     put("p", frame.p, 4);
