@@ -236,9 +236,11 @@ class Stage:
     def _limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
         self._sim.limits(tension_min, tension_max)
 
-    def _target(self, position: Any = None, rpy: Any = None, duration: float | None = None) -> None:
+    def _target(self, position: Any = None, rpy: Any = None, duration: float | None = None) -> str:
         attitude = None if rpy is None else {"rpy": rpy}
         self._sim.target(position, attitude, duration=TARGET_SECONDS if duration is None else duration)
+        doubts = self.scenario.doubts(self._sim.events)
+        return f"target: {'; '.join(doubts)}" if doubts else ""
 
     def _save_session(self, out: str) -> str:
         """Write over nothing but what this simulation has saved before."""

@@ -194,6 +194,18 @@ def test_what_is_refused_is_told_and_nothing_has_happened(shared, do, arguments,
     assert shared.log == []
 
 
+def test_a_target_outside_the_frame_is_told_of_and_gone_to():
+    with staged(scenario()) as it:
+        it.phase("ready")
+        it.do("step", n=2)
+        it.do("target", position=[1.0, 0.32, 9.0])
+        it.do("step", n=2)
+        ((level, text),) = it.said()
+        assert level == "info"
+        assert text.startswith("target: lies outside the frame: its anchors go from z = 3.5 to 3.5 m, and here z = 9 m")
+        assert "new target" in it.board.latest("status")["events"][-1]["text"]
+
+
 def test_what_windows_ask_for_waits_in_no_endless_line():
     with staged(scenario()) as it:
         it.phase("ready")

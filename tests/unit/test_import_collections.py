@@ -66,7 +66,7 @@ SEEN = {
     "2_DoF_VSD": Seen(
         POINT,
         sets(vsd=every(**TORSION), basic_linear=every(**LINEAR), stiff=every()),
-        f"{FIXED} that our cables have; its cable sets basic_linear, stiff can be imported: --cable-set 'basic_linear'",
+        f"{FIXED} that our cables have; its cable sets basic_linear, stiff can be imported: choose cable set 'basic_linear' (--cable-set)",
     ),
     "CAROCA": Seen(bodies(), sets(original=[cable(k) for k in range(7)]), 7),
     "CoGiRo": Seen(bodies(centre=(-0.03, -0.01, 0.26)), sets(original=every(reference="com")), 4),
@@ -179,7 +179,7 @@ def test_a_collection_in_one_folder(tmp_path):
     (tmp_path / "2" / "robot.wcrfx").write_text(wirex(**{"Crane 1": "robot"}))
     taken = list(import_folder(tmp_path))
     assert [list(each.files) for each in taken] == [[], ["robot.yaml"], ["robot_2.yaml"], ["robot_3.yaml"]]
-    assert "--cable-set 'basic_linear'" in taken[0].error
+    assert "choose cable set 'basic_linear'" in taken[0].error
     assert "name: robot_2\n" in taken[2].files["robot_2.yaml"]
 
 

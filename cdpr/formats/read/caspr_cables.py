@@ -46,7 +46,7 @@ def cables(
         if not others:
             raise
         which = f"its cable sets {', '.join(others)} can" if len(others) > 1 else f"its cable set '{others[0]}' can"
-        raise FormatError(f"{error}; {which} be imported: --cable-set '{others[0]}'") from None
+        raise FormatError(f"{error}; {which} be imported: choose cable set '{others[0]}' (--cable-set)") from None
 
 
 def _sound(element: Element, centre: list[float]) -> bool:

@@ -39,7 +39,7 @@ def add(model: ET.Element, subject: Subject, modern: bool) -> None:
     if robot.n < 6:
         raise FormatError(
             f"style: legs are for platforms that are free in all six directions; robot '{robot.name}' is not: "
-            "--style platform"
+            "choose style platform"
         )
     only_ideal(robot, "a leg")
     check_lengths(robot, subject.state[:7])
