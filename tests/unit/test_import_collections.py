@@ -66,7 +66,8 @@ SEEN = {
     "2_DoF_VSD": Seen(
         POINT,
         sets(vsd=every(**TORSION), basic_linear=every(**LINEAR), stiff=every()),
-        f"{FIXED} that our cables have; its cable sets basic_linear, stiff can be imported: choose cable set 'basic_linear' (--cable-set)",
+        f"{FIXED} that our cables have; its cable sets basic_linear, stiff can be imported: "
+        "choose cable set 'basic_linear' (--cable-set)",
     ),
     "CAROCA": Seen(bodies(), sets(original=[cable(k) for k in range(7)]), 7),
     "CoGiRo": Seen(bodies(centre=(-0.03, -0.01, 0.26)), sets(original=every(reference="com")), 4),
