@@ -6,7 +6,7 @@ import pytest
 from command_line import cdpr_here
 from rich.cells import cell_len
 
-from cdpr.report.text.aligned import table
+from cdpr.report.text.aligned import table, vector
 
 ROWS = [["cable", "what it is", "N"], ["a", "short", "1"], ["left", "x" * 300, "12.5"]]
 
@@ -51,3 +51,10 @@ def test_commands_print_no_other_table_into_a_file(monkeypatch):
     assert "\x1b" not in "".join(lines)
     assert next(line for line in lines if line.startswith("  qp ")).split()[-1] not in ("", "…")
     assert max(map(len, lines)) > 100
+
+
+def test_vectors_are_told_without_their_rounding():
+    assert vector([1.2, -1.38778e-17, 1e-3]) == "[1.2, 0, 0.001]"
+    assert vector([3e-20, 0.0, -1e-20]) == "[3e-20, 0, -1e-20]"
+    assert vector([float("nan"), 2.0]) == "[nan, 2]"
+    assert vector([]) == "[]"

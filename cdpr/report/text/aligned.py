@@ -14,6 +14,7 @@ from cdpr.problems import printable
 WIDTH = 120  # letters in a line
 BETWEEN_WORDS = re.compile(r" (?![^(]*\))")  # of a heading: not within a unit, such as (N m)
 WIDEST = 100_000  # of a table: what stands in it is told whole
+ROUNDING = 1e-12  # of the largest number of a vector: far more than sums of a few numbers lose
 
 
 def row(name: str, value: str) -> str:
@@ -59,8 +60,9 @@ def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", r
 
 
 def vector(values: Sequence[float]) -> str:
-    """Six digits of each number in brackets."""
-    return "[" + ", ".join(f"{value:.6g}" for value in values) + "]"
+    """Six digits of each number in brackets; what is rounding beside the largest is 0."""
+    least = ROUNDING * max(map(abs, values), default=0.0)
+    return "[" + ", ".join(f"{0.0 if abs(value) <= least else value:.6g}" for value in values) + "]"
 
 
 def turned(q: Sequence[float]) -> str:
