@@ -14,7 +14,6 @@ from typing import Any
 
 from cdpr.errors import CdprError, PluginError
 from cdpr.live.heard import KINDS, unheard
-from cdpr.live.own_client import say as say_as_client
 from cdpr.live.requests import Request
 from cdpr.live.sender import BACKLOG, SERVICES, Sender
 from cdpr.log.ros2 import full_name, schema_text
@@ -23,12 +22,18 @@ from cdpr.log.topics import Topic
 try:
     import foxglove
     from foxglove.websocket import Capability, Parameter, ServerListener, Service, ServiceSchema, StatusLevel
+    from websockets.exceptions import WebSocketException
+    from websockets.sync.client import ClientConnection, connect
+    from websockets.typing import Subprotocol
 except ImportError as error:
-    raise PluginError(f"a live link needs the foxglove SDK ({error}): pip install 'cdpr[live]'") from None
+    raise PluginError(
+        f"a live link needs the foxglove SDK and websockets ({error}): pip install 'cdpr[live]'"
+    ) from None
 
 CLOSES = 1.0  # s, that is waited for clients to go
 FEW = 10  # messages in a second may wait for what becomes of a parameter that they set,
 SOON = 0.03  # s, longer than a slice takes in real time
+WAITS = 1.0  # s, that its own client waits for the server
 REST = 0.05  # s, from one time that subscribers are told of parameters to the next
 PROTOCOL = "foxglove.sdk.v1"
 # What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
@@ -113,9 +118,14 @@ class Foxglove(Sender):
         while self._news.wait() and not self._ended.is_set():
             self._news.clear()
             if self.subscribed:
-                with suppress(OSError):
-                    say_as_client(self.host, self.port, PROTOCOL, said)
+                with suppress(OSError, WebSocketException), self._client() as client:
+                    client.send(said)
             self._ended.wait(REST)
+
+    def _client(self) -> ClientConnection:
+        """Connect as a client, and not through a proxy."""
+        times: dict[str, Any] = {"open_timeout": WAITS, "close_timeout": WAITS, "ping_interval": None}
+        return connect(f"ws://{self.address}", subprotocols=[Subprotocol(PROTOCOL)], proxy=None, **times)
 
     def given(self) -> list[Parameter]:
         """All parameters."""
