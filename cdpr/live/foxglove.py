@@ -9,6 +9,7 @@ import secrets
 import socket
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from threading import Event, Thread
 from typing import Any
 
@@ -23,8 +24,7 @@ try:
     import foxglove
     from foxglove.websocket import Capability, Parameter, ServerListener, Service, ServiceSchema, StatusLevel
     from websockets.exceptions import WebSocketException
-    from websockets.sync.client import ClientConnection, connect
-    from websockets.typing import Subprotocol
+    from websockets.sync.client import connect
 except ImportError as error:
     raise PluginError(
         f"a live link needs the foxglove SDK and websockets ({error}): pip install 'cdpr[live]'"
@@ -114,18 +114,15 @@ class Foxglove(Sender):
         The SDK's method for that is never called: it waits, with the interpreter, for the lock of who subscribes and
         waits for the interpreter. What a client sets the SDK tells all who subscribe, without the interpreter.
         """
+        times: dict[str, Any] = {"open_timeout": WAITS, "close_timeout": WAITS, "ping_interval": None}
+        client = partial(connect, f"ws://{self.address}", subprotocols=[PROTOCOL], proxy=None, **times)
         said = json.dumps({"op": "setParameters", "parameters": [], "id": self.secret})
         while self._news.wait() and not self._ended.is_set():
             self._news.clear()
             if self.subscribed:
-                with suppress(OSError, WebSocketException), self._client() as client:
-                    client.send(said)
+                with suppress(OSError, WebSocketException), client() as link:
+                    link.send(said)
             self._ended.wait(REST)
-
-    def _client(self) -> ClientConnection:
-        """Connect as a client, and not through a proxy."""
-        times: dict[str, Any] = {"open_timeout": WAITS, "close_timeout": WAITS, "ping_interval": None}
-        return connect(f"ws://{self.address}", subprotocols=[Subprotocol(PROTOCOL)], proxy=None, **times)
 
     def given(self) -> list[Parameter]:
         """All parameters."""
