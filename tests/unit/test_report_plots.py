@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from test_report_cases import CASES, diverged_run, infeasible_run, make_run
 
@@ -359,6 +359,8 @@ def test_ticks_are_round_numbers_within(low, high, most, ticks) -> None:
     assert ticks_within(low, high, most) == pytest.approx(ticks)
 
 
+@example(6.592422886904324e16, 100.0, 3)  # where ticks are rounded to 8
+@example(9007199254740991.0, 1.0, 5)  # and to 1
 @given(st.floats(-1e300, 1e300), st.floats(1e-12, 1e300), st.integers(2, 12))
 def test_ticks_of_any_range_are_few_and_inside(low, width, most) -> None:
     high = low + width

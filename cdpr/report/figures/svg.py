@@ -206,7 +206,9 @@ def ticks_within(low: float, high: float, most: int, *, whole: bool = False) -> 
     first, last = low / step, high / step
     if not (step > 0.0 and isfinite(first) and isfinite(last)):
         return []
-    return [k * step for k in range(-floor(-first + 1e-9), floor(last + 1e-9) + 1)]
+    # Far out they are rounded, beyond the ends and to each other.
+    found = dict.fromkeys(k * step for k in range(-floor(-first + 1e-9), floor(last + 1e-9) + 1))
+    return [tick for tick in found if low - 1e-9 * step <= tick <= high + 1e-9 * step]
 
 
 def numbers(ticks: Sequence[float], plain: range) -> tuple[list[str], str]:
