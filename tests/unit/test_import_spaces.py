@@ -192,3 +192,18 @@ def test_what_is_no_motion_of_the_platform_is_told(tmp_path, joint, chosen, said
     assert list(taken.files) == ["robot.yaml"]
     (text,) = (each for each in taken.left_out if "trajectory 'one'" in each)
     assert said in text
+
+
+@pytest.mark.parametrize("link", ["7", "0", "one", ""])
+@pytest.mark.parametrize(("kind", "axes"), [("position", "xyz"), ("orientation_euler_xyz", "abg")])
+def test_what_is_of_another_link_does_not_move_the_platform(tmp_path, kind, axes, link):
+    other = spaces(space(kind, axes, link=link))
+    taken = taken_of(
+        tmp_path,
+        "SPATIAL_EULER_XYZ" if kind == "position" else "S_EULER_XYZ",
+        other,
+        trajectory([[0, 0, 0.0], [0, 0, 0.1]]),
+    )
+    assert list(taken.files) == ["robot.yaml"]
+    (text,) = [text for text in taken.left_out if "(trajectory 'one')" in text]
+    assert f"it is of link {link or '?'}, and the platform is link 1" in text

@@ -74,6 +74,7 @@ class Spaces:
     left_out: list[str]
     _named: list[tuple[Element, str]]
     _roots: list[Element]
+    _link: str
 
     def space(self, element: Element, joint: Joint) -> Space:
         """Return what y of a trajectory is. Raises FormatError where that is no motion of the platform."""
@@ -83,6 +84,8 @@ class Spaces:
         marker = set_.children[0]
         if marker.name not in ACTIVE:
             raise marker.wrong(f"<{marker.name}> is not known; there are {', '.join(ACTIVE)}")
+        if (on := _link_of(marker)) != self._link:
+            raise marker.wrong(f"it is of link {on or '?'}, and the platform is link {self._link}")
         letters = marker.child("axes").attribute("active_axes")
         if len(set(letters)) != len(letters) or set(letters) - set(ACTIVE[marker.name]):
             raise marker.wrong(
@@ -116,16 +119,21 @@ def spaces(roots: list[Element], link: Element, cables: list[str]) -> Spaces:
     names = unique([slug(marker.attributes.get("name", ""), "tool") for marker in markers])
     own, left_out = {}, []
     for name, marker in zip(names, markers, strict=True):
-        on = marker.child("link").text.strip()
+        on = _link_of(marker)
         if on == link.attribute("num"):
             own[name] = marker
         else:
-            text = f"operational space '{name}': a point of link {on}, not the platform's"
+            text = f"operational space '{name}': a point of link {on or '?'}, not the platform's"
             left_out.append(f"{Path(marker.file).name}:{marker.line}: {text}")
     tools = apart({name: list(marker.child("offset").vector(3)) for name, marker in own.items()}, cables)
     first = next(iter(own.values()), None)
     line = "" if first is None else f"{Path(first.file).name}:{first.line}"
-    return Spaces(tools, line, left_out, list(zip(own.values(), tools, strict=True)), roots)
+    return Spaces(tools, line, left_out, list(zip(own.values(), tools, strict=True)), roots, link.attribute("num"))
+
+
+def _link_of(marker: Element) -> str:
+    """Of which link a space is."""
+    return marker.child("link").text.strip()
 
 
 def _held(marker: Element, axes: tuple[str, ...], joint: Joint, reach: Array) -> tuple[Array, str, str]:
