@@ -80,7 +80,7 @@ class Node:
 
     def tokens(self):
         """Liveliness tokens of all there is, each split at its slashes."""
-        found = self.session.liveliness().get(f"@ros2_lv/{self.domain}/**", timeout=2.0)
+        found = self.session.liveliness().get(f"@ros2_lv/{self.domain}/**", timeout=WAITS)
         return [str(reply.ok.key_expr).split("/") for reply in found]
 
     def subscribe(self, topic, kind):
