@@ -79,9 +79,14 @@ class Node:
         return f"{self.domain}{topic}/{package}::{group}::dds_::{name}_/{TYPES.hash_rihs01(kind)}"
 
     def tokens(self):
-        """Liveliness tokens of all there is, each split at its slashes."""
-        found = self.session.liveliness().get(f"@ros2_lv/{self.domain}/**", timeout=WAITS)
-        return [str(reply.ok.key_expr).split("/") for reply in found]
+        """Liveliness tokens of all there is, each split at its slashes; a router may know of them a moment later."""
+        deadline = time.monotonic() + WAITS
+        while True:
+            found = self.session.liveliness().get(f"@ros2_lv/{self.domain}/**", timeout=WAITS)
+            tokens = [str(reply.ok.key_expr).split("/") for reply in found]
+            if tokens or time.monotonic() > deadline:
+                return tokens
+            time.sleep(0.05)
 
     def subscribe(self, topic, kind):
         taken = self.messages.setdefault(topic, [])
