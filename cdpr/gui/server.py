@@ -30,8 +30,8 @@ from websockets.sync.server import Server as Listener
 from websockets.sync.server import ServerConnection, serve
 
 from cdpr.errors import CdprError
-from cdpr.gui.choices import in_window
 from cdpr.gui.board import Board, Reader
+from cdpr.gui.choices import in_window
 
 PORTS = range(8080, 8100)  # the first that is free, unless one is asked for
 MOST_BYTES = 2**20  # of what a window says
