@@ -20,6 +20,7 @@ from cdpr.errors import CdprError
 from cdpr.formats.read.bring import ENDINGS, Taken, write
 from cdpr.formats.read.gazebo import is_motion
 from cdpr.gui.board import Reader
+from cdpr.gui.choices import in_window
 from cdpr.gui.desk.files import named
 from cdpr.gui.scratch import scratch
 from cdpr.gui.server import Words
@@ -229,7 +230,7 @@ def _message(every: list[Taken]) -> Words:
             left -= len(text) if fits else 0
             files.append({"name": name, "size": len(text), "text": text if fits else None})
         lists = {"left_out": _first(each.left_out), "warnings": _first(each.warnings)}
-        sources.append({**vars(each), **lists, "files": files})
+        sources.append({**vars(each), **lists, "error": in_window(each.error), "files": files})
     return {"kind": "imported", "sources": sources}
 
 

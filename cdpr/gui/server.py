@@ -31,6 +31,7 @@ from websockets.sync.server import ServerConnection, serve
 
 from cdpr.errors import CdprError
 from cdpr.gui.board import Board, Reader
+from cdpr.gui.choices import in_window
 
 PORTS = range(8080, 8100)  # the first that is free, unless one is asked for
 MOST_BYTES = 2**20  # of what a window says
@@ -203,8 +204,8 @@ class Server:
 
 
 def said(level: str, text: str, **more: str) -> dict[str, Any]:
-    """Return a message for people."""
-    return {"kind": "message", "level": level, "text": text, **more}
+    """Return a message for people, in the words of the window."""
+    return {"kind": "message", "level": level, "text": in_window(text), **more}
 
 
 def _parts(message: str | bytes) -> tuple[str | bytes, bytes]:

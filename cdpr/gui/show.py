@@ -174,7 +174,9 @@ class Show:
                 thread.start()
                 self._writing = [*filter(Thread.is_alive, self._writing), thread]
             elif said:
-                tell("info", said)
+                from cdpr.gui.stage import Doubt
+
+                tell("warning" if isinstance(said, Doubt) else "info", said)
         self._publish(monotonic(), everything=True)
 
     @property

@@ -39,9 +39,16 @@ from cdpr.tension.status import Status
 
 Later = Callable[[], str]
 
+
 BLOCK = 1024  # samples that are taken before they are looked at: fewer than a simulation keeps at hand
 FATES = ("broken", "jammed")
 TARGET_SECONDS = 2.0  # that the way to a new target takes unless said
+
+
+class Doubt(str):
+    """What a window is warned of: it was done, and is seldom meant."""
+
+    __slots__ = ()
 
 
 class Stage:
@@ -240,7 +247,7 @@ class Stage:
         attitude = None if rpy is None else {"rpy": rpy}
         self._sim.target(position, attitude, duration=TARGET_SECONDS if duration is None else duration)
         doubts = self.scenario.doubts(self._sim.events)
-        return f"target: {'; '.join(doubts)}" if doubts else ""
+        return Doubt(f"target: {'; '.join(doubts)}" if doubts else "")
 
     def _save_session(self, out: str) -> str:
         """Write over nothing but what this simulation has saved before."""

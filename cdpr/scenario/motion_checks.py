@@ -16,11 +16,12 @@ from cdpr.scenario.motions import AnyMotion, Motion
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.problems import exact
 from cdpr.scenario.report import Below
-from cdpr.scenario.robot_schema import PlatformSection
+from cdpr.scenario.robot_schema import Tools
 
 ROOT = "trajectory"
 
 MOTION: TypeAdapter[Motion] = TypeAdapter(AnyMotion, config=DEFERRED)
+TOOLS: TypeAdapter[Tools] = TypeAdapter(Tools, config=DEFERRED)
 
 
 class MotionChecks(Checks):
@@ -80,15 +81,20 @@ class MotionChecks(Checks):
                 text = f"{guide.free}: where it turns, this tool leaves what it holds; leave the tool out"
                 self.say((ROOT, "tool"), text)
                 return
-            guide = Guide(dof, begins.position, self.say)
+            guide = Guide(dof, begins.position, self.say, self.motion.tool)
             for path, point in self.motion.poses():
                 guide.check((ROOT, *path), point)
             self.motion.stay(guide, Below(self, (ROOT,)))
 
     def _tools(self) -> Mapping[str, Sequence[float]] | None:
-        """The platform's tools; None where they are wrong by themselves."""
-        platform = self.section(PlatformSection, ("robot", "platform"))
-        return None if platform is None else platform.tools
+        """The platform's tools, whatever else is wrong with it; None where they are not known."""
+        platform = self.document.get(("robot", "platform"))
+        if not isinstance(platform, dict):
+            return None
+        try:
+            return TOOLS.validate_json(json.dumps(platform.get("tools", {})))
+        except ValidationError:
+            return None
 
     def _begins(self, initial: Initial | None) -> Initial | None:
         """The initial state of what the motion moves; None where it is not known."""

@@ -92,6 +92,9 @@ def _sound_directions(dof: tuple[DofName, ...]) -> tuple[DofName, ...]:
     return dof
 
 
+Tools = dict[Name, Position]
+
+
 class PlatformSection(Section):
     """The moving rigid body."""
 
@@ -109,7 +112,7 @@ class PlatformSection(Section):
     )
     shape: ShapeSection | None = Field(None, description="for drawing only: a box, a sphere, a cylinder or a mesh")
     colour: Colour | None = Field(None, description="colour in drawings")
-    tools: dict[Name, Position] = Field(
+    tools: Tools = Field(
         {},
         max_length=MAX_TOOLS,
         description="points of the platform with a name, such as a nozzle, platform axes; a trajectory may be a tool's",

@@ -201,7 +201,7 @@ def test_a_target_outside_the_frame_is_told_of_and_gone_to():
         it.do("target", position=[1.0, 0.32, 9.0])
         it.do("step", n=2)
         ((level, text),) = it.said()
-        assert level == "info"
+        assert level == "warning"
         assert text.startswith("target: lies outside the frame: its anchors go from z = 3.5 to 3.5 m, and here z = 9 m")
         assert "new target" in it.board.latest("status")["events"][-1]["text"]
 

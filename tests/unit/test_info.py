@@ -20,6 +20,7 @@ from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.mechanics.properties import conditioning, free_wrench_matrix, home_pose, unresisted
 from cdpr.mechanics.restraint import restraint
 from cdpr.model import rotations
+from cdpr.report.text.portrait import lines
 from cdpr.scenario import load_robot
 from cdpr.tension.closure import positive_null_vector
 from cdpr_solvers.options import QpOptions
@@ -297,3 +298,11 @@ def test_small_tensions_are_not_shown_as_none(tmp_path):
     (tmp_path / "r.yaml").write_text(CONCURRENT.replace("[0.3, 0.4, -2]", "[0, 0, -3]"))
     lines = info(tmp_path / "r.yaml", "--pose", "0,0,0.5").stdout.splitlines()
     assert [line.split()[-1] for line in lines if "cable_6" in line] == ["0.0001"]
+
+
+def test_tensions_are_told_without_their_rounding():
+    told = figures(ROOT / "scenarios" / "robots" / "ipanema_1.yaml")
+    told["pose"]["static_tension_N"] = [160.32, *[3.7303e-14] * (told["robot"]["m"] - 1)]  # as solvers leave them
+    text = "\n".join(lines(told))
+    assert "e-14" not in text
+    assert "0 to 160.32 N" in text

@@ -232,6 +232,28 @@ def test_what_is_wrong_is_told(tmp_path, name):
     assert text in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"simulation": {"control_step": 0.001}},
+        {"robot": {**CAROCA, "platform": {**CAROCA["platform"], "mass": -1.0, "tools": {"nozzle": NOZZLE}}}},
+    ],
+)
+def test_what_else_is_wrong_hides_no_wrong_tool(tmp_path, wrong):
+    with pytest.raises(ScenarioError, match=r"trajectory\.tool: the platform has no tool 'nozle'") as caught:
+        scenario(tmp_path, {"type": "hold", "tool": "nozle"}, **wrong)
+    assert len(caught.value.rows) == 2
+
+
+@pytest.mark.parametrize("robot", ["nothing.yaml", {**CAROCA, "platform": None}])
+def test_tools_of_a_platform_that_is_not_known_are_not_missed(tmp_path, robot):
+    file = tmp_path / "tool.yaml"
+    file.write_text(yaml.safe_dump({"robot": robot, "trajectory": {"type": "hold", "tool": "nozzle"}}))
+    with pytest.raises(ScenarioError) as caught:
+        cdpr.load_scenario(file)
+    assert "has no tool" not in str(caught.value)
+
+
 PLANAR = yaml.safe_load((ROOT / "scenarios" / "robots" / "planar.yaml").read_text())
 SPHERICAL = yaml.safe_load((ROOT / "scenarios" / "robots" / "spherical.yaml").read_text())
 
@@ -243,7 +265,7 @@ def test_guides_let_tools_move_as_far_as_they_can(tmp_path):
     motion = {"type": "hold", "tool": "nozzle", "position": there}
     made = scenario(tmp_path, motion, PLANAR, {"nozzle": [0.0, 0.2, -0.2]})
     assert made.planned.sample(0.0)[:3] == pytest.approx([at[0] + 0.1, at[1], at[2] - 0.1])
-    with pytest.raises(ScenarioError, match="the initial position holds it at"):
+    with pytest.raises(ScenarioError, match="the initial position holds tool 'nozzle' at y = "):
         scenario(tmp_path, {**motion, "position": at}, PLANAR, {"nozzle": [0.0, 0.2, -0.2]})
     with pytest.raises(ScenarioError, match="where it turns, this tool leaves what it holds"):
         scenario(tmp_path, {"type": "hold", "tool": "nozzle"}, SPHERICAL)

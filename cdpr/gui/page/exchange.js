@@ -49,6 +49,7 @@ class Exchange {
     if (!dialog.open) return; // given up meanwhile
     if (message.level === "error") { say(problem, message.text); return; }
     dialog.close();
+    if (message.about === "take") this.live.form.arrive(); // not to the button that began it
     if (message.kind === "imported") this.taken(message);
     else if (message.kind === "file") this.download(message);
   }

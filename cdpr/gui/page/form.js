@@ -50,6 +50,9 @@ class Form {
     return data?.colours[path.includes("platform") ? "body" : "soft"]?.[dark ? 1 : 0];
   }
 
+  // Where one goes on after another file has come: its fields are one step further.
+  arrive() { this.tabs.choose(this.tabs.chosen, true); }
+
   mark(cable) { this.live.select(cable); }
   faults(path) { return this.wrong?.get(path) || []; }
 

@@ -115,7 +115,7 @@ class Told {
     if (this.tabs.chosen !== "messages") {
       this.unread += 1;
       this.tabs.count("messages", this.unread);
-      if (level === "error") this.tabs.choose("messages"); // it is what one has to know now
+      if (level !== "info") this.tabs.choose("messages"); // it is what one has to know now
     }
     this.seen();
   }

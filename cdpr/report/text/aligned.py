@@ -61,8 +61,13 @@ def table(rows: Iterable[Sequence[str]], left: int = 1, *, indent: str = "  ", r
 
 def vector(values: Sequence[float]) -> str:
     """Six digits of each number in brackets; what is rounding beside the largest is 0."""
+    return "[" + ", ".join(f"{value:.6g}" for value in unrounded(values)) + "]"
+
+
+def unrounded(values: Sequence[float]) -> list[float]:
+    """Return numbers of one kind with 0 for those that are rounding beside the largest."""
     least = ROUNDING * max(map(abs, values), default=0.0)
-    return "[" + ", ".join(f"{0.0 if abs(value) <= least else value:.6g}" for value in values) + "]"
+    return [0.0 if abs(value) <= least else value for value in values]
 
 
 def turned(q: Sequence[float]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from cdpr.report.text.aligned import condition_number, row, table, turned, vector
+from cdpr.report.text.aligned import condition_number, row, table, turned, unrounded, vector
 from cdpr.report.text.least import least_of
 
 CONSTRAINTS = {
@@ -62,7 +62,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         yield row("static tensions", f"none: {pose['static_problem']}")
         yield row("", f"the nearest within the limits leave {pose['static_residual_N']:.4g} N unbalanced")
     else:
-        t = pose["static_tension_N"]
+        t = unrounded(pose["static_tension_N"])
         span = f"{min(t):.5g} to {max(t):.5g} N"
         yield row("static tensions", f"{span} (qp), smallest margin {pose['static_margin_N']:.4g} N")
     yield from _cables(robot["cables"], pose)
@@ -71,7 +71,7 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
 
 
 def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]:
-    tensions = pose["static_tension_N"] or ["none"] * len(cables)
+    tensions: list[Any] = unrounded(pose["static_tension_N"] or []) or ["none"] * len(cables)
     rows = [
         [
             cable["name"],

@@ -61,14 +61,17 @@ class Guide:
     Attributes:
         held: which of x, y, z, rx, ry, rz it holds, (6,).
         free: words that say which directions are free.
-        home: (3,) position, m, at which it holds the platform.
+        home: (3,) position, m, at which it holds the platform, or the tool of that name.
     """
 
-    def __init__(self, dof: tuple[str, ...], home: Vector3, say: Callable[[Path, str], None]) -> None:
+    def __init__(
+        self, dof: tuple[str, ...], home: Vector3, say: Callable[[Path, str], None], tool: str | None = None
+    ) -> None:
         self.held = np.array([name not in dof for name in DOF_NAMES])
         self.free = f"the robot moves along {', '.join(dof)} only"
         self.home = np.array(home)
         self.say = say
+        self._what = "it" if tool is None else f"tool '{tool}'"
 
     def check(self, where: Path, point: Posed) -> None:
         """Report where a pose, or its rates, leave the guide; what is left out does not."""
@@ -106,4 +109,4 @@ class Guide:
         away = self.held[:3] & (np.abs(position - self.home) > tolerances.HELD)
         if away.any():
             axes = ", ".join(f"{'xyz'[i]} = {exact(self.home[i])}" for i in np.flatnonzero(self.held[:3]))
-            self.say(path, f"{self.free}; the initial position holds it at {axes} (m)")
+            self.say(path, f"{self.free}; the initial position holds {self._what} at {axes} (m)")

@@ -25,6 +25,7 @@ class FlatPainter {
     const a = camera.project(view, data.subarray(at, at + 3)), b = camera.project(view, data.subarray(at + 3, at + 6));
     if (!a || !b) return;
     const colour = rgba(data.subarray(at + 6, at + 10)), width = data[at + 10], dash = data[at + 11];
+    const least = a[0] === b[0] && a[1] === b[1] ? 0.01 : 0; // px: a point is a line, and those without length are not drawn
     const paint = (c) => {
       c.strokeStyle = colour;
       c.lineWidth = width;
@@ -32,7 +33,7 @@ class FlatPainter {
       c.setLineDash(dash ? [dash, dash] : []);
       c.beginPath();
       c.moveTo(a[0], a[1]);
-      c.lineTo(b[0], b[1]);
+      c.lineTo(b[0] + least, b[1]);
       c.stroke();
     };
     pieces.push({ depth: 0.5 * (a[2] + b[2]) * 0.999, paint });
