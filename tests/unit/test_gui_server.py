@@ -195,7 +195,7 @@ def test_windows_are_so_many_at_most(window):
         with pytest.raises(InvalidStatus, match="503"), look(window):
             pass
     end = time.monotonic() + PATIENCE
-    while window._server._windows and time.monotonic() < end:
+    while window._server._server._open and time.monotonic() < end:
         time.sleep(0.01)
     with look(window):
         pass
@@ -229,7 +229,7 @@ def test_everywhere_means_old_addresses_too():
     server = served(host="::", port=0)
     try:
         for host in ("127.0.0.1", "[::1]"):
-            assert status_of(f"http://{host}:{server.port}/?token={server.token}")[0] == 200
+            assert status_of(f"http://{host}:{server.port}/?{server.address.partition('?')[2]}")[0] == 200
     finally:
         server.close()
 
@@ -240,7 +240,7 @@ def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
     host, port = "127.0.0.1", server.port
     stuck = socket.create_connection((host, port))
     stuck.sendall(
-        f"GET /?token={server.token} HTTP/1.1\r\nHost: {host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        f"GET /?{server.address.partition('?')[2]} HTTP/1.1\r\nHost: {host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n".encode()
     )
     with connect(server.address.replace("http:", "ws:")) as other:
@@ -248,8 +248,7 @@ def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
             board.put({"kind": "frame", "n": n, "fat": "x" * 100_000})
         Looker(other).get("frame", lambda frame: frame["n"] == 299)
     server.close()
-    server._thread.join(PATIENCE)
-    assert not server._thread.is_alive()
+    assert not server._server._threads
     stuck.close()
 
 
