@@ -61,10 +61,10 @@ class Nobody(Foxglove):
 Count = list[int]
 
 
-def foxglove_client(port: int, count: Count, times: set[int]) -> Callable[[str], None]:
+def foxglove_client(where: str, count: Count, times: set[int]) -> Callable[[str], None]:
     """Listen to a WebSocket; return what a word does."""
     topics = dict[int, str]()
-    link = connect(f"ws://127.0.0.1:{port}", subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None)
+    link = connect(where, subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None)
 
     def listen() -> None:
         for data in link:
@@ -91,9 +91,9 @@ def foxglove_client(port: int, count: Count, times: set[int]) -> Callable[[str],
     return obey
 
 
-def ros2_client(port: int, count: Count, times: set[int]) -> Callable[[str], None]:
+def ros2_client(where: str, count: Count, times: set[int]) -> Callable[[str], None]:
     """Listen to all topics of a ROS 2 node; return what a word does."""
-    session, held = opened("peer", "tcp/127.0.0.1:0", f"tcp/127.0.0.1:{port}"), list[Any]()
+    session, held = opened("peer", "tcp/127.0.0.1:0", where), list[Any]()
 
     def hear(sample: zenoh.Sample) -> None:
         count[0] += 1
@@ -123,15 +123,15 @@ def opened(mode: str, listen: str, meet: str = "") -> zenoh.Session:
 CLIENTS = {"foxglove": foxglove_client, "ros2": ros2_client}
 
 
-def client(tool: str, port: int) -> None:
+def client(tool: str, where: str) -> None:
     """Be the other side."""
     count, times = [0], set[int]()
     if tool == "router":
-        held = opened("router", f"tcp/127.0.0.1:{port}")
+        held = opened("router", where)
         print(held.zid(), flush=True)
         sys.stdin.read()
         return
-    obey = CLIENTS[tool](port, count, times)
+    obey = CLIENTS[tool](where, count, times)
     for line in sys.stdin:
         obey(line.strip())
         print(json.dumps([count[0], len(times)]), flush=True)
@@ -140,8 +140,8 @@ def client(tool: str, port: int) -> None:
 class Other:
     """That process."""
 
-    def __init__(self, tool: str, port: int) -> None:
-        words = [sys.executable, __file__, "--client", tool, str(port)]
+    def __init__(self, tool: str, where: str) -> None:
+        words = [sys.executable, __file__, "--client", tool, where]
         self._process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def say(self, word: str) -> list[int]:
@@ -171,13 +171,14 @@ def met(tool: str) -> Iterator[tuple[Sender, Other]]:
             with socket.socket() as free:
                 free.bind(("127.0.0.1", 0))
                 port = free.getsockname()[1]
-            stack.enter_context(closing(router := Other("router", port)))
+            where = f"tcp/127.0.0.1:{port}"
+            stack.enter_context(closing(router := Other("router", where)))
             router.wait()
             link: Sender = stack.enter_context(closing(Ros2(port=port)))
         else:
             found = stack.enter_context(closing(Foxglove(port=0)))
-            link, port = found, found.port
-        yield link, stack.enter_context(closing(Other(tool, port)))
+            link, where = found, found.url
+        yield link, stack.enter_context(closing(Other(tool, where)))
 
 
 def driven(link: Sender, duration: float, speed: float, rate: float, **overrides: object) -> Driven:
@@ -285,6 +286,6 @@ def main(words: list[str]) -> None:
 
 if __name__ == "__main__":
     if "--client" in sys.argv:
-        client(sys.argv[2], int(sys.argv[3]))
+        client(sys.argv[2], sys.argv[3])
     else:
         main(sys.argv[1:])

@@ -118,8 +118,6 @@ class Client:
 
 
 @contextmanager
-def client(port):
-    with connect(
-        f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None, close_timeout=0.2
-    ) as socket:
+def client(link, subprotocol="foxglove.sdk.v1"):
+    with connect(link.url, subprotocols=[subprotocol], max_size=None, close_timeout=0.2) as socket:
         yield Client(socket)

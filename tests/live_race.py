@@ -14,8 +14,8 @@ from cdpr.live.foxglove import Foxglove
 SECONDS = float(sys.argv[1])
 
 
-def subscribe(port, over):
-    with client(port) as seen:
+def subscribe(link, over):
+    with client(link) as seen:
         while not over.is_set():
             for op in ("subscribeParameterUpdates", "unsubscribeParameterUpdates"):
                 seen.say(op=op, parameterNames=["paused"])
@@ -23,7 +23,7 @@ def subscribe(port, over):
 
 over, end, changes = Event(), monotonic() + SECONDS, 0
 with closing(Foxglove(port=0)) as link:
-    threads = [Thread(target=subscribe, args=(link.port, over)) for _ in range(2)]
+    threads = [Thread(target=subscribe, args=(link, over)) for _ in range(2)]
     for thread in threads:
         thread.start()
     while monotonic() < end:

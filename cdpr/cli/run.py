@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 # What a run is shown to while it goes on: its class, made of host, port, who is told and what may be set; its port.
 LINKS = {"foxglove": ("cdpr.live.foxglove:Foxglove", 8765), "ros2": ("cdpr.live.ros2:Ros2", 7447)}
+TOKENS = "foxglove"  # the link whose clients need a token
 FIRST = "caroca"  # the example for who has no scenario yet
 
 
@@ -51,6 +52,7 @@ FIRST = "caroca"  # the example for who has no scenario yet
 )
 @click.option("--live-rate", "rate", type=Real(*RATES), help="Messages of each topic, Hz. [60]")
 @click.option("--live-speed", "speed", type=Real(*SPEEDS), help="Times real time, at most. [1]")
+@click.option("--live-no-token", is_flag=True, help="Let programs, though not web pages, join without the token.")
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def command(
@@ -69,6 +71,7 @@ def command(
     port: int | None,
     rate: float | None,
     speed: float | None,
+    live_no_token: bool,
     strict: bool,
     as_json: bool,
 ) -> None:
@@ -99,7 +102,7 @@ def command(
         stop: CdprError | None = None
         try:
             with _trusting(trust_fmu), hushed():
-                given = {"host": host, "port": port, "rate": rate, "speed": speed}
+                given = {"host": host, "port": port, "rate": rate, "speed": speed, "no-token": live_no_token or None}
                 with _linked(tool, given, loaded) as live:
                     run = _simulate(loaded, out, signals, real_time=real_time, live=live)
         except CdprError as error:
@@ -170,8 +173,11 @@ def _linked(tool: str | None, given: Mapping[str, Any], scenario: Scenario) -> I
 
     made, port = LINKS[tool]
     where: dict[str, Any] = {"host": "127.0.0.1", "port": port, "rate": 60.0, "speed": 1.0} | said
+    if said.get("no-token") and tool != TOKENS:
+        raise click.UsageError(f"--live-no-token goes with --live {TOKENS}")
+    more = {"programs": True} if said.get("no-token") else {}
     link: type[Sender] = resolve_name(made)
-    with closing(link(where["host"], where["port"], say, scenario.options().numbers())) as shown:
+    with closing(link(where["host"], where["port"], say, scenario.options().numbers(), **more)) as shown:
         say(shown.where)
         yield Live(shown, where["rate"], where["speed"])
 

@@ -1,61 +1,48 @@
-"""A running simulation for Foxglove and PlotJuggler, over a WebSocket of the foxglove SDK."""
+"""Server of a running simulation for Foxglove, Lichtblick and PlotJuggler."""
 
 from __future__ import annotations
 
-import json
-import logging
 import os
-import secrets
-import socket
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
-from functools import partial
-from threading import Event, Thread
+from threading import Lock, Thread
+from time import time_ns
 from typing import Any
 
 from cdpr.errors import CdprError, PluginError
-from cdpr.live.heard import KINDS, unheard
-from cdpr.live.requests import Request
-from cdpr.live.sender import BACKLOG, SERVICES, Sender
-from cdpr.log.ros2 import full_name, schema_text
+from cdpr.live import foxglove_protocol as protocol
+from cdpr.live.sender import SERVICES, Sender
 from cdpr.log.topics import Topic
 
 try:
-    import foxglove
-    from foxglove.websocket import Capability, Parameter, ServerListener, Service, ServiceSchema, StatusLevel
-    from websockets.exceptions import WebSocketException
-    from websockets.sync.client import connect
+    from cdpr.link.access import Access
+    from cdpr.link.web_server import WebServer, listen
+    from cdpr.link.web_socket import WebSocket
+    from cdpr.live.foxglove_client import Client
 except ImportError as error:
-    raise PluginError(
-        f"a live link needs the foxglove SDK and websockets ({error}): pip install 'cdpr[live]'"
-    ) from None
+    raise PluginError(f"a live link needs websockets ({error}): pip install 'cdpr[live]'") from None
 
-CLOSES = 1.0  # s, that is waited for clients to go
-FEW = 10  # messages in a second may wait for what becomes of a parameter that they set,
-SOON = 0.03  # s, longer than a slice takes in real time
-WAITS = 1.0  # s, that its own client waits for the server
-REST = 0.05  # s, from one time that subscribers are told of parameters to the next
-PROTOCOL = "foxglove.sdk.v1"
-# What clients get wrong the SDK would log, a line for each, however many: it took the run's time.
-_LOGGER = logging.getLogger("foxglove")
-if _LOGGER.level == logging.NOTSET:
-    _LOGGER.setLevel(logging.CRITICAL)
+CLOSES = 1.0  # s that clients have to take what still waits for them when the run ends
+MOST_CLIENTS = 16
+MOST_BYTES = 2**20  # of a message from a client
+TOKEN = "CDPR_LIVE_TOKEN"  # environment variable with a token that stays the same from run to run
+LEAST_TOKEN = 16  # characters
 
 
 class Foxglove(Sender):
-    """A server that shows samples, and hears what clients publish, call and set.
+    """A server of the Foxglove WebSocket protocol that sends samples, and receives what clients publish, call and set.
 
     Args:
         host, port: where it listens; port 0 takes a free one.
         say: called with what is refused.
         parameters: names and values of what clients may set beside `paused` and `speed`.
+        programs: whether programs need no token; web pages always do.
 
     Raises CdprError where it cannot listen there, as where the port is taken.
 
     Attributes:
         port: on which it listens.
-        subscribed: whether anybody ever asked to be told of parameters that change.
-        secret: by which its own client is known.
+        channels: how many topics it offers.
+        url: the address for clients, with the token.
     """
 
     def __init__(
@@ -64,156 +51,91 @@ class Foxglove(Sender):
         port: int = 8765,
         say: Callable[[str], None] = lambda text: None,
         parameters: dict[str, Any] | None = None,
+        programs: bool = False,
     ) -> None:
         super().__init__(host, port, say, parameters)
-        self.secret = secrets.token_hex(16)
-        self.subscribed = False
-        self._context = foxglove.Context()
-        self._channels: list[foxglove.Channel] = []
-        services = [
-            Service(f"/cdpr/{name}", schema=ServiceSchema(f"cdpr/{name}"), handler=self._handler(name))
-            for name in SERVICES
-        ]
-        capabilities = [Capability.ClientPublish, Capability.Parameters, Capability.Services, Capability.Time]
+        access = _access(self.host, programs)
         try:
-            self._server = foxglove.start_server(
-                name="cdpr",
-                host=self.host,
-                port=port,
-                capabilities=capabilities,
-                server_listener=_Listener(self),
-                supported_encodings=["json", "cdr"],
-                services=services,
-                context=self._context,
-                message_backlog_size=BACKLOG,
-            )
-        except (RuntimeError, OSError, OverflowError) as error:
-            text = " ".join(str(error).split())
+            listening = listen(self.host, port)
+        except (OSError, OverflowError) as error:
+            text = getattr(error, "strerror", None) or error
             raise CdprError(
                 f"--live-port: cannot listen at {self.address}: {text}; 0 takes a free port, --live-host another place"
             ) from None
+        self.channels = 0
+        self._topics: tuple[Topic, ...] = ()
+        self._session = str(time_ns() // 10**6)
+        self._clients: list[Client] = []
+        self._lock = Lock()
+        self._server = WebServer(
+            listening, access, self._serve, most=MOST_CLIENTS, max_size=MOST_BYTES, subprotocols=protocol.SUBPROTOCOLS
+        )
         self.port = self._server.port
-        self._news = Event()
-        self._pushing = Thread(target=self._push, name="cdpr parameters", daemon=True)
-        self._pushing.start()
-        self.where = f"ws://{self.address}, for Foxglove and PlotJuggler"
+        self.url = access.address("ws", self.port)
+        self.where = f"{self.url} for Foxglove, Lichtblick and PlotJuggler"
+        if programs:
+            self.where += "; programs need no token"
+
+    def changed(self, parameters: Mapping[str, Any]) -> None:
+        """Tell clients that subscribe to parameters, too."""
+        super().changed(parameters)
+        for client in self._every():
+            client.changed(parameters)
 
     def _tell(self, text: str) -> None:
         """Tell all clients, too."""
         super()._tell(text)
-        self._server.publish_status(text, StatusLevel.Warning)
+        for client in self._every():
+            client.reply(protocol.status(protocol.WARNING, text))
 
-    def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Tell who subscribes to parameters, too, soon."""
-        super().changed(parameters)
-        self._news.set()
+    def _serve(self, web_socket: WebSocket) -> None:
+        """Serve a client until it leaves."""
+        from cdpr import __version__
 
-    def _push(self) -> None:
-        """Tell subscribers of all parameters as a client of its own that sets them.
+        client = Client(self, web_socket)
+        with self._lock:  # topics are offered once, here or where they open
+            self._clients.append(client)
+            client.reply(protocol.server_info(self._session, __version__), protocol.advertise(self._topics))
+        client.reply(protocol.advertise_services(SERVICES))
+        try:
+            client.serve()
+        finally:
+            with self._lock:
+                self._clients.remove(client)
 
-        The SDK's method for that is never called: it waits, with the interpreter, for the lock of who subscribes and
-        waits for the interpreter. What a client sets the SDK tells all who subscribe, without the interpreter.
-        """
-        times: dict[str, Any] = {"open_timeout": WAITS, "close_timeout": WAITS, "ping_interval": None}
-        client = partial(connect, f"ws://{self.address}", subprotocols=[PROTOCOL], proxy=None, **times)
-        said = json.dumps({"op": "setParameters", "parameters": [], "id": self.secret})
-        while self._news.wait() and not self._ended.is_set():
-            self._news.clear()
-            if self.subscribed:
-                with suppress(OSError, WebSocketException), client() as link:
-                    link.send(said)
-            self._ended.wait(REST)
-
-    def given(self) -> list[Parameter]:
-        """All parameters."""
-        return [Parameter(name, value=value) for name, value in self.parameters.items()]
-
-    def _handler(self, name: str) -> Callable[[Any], bytes]:
-        def handle(_: Any) -> bytes:
-            answer = self.call(name)
-            return json.dumps({"success": not answer, "message": answer}).encode()
-
-        return handle
+    def _every(self) -> list[Client]:
+        with self._lock:
+            return list(self._clients)
 
     def _open(self, topics: tuple[Topic, ...]) -> None:
-        for topic in topics:
-            text = schema_text(topic.kind).encode()
-            schema = foxglove.Schema(name=full_name(topic.kind), encoding="ros2msg", data=text)
-            made = foxglove.Channel(topic.name, schema=schema, message_encoding="cdr", context=self._context)
-            self._channels.append(made)
+        with self._lock:
+            self._topics, self.channels = topics, len(topics)
+            for client in self._clients:
+                client.reply(protocol.advertise(topics))
 
     def _wanted(self) -> list[bool]:
-        return [channel.has_sinks() for channel in self._channels]
+        wanted = {channel for client in self._every() for channel in client.subscriptions}
+        return [channel in wanted for channel in range(self.channels)]
 
     def _put(self, time: int, messages: Iterator[tuple[int, bytes]]) -> None:
-        self._server.broadcast_time(time)
-        for k, data in messages:
-            self._channels[k].log(data, log_time=time)
+        found = list(messages)
+        for client in self._every():
+            client.show(time, found)
 
     def _shut(self) -> None:
-        self._news.set()
-        self._pushing.join()
-        for channel in self._channels:
-            channel.close()
-        stopping = Thread(target=self._server.stop)
-        stopping.start()
-        stopping.join(CLOSES)
-        if stopping.is_alive():  # a client that sends without end holds it up, and the end of the program
-            _cut(self.port)
-            stopping.join()
+        leaving = [Thread(target=client.leave, args=(CLOSES,), daemon=True) for client in self._every()]
+        for thread in leaving:
+            thread.start()
+        for thread in leaving:
+            thread.join()
+        self._server.close()
 
 
-class _Listener(ServerListener):
-    """Hears clients, in threads of the server: to wait here long for the simulation would hold up all of them."""
-
-    def __init__(self, server: Foxglove) -> None:
-        self._server, self._topics = server, dict[tuple[int, int], tuple[str, str]]()
-
-    def on_client_advertise(self, client: Any, channel: Any) -> None:
-        self._topics[client.id, channel.id] = channel.topic, channel.encoding
-        if self._server.attend() and channel.topic not in KINDS:
-            self._server.refused(unheard(channel.topic))
-
-    def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
-        self._topics.pop((client.id, client_channel_id), None)
-
-    def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
-        topic, encoding = self._topics.get((client.id, client_channel_id), ("", ""))
-        if self._server.attend():
-            self._server.hear(topic, encoding, data)
-
-    def on_parameters_subscribe(self, param_names: list[str]) -> None:
-        self._server.subscribed = True
-
-    def on_get_parameters(self, client: Any, param_names: list[str], request_id: str | None = None) -> list[Parameter]:
-        self._server.attend()
-        return [one for one in self._server.given() if not param_names or one.name in param_names]
-
-    def on_set_parameters(
-        self, client: Any, parameters: list[Parameter], request_id: str | None = None
-    ) -> list[Parameter]:
-        # Of a flood nothing is waited for. The SDK tells all who subscribe of what is returned.
-        if request_id == self._server.secret:
-            return self._server.given()
-        for one in parameters if self._server.attend() else ():
-            request = self._server.setting(one.name, one.get_value())
-            if isinstance(request, Request):
-                self._server.requests.put(request)
-                if self._server.heard <= FEW:
-                    request.done.wait(SOON)
-        names = {one.name for one in parameters}
-        return [one for one in self._server.given() if one.name in names]
-
-
-def _cut(port: int) -> None:
-    """End the connections that this process has at a port of its own."""
-    for name in os.listdir("/proc/self/fd"):
-        with suppress(OSError):  # it is gone, or no socket
-            held = os.dup(int(name))
-            try:
-                found = socket.socket(fileno=held)
-                if found.getsockname()[1:2] == (port,):
-                    found.shutdown(socket.SHUT_RDWR)
-                found.detach()
-            finally:
-                os.close(held)
+def _access(host: str, programs: bool) -> Access:
+    """Return who is admitted: any page that knows the token, such as Foxglove's own."""
+    token = os.environ.get(TOKEN, "")
+    if not token:
+        return Access(host, pages=True, programs=programs)
+    if len(token) < LEAST_TOKEN or not (token.isascii() and token.replace("-", "").replace("_", "").isalnum()):
+        raise CdprError(f"{TOKEN}: expected {LEAST_TOKEN} or more letters, digits, '-' and '_'; make another one")
+    return Access(host, token, pages=True, programs=programs)
