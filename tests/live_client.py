@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import struct
 import threading
 from contextlib import closing, contextmanager
@@ -117,7 +118,11 @@ class Client:
         self.say(op="setParameters", parameters=[{"name": name, "value": value}], id=name)
 
 
+def socket_to(port):
+    return socket.create_connection(("127.0.0.1", port), timeout=TEXT_TIMEOUT)
+
+
 @contextmanager
 def client(link, subprotocol="foxglove.sdk.v1"):
-    with connect(link.url, subprotocols=[subprotocol], max_size=None, close_timeout=0.2) as socket:
-        yield Client(socket)
+    with connect(link.url, subprotocols=[subprotocol], max_size=None, close_timeout=0.2) as opened:
+        yield Client(opened)

@@ -220,10 +220,6 @@ def _head(connection: socket.socket, until: float) -> tuple[bytes, bytes]:
     """Return a request up to its empty line, and what came behind it. Raises RefusedError, OSError."""
     data = bytearray()
     while not (end := _END.search(data)):
-        if len(data) > MOST_HEAD:
-            raise RefusedError(
-                HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, f"the request is longer than {MOST_HEAD} bytes"
-            )
         connection.settimeout(max(until - monotonic(), 1e-3))
         try:
             found = connection.recv(MOST_HEAD)
@@ -232,6 +228,9 @@ def _head(connection: socket.socket, until: float) -> tuple[bytes, bytes]:
         if not found:
             raise RefusedError(HTTPStatus.BAD_REQUEST, "the request is incomplete")
         data += found
+        if len(data) > MOST_HEAD:
+            text = f"the request is longer than {MOST_HEAD} bytes"
+            raise RefusedError(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, text)
     return bytes(data[: end.end()]), bytes(data[end.end() :])
 
 

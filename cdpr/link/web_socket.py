@@ -73,7 +73,10 @@ class WebSocket:
                 try:
                     yield data.decode() if text else data
                 except UnicodeDecodeError:
-                    self.close(CloseCode.INVALID_DATA)
+                    with self._lock:
+                        self._protocol.fail(CloseCode.INVALID_DATA)
+                        self._write()
+                    return
 
     def _frames(self) -> Iterator[Frame]:
         """Yield data frames; answer pings and closing handshakes."""

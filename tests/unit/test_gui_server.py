@@ -240,7 +240,8 @@ def test_a_window_that_takes_nothing_slows_nobody_and_does_not_hinder_the_end():
     host, port = "127.0.0.1", server.port
     stuck = socket.create_connection((host, port))
     stuck.sendall(
-        f"GET /?{server.address.partition('?')[2]} HTTP/1.1\r\nHost: {host}:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        f"GET /?{server.address.partition('?')[2]} HTTP/1.1\r\nHost: {host}:{port}\r\n"
+        "Connection: Upgrade\r\nUpgrade: websocket\r\n"
         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n".encode()
     )
     with connect(server.address.replace("http:", "ws:")) as other:
