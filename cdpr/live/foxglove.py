@@ -41,7 +41,6 @@ class Foxglove(Sender):
 
     Attributes:
         port: on which it listens.
-        channels: how many topics it offers.
         url: the address for clients, with the token.
     """
 
@@ -62,7 +61,6 @@ class Foxglove(Sender):
             raise CdprError(
                 f"--live-port: cannot listen at {self.address}: {text}; 0 takes a free port, --live-host another place"
             ) from None
-        self.channels = 0
         self._topics: tuple[Topic, ...] = ()
         self._session = str(time_ns() // 10**6)
         self._clients: list[Client] = []
@@ -95,7 +93,8 @@ class Foxglove(Sender):
         client = Client(self, web_socket)
         with self._lock:  # topics are offered once, here or where they open
             self._clients.append(client)
-            client.reply(protocol.server_info(self._session, __version__), protocol.advertise(self._topics))
+            client.reply(protocol.server_info(self._session, __version__))
+            client.offer(self._topics)
         client.reply(protocol.advertise_services(SERVICES))
         try:
             client.serve()
@@ -109,13 +108,13 @@ class Foxglove(Sender):
 
     def _open(self, topics: tuple[Topic, ...]) -> None:
         with self._lock:
-            self._topics, self.channels = topics, len(topics)
+            self._topics = topics
             for client in self._clients:
-                client.reply(protocol.advertise(topics))
+                client.offer(topics)
 
     def _wanted(self) -> list[bool]:
         wanted = {channel for client in self._every() for channel in client.subscriptions}
-        return [channel in wanted for channel in range(self.channels)]
+        return [channel in wanted for channel in range(len(self._topics))]
 
     def _put(self, time: int, messages: Iterator[tuple[int, bytes]]) -> None:
         found = list(messages)

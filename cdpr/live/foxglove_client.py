@@ -6,17 +6,15 @@ import json
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from threading import Condition, Semaphore, Thread
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cdpr.link.web_socket import Message, WebSocket
 from cdpr.live import foxglove_protocol as protocol
 from cdpr.live.heard import KINDS, unheard
 from cdpr.live.requests import Request
-from cdpr.live.sender import BACKLOG, SERVICES
+from cdpr.live.sender import BACKLOG, SERVICES, Sender
+from cdpr.log.topics import Topic
 from cdpr.problems import shown
-
-if TYPE_CHECKING:
-    from cdpr.live.foxglove import Foxglove
 
 MOST_REPLIES = 1000  # answers that wait for a client; one that takes none is cut
 MOST_CHANNELS = 100  # that a client advertises at a time
@@ -31,16 +29,17 @@ class Client:
     """A client.
 
     Args:
-        server: what it watches and steers.
+        link: what it watches and steers.
         web_socket: its connection.
 
     Attributes:
         subscriptions: subscription by channel.
     """
 
-    def __init__(self, server: Foxglove, web_socket: WebSocket) -> None:
-        self._server, self._web_socket = server, web_socket
+    def __init__(self, link: Sender, web_socket: WebSocket) -> None:
+        self._link, self._web_socket = link, web_socket
         self.subscriptions: dict[int, int] = {}
+        self._offered = 0  # channels
         self._channels: dict[int, tuple[str, str]] = {}  # topic and encoding of what it publishes
         self._watched = set[str]()  # parameters
         self._set_late = set[str]()  # parameters that it has set, and whose new values come later than the answer
@@ -56,7 +55,7 @@ class Client:
         self._sender.start()
         try:
             for message in self._web_socket:
-                if not self._server.attend():
+                if not self._link.attend():
                     break
                 self._receive(message)
         finally:
@@ -71,6 +70,11 @@ class Client:
             self._some.notify()
         if crowded:
             self._web_socket.abort()
+
+    def offer(self, topics: Sequence[Topic]) -> None:
+        """Offer these topics for subscription."""
+        self._offered = len(topics)
+        self.reply(protocol.advertise(topics))
 
     def show(self, time: int, messages: Iterable[tuple[int, bytes]]) -> None:
         """Send messages of topics, (channel, bytes) each; the oldest are dropped where the client is slow."""
@@ -131,7 +135,7 @@ class Client:
         if op == protocol.PUBLISHED:
             channel, content = protocol.parse_published(data)
             topic, encoding = self._channels.get(channel, ("", ""))
-            self._server.hear(topic, encoding, content)
+            self._link.hear(topic, encoding, content)
         elif op == protocol.SERVICE_CALL:
             self._call(*protocol.parse_call(data))
         else:
@@ -145,7 +149,7 @@ class Client:
 
     def _subscribe(self, message: Content) -> None:
         wanted = {_number(each["channelId"]): _number(each["id"]) for each in message["subscriptions"]}
-        unknown = [channel for channel in wanted if not 0 <= channel < self._server.channels]
+        unknown = [channel for channel in wanted if not 0 <= channel < self._offered]
         if unknown:
             raise ValueError(f"subscribe: there is no channel {unknown[0]}")
         self.subscriptions = {**self.subscriptions, **wanted}  # replaced: another thread reads it
@@ -161,14 +165,14 @@ class Client:
                 raise ValueError(f"advertise: more than {MOST_CHANNELS} channels; unadvertise others first")
             self._channels[number] = topic, encoding
             if topic not in KINDS:
-                self._server.refused(unheard(topic))
+                self._link.refused(unheard(topic))
 
     def _unadvertise(self, message: Content) -> None:
         for each in message["channelIds"]:
             self._channels.pop(_number(each), None)
 
     def _get(self, message: Content) -> None:
-        names = _names(message) or list(self._server.parameters)
+        names = _names(message) or list(self._link.parameters)
         self.reply(protocol.parameter_values(self._values(names), message.get("id")))
 
     def _set(self, message: Content) -> None:
@@ -176,19 +180,19 @@ class Client:
         names = []
         for each in message["parameters"]:
             names.append(name := str(each["name"]))
-            request = self._server.setting(name, each.get("value"))
+            request = self._link.setting(name, each.get("value"))
             if isinstance(request, Request):
                 with self._some:
                     self._set_late.add(name)
-                self._server.requests.put(request)
-                if self._server.heard <= FEW:
+                self._link.requests.put(request)
+                if self._link.heard <= FEW:
                     request.done.wait(SOON)
         if message.get("id") is not None:
             self.reply(protocol.parameter_values(self._values(names), message["id"]))
 
     def _watch(self, message: Content) -> None:
-        names = set(_names(message) or self._server.parameters)
-        self._watched |= names & set(self._server.parameters)
+        names = set(_names(message) or self._link.parameters)
+        self._watched |= names & set(self._link.parameters)
 
     def _unwatch(self, message: Content) -> None:
         self._watched -= set(_names(message) or self._watched)
@@ -209,13 +213,13 @@ class Client:
 
     def _answer(self, service: int, call: int) -> None:
         try:
-            refused = self._server.call(SERVICES[service])
+            refused = self._link.call(SERVICES[service])
             self.reply(protocol.service_response(service, call, {"success": not refused, "message": refused}))
         finally:
             self._calls.release()
 
     def _values(self, names: Iterable[str]) -> Mapping[str, Any]:
-        parameters = self._server.parameters
+        parameters = self._link.parameters
         return {name: parameters[name] for name in names if name in parameters}
 
 
