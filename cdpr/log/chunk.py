@@ -86,6 +86,10 @@ class Template:
         """Return the length of the message index that each channel has after a chunk of n rows, in bytes."""
         return _INDEX_HEAD.size + n * _INDEX_ENTRY
 
+    def numbers(self, records: bytes | memoryview) -> NDArray[np.uint32]:
+        """Return the samples that the first messages of the rows in `records` belong to, (n,)."""
+        return np.frombuffer(records, np.uint8).reshape(-1, self.row.size)[:, 11:15].copy().view("<u4")[:, 0]
+
     def decode(self, records: bytes | memoryview, source: Array) -> None:
         """Write the source rows (n, width), C-contiguous, in the records of n rows; columns of no message are NaN."""
         source[:, self.unheld] = np.nan

@@ -1,4 +1,4 @@
-"""The log file: which records stand where. Equal header and rows give equal bytes.
+"""Layout of the log file. Equal header and rows give equal bytes.
 
     description   MCAP header, metadata "cdpr" (the run's Header as JSON), schemas, channels, scenario.yaml
     blocks        256 rows each: one chunk with every message of these rows, and its message indexes
@@ -6,8 +6,12 @@
                   rows
     ending        data end, summary, footer
 
+Chunks are compressed by zstd. While a run goes on, a block that is not yet full stands behind the last chunk at a
+distance of `LogFormat.gap`, uncompressed and without indexes: the full block is written before it, and never over it.
+
 Only the description and the blocks are needed to get the run back; `FORMATS` counts the changes to them.
-In format 2 blocks held /clock, and /cdpr/cable_commands where it is what /cdpr/cable_states says.
+In format 3 nothing was compressed, and a block that was not yet full stood where the full one would.
+In format 2 blocks held /clock, and /cdpr/cable_commands where it is what /cdpr/cable_states says, too.
 """
 
 from __future__ import annotations
@@ -23,14 +27,16 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
 from cdpr.log.checksum import crc32
-from cdpr.log.chunk import Chunk, Template
+from cdpr.log.chunk import CHUNK_HEAD, Chunk, Template
+from cdpr.log.compression import NAME, ZSTD_HEAD, Compressor, decompress, largest
 from cdpr.log.ros2 import schema_text
 from cdpr.log.run import Header
 from cdpr.log.topics import run_topics
 from cdpr.log.visuals import visual_topics
 from cdpr.model.robot import Array
 
-FORMATS = ("2", "3")  # that are read; the last is written
+FORMATS = ("2", "3", "4")  # that are read; the last is written
+UNCOMPRESSED = ("2", "3")
 MAGIC = b"\x89MCAP0\r\n"
 BLOCK = 256  # rows in a full block
 PICTURE_ROWS = 16 * BLOCK  # rows of the run whose pictures share chunks: few, for they are not needed at once
@@ -46,6 +52,17 @@ class Written:
     first: int  # sample of its first messages
     n: int  # source rows in it
     start: int  # byte where its record begins
+    size: int  # bytes of its records as they stand in the file
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One chunk that is to be written."""
+
+    group: int
+    first: int
+    n: int
+    raw: memoryview  # the chunk, uncompressed, and its message indexes
 
 
 class LogFormat:
@@ -62,7 +79,8 @@ class LogFormat:
         self.step = header.control_step
         self.every = header.log_every
         self._time = header.layout.columns["time"].start
-        self._full_block = Chunk(self.templates[0], BLOCK, self.step)
+        self._full_block: Chunk | None = None
+        self.compressor = None if version in UNCOMPRESSED else Compressor()
         topics = [topic for group in groups for topic in group.topics]
         kinds = list(dict.fromkeys(topic.kind for topic in topics))
         self._schemas = [
@@ -94,32 +112,86 @@ class LogFormat:
             media_type=self._attachment.media_type,
         )
 
+    def records(self, chunk: bytes, *, tail: bool = False) -> bytes | memoryview:
+        """Return the records of a chunk as it stands in the file, uncompressed, their checksum verified.
+
+        Args:
+            chunk: the whole chunk, without the indexes behind it.
+            tail: whether it is a block that was not yet full.
+
+        Raises ValueError where it is damaged or cut off.
+        """
+        if len(chunk) < self.head_length() or 9 + int.from_bytes(chunk[1:9], "little") != len(chunk):
+            raise ValueError("cut off")
+        *_, size, crc, _, _ = CHUNK_HEAD.unpack_from(chunk)
+        records: bytes | memoryview = memoryview(chunk)
+        if self.compressor is None or tail:
+            records = memoryview(chunk)[CHUNK_HEAD.size :]
+        elif size > PICTURE_ROWS * max(template.row.size for template in self.templates):
+            raise ValueError("damaged")
+        else:
+            records = decompress(memoryview(chunk)[ZSTD_HEAD.size :], size)
+        if len(records) != size or crc32(records) != crc:
+            raise ValueError("damaged")
+        return records
+
     def read_rows(self, records: bytes | memoryview, first: int, rows: Array) -> None:
-        """Write the rows (n, width), C-contiguous, whose messages are `records`, the first of them sample `first`."""
-        self.templates[0].decode(records, rows)
-        rows[:, self._time] = (first + self.every * np.arange(len(rows))) * self.step
+        """Write the rows (n, width), C-contiguous, whose messages are `records`, the first of them sample `first`.
+
+        Raises ValueError where the records are not those of these samples.
+        """
+        template, numbers = self.templates[0], first + self.every * np.arange(len(rows))
+        if len(records) != len(rows) * template.row.size or (template.numbers(records) != numbers).any():
+            raise ValueError("damaged")
+        template.decode(records, rows)
+        rows[:, self._time] = numbers * self.step
+
+    @property
+    def gap(self) -> int:
+        """Bytes from the end of the last chunk to a block that is not yet full: room for that block once it is."""
+        template = self.templates[0]
+        indexes = len(template.group.topics) * template.index_length(BLOCK)
+        return largest(BLOCK * template.row.size) + indexes
+
+    def head_length(self) -> int:
+        """Return how many bytes of a chunk's record stand before its compressed records."""
+        return CHUNK_HEAD.size if self.compressor is None else ZSTD_HEAD.size
 
     def block(self, rows: Array, first: int) -> memoryview:
-        """Return the chunk and the indexes of `rows`, the first of them sample `first`.
+        """Return the chunk and the indexes of `rows`, the first of them sample `first`, uncompressed.
 
         They are valid until the next call.
         """
-        full = len(rows) == BLOCK
-        chunk = self._full_block if full else Chunk(self.templates[0], len(rows), self.step)
-        return chunk.encode(rows, first)
+        if len(rows) < BLOCK:
+            return Chunk(self.templates[0], len(rows), self.step).encode(rows, first)
+        self._full_block = self._full_block or Chunk(self.templates[0], BLOCK, self.step)
+        return self._full_block.encode(rows, first)
 
-    def pictures(self, rows: Array, first: int, start: int) -> tuple[bytes, list[Written]]:
-        """Return the chunks that show `rows`, the first of them sample `first`, to stand at byte `start`."""
-        data = b""
-        written = []
+    def pictures(self, rows: Array, first: int) -> list[Piece]:
+        """Return the chunks that show `rows`, the first of them sample `first`."""
+        pieces = []
         for i, template in enumerate(self.templates[1:], 1):
             every, source = template.group.every, template.group.source
             begin = -(-first // every) * every
             chosen = rows[(begin - first) // self.every :: every // self.every]
             if len(chosen):
-                written.append(Written(i, begin, len(chosen), start + len(data)))
-                data += Chunk(template, len(chosen), self.step).encode(source(chosen), begin)
-        return data, written
+                raw = Chunk(template, len(chosen), self.step).encode(source(chosen), begin)
+                pieces.append(Piece(i, begin, len(chosen), raw))
+        return pieces
+
+    def stored(self, piece: Piece, start: int) -> tuple[bytes | memoryview, Written]:
+        """Return a chunk and its indexes as they stand in the file, at byte `start`."""
+        data: bytes | memoryview = piece.raw
+        if self.compressor is None:
+            size = piece.n * self.templates[piece.group].row.size
+        else:
+            data, size = self.compressor.compress(piece.raw)
+        return data, Written(piece.group, piece.first, piece.n, start, size)
+
+    def length(self, written: Written) -> int:
+        """Return how many bytes a chunk takes, its indexes included."""
+        template = self.templates[written.group]
+        return self.head_length() + written.size + len(template.group.topics) * template.index_length(written.n)
 
     def ending(self, chunks: list[Written], last: int, start: int) -> bytes:
         """Return all that follows the last chunk, to stand at byte `start`; `last` is the last sample."""
@@ -167,16 +239,16 @@ class LogFormat:
     def _chunk_index(self, written: Written) -> bytes:
         """A ChunkIndex record; mcap's own class needs 70 us for one, as long as 70 rows take altogether."""
         template, n = self.templates[written.group], written.n
-        length, index_length = template.chunk_length(n), template.index_length(n)
-        size = n * template.row.size
+        length, index_length = self.head_length() + written.size, template.index_length(n)
+        name = b"" if self.compressor is None else NAME
         channels = self._channels_of(written.group)
         places = [written.start + length + i * index_length for i in range(len(channels))]
         last = written.first + (n - 1) * template.group.every
         content = struct.pack(
-            "<QQQQI" + "HQ" * len(channels) + "QIQQ",
+            f"<QQQQI{len(channels) * 'HQ'}QI{len(name)}sQQ",
             *(self._nanoseconds(written.first), self._nanoseconds(last), written.start, length),
             *(10 * len(channels), *chain.from_iterable(zip(channels, places, strict=True))),
-            *(len(channels) * index_length, 0, size, size),  # 0: no compression, an empty name
+            *(len(channels) * index_length, len(name), name, written.size, n * template.row.size),
         )
         return struct.pack("<BQ", Opcode.CHUNK_INDEX, len(content)) + content
 

@@ -1,7 +1,7 @@
-"""Reads a log back.
+"""Reading of logs.
 
-A row is believed only if its chunk holds, bit for bit, what would be written for the rows in it: that one
-test covers checksum, numbers, times and every constant byte.
+A short log is read and verified at once (`cdpr.log.walk`). Of a long one that is complete only the index at its end is
+read (`cdpr.log.index`): its rows are read, and their checksums verified, when they are asked for.
 """
 
 from __future__ import annotations
@@ -25,18 +25,16 @@ from mcap.opcode import Opcode
 from cdpr.errors import LogError
 from cdpr.log import run_json
 from cdpr.log.checksum import crc32
-from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.event import Event
+from cdpr.log.index import read_index
 from cdpr.log.mcap_file import FORMATS, MAGIC, METADATA, OPENING, LogFormat, Written
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.run import CLEARANCE, Header, Run
+from cdpr.log.walk import Walk
 from cdpr.model.robot import Array
 
 TEXTS = ("scenario", "robot", "backend", "controller", "solver", "scenario_yaml", "cable_model", "believed")
-
-_CHANNEL = slice(CHUNK_HEAD.size + 9, CHUNK_HEAD.size + 11)  # of a chunk's first message
-_NUMBER = slice(CHUNK_HEAD.size + 11, CHUNK_HEAD.size + 15)
 
 
 def load_run(path: str | Path) -> Run:
@@ -50,7 +48,7 @@ def load_run(path: str | Path) -> Run:
         LogError: there is no log, it is not ours, or nothing of it can be read.
     """
     log, folder = locate(path)
-    found = scan(log)
+    found = scan(log, verify=False)
     if found.problem is not None:
         warnings.warn(
             f"{log}: {found.problem}; {len(found.rows)} rows kept. `cdpr repair {path}` makes a complete log of them",
@@ -127,7 +125,7 @@ def locate(path: str | Path) -> tuple[Path, Path | None]:
 
 @dataclass(frozen=True)
 class Scan:
-    """What stands in a log."""
+    """Content of a log."""
 
     header: Header
     rows: Array | LogRows  # (K, width), up to the first damage
@@ -135,14 +133,15 @@ class Scan:
     form: LogFormat  # what its bytes should be
     chunks: tuple[Written, ...]  # those that are whole, up to the first damage
     end: int  # byte behind the last of them
+    tail: int = 0  # rows, the last, that stand in a block that was not yet full
 
 
-class _DamageError(Exception):
-    """The log ends or goes wrong here."""
-
-
-def scan(log: Path) -> Scan:
+def scan(log: Path, *, verify: bool = True) -> Scan:
     """Read a log as far as it is whole.
+
+    Args:
+        verify: whether all rows are read. If not, the rows of a long log whose ending is sound stay unread: they are
+            verified when they are asked for.
 
     Raises:
         LogError: it cannot be opened, is not ours, or its header is damaged.
@@ -152,13 +151,17 @@ def scan(log: Path) -> Scan:
             header, form = _read_header(file, log)
             file.seek(0)
             intact = file.read(len(form.description)) == form.description
-            walk = _Walk(file, form)
+            index = None if verify or not intact else read_index(file, form)
+            if index is not None and 8 * header.layout.width * index.rows > IN_MEMORY:
+                unread = LogRows(os.dup(file.fileno()), form, index.blocks, name=str(log))
+                return Scan(header, unread, None, form, index.chunks, index.end)
+            walk = Walk(file, form, IN_MEMORY)
             problem = walk.run()
-            rows = walk.rows()
+            rows = walk.rows(str(log))
     except OSError as error:
         raise LogError(f"{log}: cannot be read: {error.strerror or error}") from error
     problem = problem if intact else "the description at its start is damaged"
-    return Scan(header, rows, problem, form, tuple(walk.chunks), walk.position)
+    return Scan(header, rows, problem, form, tuple(walk.chunks), walk.position, walk.tail)
 
 
 def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
@@ -182,7 +185,7 @@ def _read_header(file: BinaryIO, log: Path) -> tuple[Header, LogFormat]:
     except (McapError, KeyError, ValueError, struct.error) as error:
         raise LogError(f"{log}: its header is damaged or cut off: nothing can be read from it") from error
     if version not in FORMATS:
-        known = " and ".join(FORMATS)
+        known = f"{', '.join(FORMATS[:-1])} and {FORMATS[-1]}"
         raise LogError(f"{log}: has log format {version}, this cdpr reads {known}: use the version that wrote it")
     try:
         header = Header.from_dict(json.loads(text))
@@ -232,98 +235,6 @@ def _numbers(value: Any) -> list[float]:
         inner = value.values() if isinstance(value, dict) else value
         return [number for each in inner for number in _numbers(each)]
     return [value] if isinstance(value, int | float) else []
-
-
-class _Walk:
-    """Goes through the chunks of a log, from the first to the ending or to the first damage."""
-
-    def __init__(self, file: BinaryIO, form: LogFormat) -> None:
-        self._file = file
-        self._form = form
-        self._size = os.fstat(file.fileno()).st_size
-        self.position = len(form.description)
-        self.chunks: list[Written] = []
-        self._counts = [0] * len(form.templates)  # source rows so far, by group
-        self._last = -1  # the sample that was read last
-        self._blocks: list[Array] | None = []  # None where they are too many for the memory
-
-    def rows(self) -> Array | LogRows:
-        """The rows that were found."""
-        if self._blocks is None:
-            chunks = [chunk for chunk in self.chunks if chunk.group == 0]
-            return LogRows(os.dup(self._file.fileno()), self._form, chunks)
-        return np.concatenate([np.empty((0, self._form.templates[0].group.width)), *self._blocks])
-
-    def run(self) -> str | None:
-        """Look for chunks; return what is wrong, None if nothing is."""
-        self._file.seek(self.position)
-        try:
-            while True:
-                head = self._take(CHUNK_HEAD.size)
-                if head[0] != Opcode.CHUNK:
-                    break
-                self._chunk(head)
-            expected = self._form.ending(self.chunks, self._last, self.position)
-            if head + self._file.read(len(expected)) != expected:
-                raise _DamageError("damaged or cut off")
-        except _DamageError as damage:
-            return f"{damage} at byte {self.position} of {self._size}"
-        return None
-
-    def _chunk(self, head: bytes) -> None:
-        length = 9 + int.from_bytes(head[1:9], "little")
-        data = head + self._take(length - len(head))
-        channel = int.from_bytes(data[_CHANNEL], "little")
-        groups = [i for i, template in enumerate(self._form.templates) if template.group.channel == channel]
-        if not groups:
-            raise _DamageError("damaged")
-        template = self._form.templates[groups[0]]
-        n, rest = divmod(length - CHUNK_HEAD.size, template.row.size)
-        if rest or n == 0:
-            raise _DamageError("damaged")
-        written = Written(groups[0], self._counts[groups[0]] * template.group.every, n, self.position)
-        index: bytes | None = None
-        if groups[0] == 0:
-            written = self._sampled(written, data)
-            block = np.empty((written.n, self._form.templates[0].group.width))
-            self._form.read_rows(data[CHUNK_HEAD.size :], written.first, block)
-            expected = self._form.block(block, written.first)
-            if expected[:length] != data:
-                raise _DamageError("damaged")
-            self._last = written.first + (n - 1) * template.group.every
-            self._keep(block)
-            index = bytes(expected[length:])
-        elif crc32(data[CHUNK_HEAD.size :]) != CHUNK_HEAD.unpack(head)[5]:
-            raise _DamageError("damaged")
-        self._counts[groups[0]] += n
-        self.chunks.append(written)
-        index_length = len(template.group.topics) * template.index_length(n)
-        if index not in (self._take(index_length), None):
-            raise _DamageError("damaged")
-        self.position += length + index_length
-
-    def _sampled(self, written: Written, data: bytes) -> Written:
-        """Say which sample a block begins with: the next of the grid, but for the last of a thinned run."""
-        every = self._form.every
-        if self._last >= 0 and self._last % every:
-            raise _DamageError("damaged")
-        number = int.from_bytes(data[_NUMBER], "little")
-        off_grid = written.n == 1 and self._last < number < written.first
-        return replace(written, first=number) if off_grid else written
-
-    def _keep(self, block: Array) -> None:
-        if self._blocks is not None:
-            self._blocks.append(block)
-            if self._counts[0] * block[0].nbytes + block.nbytes > IN_MEMORY:
-                self._blocks = None
-
-    def _take(self, size: int) -> bytes:
-        left = self._size - self._file.tell()
-        if size < 0:
-            raise _DamageError("damaged")
-        if size > left:
-            raise _DamageError("cut off")
-        return self._file.read(size)
 
 
 def _interpreted(loop: Any) -> tuple[str, ...] | None:

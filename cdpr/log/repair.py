@@ -16,7 +16,7 @@ from cdpr.errors import OutputError
 from cdpr.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
-from cdpr.log.mcap_file import BLOCK, FORMATS, PICTURE_ROWS, LogFormat
+from cdpr.log.mcap_file import BLOCK, FORMATS, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import Scan, locate, scan
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Header, Run
@@ -89,19 +89,8 @@ def _alone(path: Path, folder: Path | None) -> Iterator[Reserved | None]:
 
 def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
     """Complete the log from its last block on; return where what stood there is kept, and how much of it is not."""
-    form, rows = found.form, found.rows
-    last = max((i for i, chunk in enumerate(found.chunks) if chunk.group == 0), default=-1)
-    end, data, chunks, sample = found.end, b"", list(found.chunks[: last + 1]), 0
-    if chunks:
-        chunk = chunks[-1]
-        end, sample = chunk.start, chunk.first + (chunk.n - 1) * form.every
-        data = bytes(form.block(rows[len(rows) - chunk.n :], chunk.first))  # once more, for its index may be torn
-        if sample % form.every == 0:  # a last row off the grid follows the pictures, and has none
-            first = (len(rows) - 1) // PICTURE_ROWS * PICTURE_ROWS  # all pictures before it are there
-            pictures, written = form.pictures(rows[first:], first * form.every, end + len(data))
-            data += pictures
-            chunks += written
-    data += form.ending(chunks, sample, end + len(data))
+    end, data = _completed(found)
+    form = found.form
     torn = _unused(log)
     try:
         with log.open("r+b") as file:
@@ -109,7 +98,7 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
             damaged = b"" if start == form.description else start
             rest = file.seek(0, os.SEEK_END) - end
             # At most the last block and what a kill or a full disk left of one; else perhaps more than a damaged block.
-            short = rest <= 2 * _block_size(form)
+            short = rest <= 2 * _block_size(form) + form.gap
             kept = not (damaged or rest)
 
             def keep(content: BinaryIO) -> None:
@@ -141,6 +130,30 @@ def _mend(log: Path, found: Scan) -> tuple[Path | None, int]:
         except OutputError:
             return None, len(damaged) + rest
     return torn if damaged or rest else None, 0
+
+
+def _completed(found: Scan) -> tuple[int, bytes]:
+    """Return from which byte on a log is to be written, and what."""
+    form, rows = found.form, found.rows
+    chunks, end, pieces, sample = list(found.chunks), found.end, [], 0
+    n, first = found.tail, (len(rows) - found.tail) * form.every
+    if not n:  # the last block once more, for its index may be torn, and all that follows it
+        last = max((i for i, chunk in enumerate(chunks) if chunk.group == 0), default=-1)
+        if last >= 0:
+            n, first, end = chunks[last].n, chunks[last].first, chunks[last].start
+        chunks = chunks[: max(last, 0)]
+    if n:
+        pieces.append(Piece(0, first, n, form.block(rows[len(rows) - n :], first)))
+        sample = first + (n - 1) * form.every
+        if sample % form.every == 0:  # a last row off the grid follows the pictures, and has none
+            begin = (len(rows) - 1) // PICTURE_ROWS * PICTURE_ROWS  # all pictures before it are there
+            pieces += form.pictures(rows[begin:], begin * form.every)
+    data = b""
+    for piece in pieces:
+        stored, written = form.stored(piece, end + len(data))
+        data += stored
+        chunks.append(written)
+    return end, data + form.ending(chunks, sample, end + len(data))
 
 
 def _block_size(form: LogFormat) -> int:

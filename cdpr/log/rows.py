@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from cdpr.errors import LogError
-from cdpr.log.checksum import crc32
-from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import LogFormat, Written
 from cdpr.model.robot import Array
 
@@ -23,24 +21,26 @@ class LogRows:
     """The table (K, width) of a logged run, as long as somebody asks for it on disk.
 
     It is indexed like an array, without new axes: `rows[:]` is the whole, `rows[k, 3]` a number, and
-    `rows[:, columns]` reads no more than these columns into memory. Raises LogError where the log was changed since it
-    was written or loaded, IndexError as numpy does.
+    `rows[:, columns]` reads no more than these columns into memory. What is read is verified: raises LogError where the
+    log is damaged, or was changed since it was written or loaded; IndexError as numpy does.
 
     Args:
         file: descriptor of the open log; it is closed with the object, and outlives the log's name.
         form: format of the log.
         blocks: where the chunks with the rows stand.
         rest: what follows them, in memory, for the log could not take it.
+        name: of the log, for messages.
     """
 
     ndim = 2
 
-    def __init__(self, file: int, form: LogFormat, blocks: Sequence[Written], rest: Array | None = None) -> None:
-        self._file, self._form = file, form
+    def __init__(
+        self, file: int, form: LogFormat, blocks: Sequence[Written], rest: Array | None = None, *, name: str
+    ) -> None:
+        self._file, self._form, self._name = file, form, name
         weakref.finalize(self, os.close, file)
         self._template = form.templates[0]
-        self._starts = np.array([block.start for block in blocks], dtype=np.int64)
-        self._numbers = np.array([block.first for block in blocks], dtype=np.int64)
+        self._blocks = blocks
         self._rest = np.empty((0, self._template.group.width)) if rest is None else rest
         self._stops = np.cumsum([*(block.n for block in blocks), len(self._rest)], dtype=np.int64)
         self._last: tuple[int, Array] | None = None  # the block that was read last
@@ -80,7 +80,7 @@ class LogRows:
             begin = self._begin(i)
             end = min(stop, int(self._stops[i]))
             to = table[k - first : end - first]
-            if straight and len(to) == int(self._stops[i]) - begin and i < len(self._starts):
+            if straight and len(to) == int(self._stops[i]) - begin and i < len(self._blocks):
                 self._read(i, to)
             else:
                 to[:] = self._block(i)[k - begin : end - begin, columns]
@@ -92,7 +92,7 @@ class LogRows:
         return int(self._stops[i - 1]) if i else 0
 
     def _block(self, i: int) -> Array:
-        if i == len(self._starts):
+        if i == len(self._blocks):
             return self._rest
         if self._last is None or self._last[0] != i:
             rows = np.empty((int(self._stops[i]) - self._begin(i), self.shape[1]))
@@ -102,13 +102,18 @@ class LogRows:
 
     def _read(self, i: int, rows: Array) -> None:
         """Write the rows of a block that is on disk."""
-        length = self._template.chunk_length(len(rows))
-        data = os.pread(self._file, length, int(self._starts[i]))
-        records = memoryview(data)[CHUNK_HEAD.size :]
-        if len(data) < length or crc32(records) != CHUNK_HEAD.unpack_from(data)[5]:
+        block = self._blocks[i]
+        length = self._form.head_length() + block.size
+        data = os.pread(self._file, length, block.start)
+        try:
+            records = self._form.records(data)
+            self._form.read_rows(records, block.first, rows)
+        except ValueError as error:
             begin, last = self._begin(i), int(self._stops[i]) - 1
-            raise LogError(f"the log of this run has changed: its rows {begin} to {last} cannot be read any more")
-        self._form.read_rows(records, int(self._numbers[i]), rows)
+            raise LogError(
+                f"{self._name}: rows {begin} to {last} are damaged, or were changed since the log was opened, at byte "
+                f"{block.start}; `cdpr repair` makes a complete log of the rows before them"
+            ) from error
 
 
 def _split(key: Any) -> tuple[Any, Any]:

@@ -14,7 +14,6 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from cdpr.errors import LogError, OutputError
-from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import BLOCK, FORMATS, LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
@@ -29,6 +28,19 @@ ROWS = make_rows(HEADER, 2 * BLOCK + 44)
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return write_log(tmp_path_factory.mktemp("whole") / "log.mcap", HEADER, ROWS).read_bytes()
+
+
+@pytest.fixture(scope="module")
+def blocks(whole: bytes, tmp_path_factory: pytest.TempPathFactory) -> list[tuple[int, int, int]]:
+    """Of each block of `whole`: where its chunk begins, where that ends, and where its indexes do."""
+    path = tmp_path_factory.mktemp("blocks") / "log.mcap"
+    path.write_bytes(whole)
+    found = scan(path)
+    return [
+        (chunk.start, chunk.start + found.form.head_length() + chunk.size, chunk.start + found.form.length(chunk))
+        for chunk in found.chunks
+        if chunk.group == 0
+    ]
 
 
 def check(path: Path, data: bytes) -> str | None:
@@ -46,28 +58,22 @@ def check(path: Path, data: bytes) -> str | None:
     return found.problem
 
 
-def truncations(data: bytes, every: int) -> list[int]:
+def truncations(data: bytes, blocks: list[tuple[int, int, int]], every: int) -> list[int]:
     """Lengths: the last 4 KiB, and 4 KiB about the end of each block."""
-    form = LogFormat(HEADER)
     ends = [len(data)]
-    position = len(form.description)
-    for n in (BLOCK, BLOCK, 44):
-        template = form.templates[0]
-        position += template.chunk_length(n)
-        ends += [position, position + 2048]
-        position += 10 * template.index_length(n)
-        ends.append(position + 100)
+    for _, stop, end in blocks:
+        ends += [stop, stop + 2048, end + 100]
     return sorted({length for end in ends for length in range(end - 4096, min(end, len(data)), every)})
 
 
-def test_truncated(tmp_path: Path, whole: bytes) -> None:
-    for length in truncations(whole, 397):
+def test_truncated(tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]) -> None:
+    for length in truncations(whole, blocks, 397):
         assert check(tmp_path / "log.mcap", whole[:length]) is not None
 
 
 @pytest.mark.slow
-def test_truncated_at_every_byte(tmp_path: Path, whole: bytes) -> None:
-    for length in truncations(whole, 1):
+def test_truncated_at_every_byte(tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]) -> None:
+    for length in truncations(whole, blocks, 1):
         assert check(tmp_path / "log.mcap", whole[:length]) is not None
 
 
@@ -76,11 +82,11 @@ def test_truncated_in_the_description(tmp_path: Path, whole: bytes) -> None:
         check(tmp_path / "log.mcap", whole[:length])
 
 
-def test_what_is_cut_off_is_only_the_torn_block(tmp_path: Path, whole: bytes) -> None:
-    form = LogFormat(HEADER)
-    start = len(form.description)
-    length = form.templates[0].chunk_length(BLOCK)
-    for cut, rows in ((start + length - 1, 0), (start + length, BLOCK), (start + length + 1, BLOCK)):
+def test_what_is_cut_off_is_only_the_torn_block(
+    tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]
+) -> None:
+    _, stop, _ = blocks[0]
+    for cut, rows in ((stop - 1, 0), (stop, BLOCK), (stop + 1, BLOCK)):
         (tmp_path / "log.mcap").write_bytes(whole[:cut])
         assert len(scan(tmp_path / "log.mcap").rows) == rows
 
@@ -103,33 +109,26 @@ def test_flipped_bits(tmp_path: Path, whole: bytes, seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_flipped_bit_in_every_part_of_a_block(tmp_path: Path, whole: bytes) -> None:
-    form = LogFormat(HEADER)
-    start = len(form.description)
-    record = start + CHUNK_HEAD.size + 7 * form.templates[0].row.size
-    index = start + form.templates[0].chunk_length(BLOCK)
-    for place in (
-        *range(start, start + CHUNK_HEAD.size),
-        *range(record, record + form.templates[0].row.size, 7),
-        *range(index, index + 10 * form.templates[0].index_length(BLOCK), 999),
-    ):
+def test_flipped_bit_in_every_part_of_a_block(tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]) -> None:
+    start, stop, end = blocks[0]
+    for place in (*range(start, start + 300), *range(start, stop, 199), *range(stop, end, 999)):
         data = bytearray(whole)
         data[place] ^= 0x10
         assert check(tmp_path / "log.mcap", bytes(data)) is not None
-        assert len(scan(tmp_path / "log.mcap").rows) == (BLOCK if place >= index else 0)
+        assert len(scan(tmp_path / "log.mcap").rows) == (BLOCK if place >= stop else 0)
 
 
-def test_bytes_with_a_new_checksum_are_not_believed(tmp_path: Path, whole: bytes) -> None:
+def test_bytes_with_a_new_checksum_are_not_believed(
+    tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]
+) -> None:
     """A block out of place has a right checksum and wrong numbers."""
-    form = LogFormat(HEADER)
-    start = len(form.description)
-    length = form.templates[0].chunk_length(BLOCK) + 10 * form.templates[0].index_length(BLOCK)
-    swapped = whole[:start] + whole[start + length : start + 2 * length] + whole[start : start + length]
-    assert check(tmp_path / "log.mcap", swapped + whole[start + 2 * length :]) is not None
+    (start, _, second), (_, _, third) = blocks[:2]
+    swapped = whole[:start] + whole[second:third] + whole[start:second]
+    assert check(tmp_path / "log.mcap", swapped + whole[third:]) is not None
     assert len(scan(tmp_path / "log.mcap").rows) == 0
-    skipped = whole[: start + length] + whole[start + 2 * length :]
+    skipped = whole[:second] + whole[third:]
     assert check(tmp_path / "log.mcap", skipped) is not None
-    doubled = whole[: start + 2 * length] + whole[start + length :]
+    doubled = whole[:third] + whole[second:]
     assert check(tmp_path / "log.mcap", doubled) is not None
 
 
@@ -169,7 +168,7 @@ def test_a_log_of_another_format_says_so(tmp_path: Path, whole: bytes) -> None:
     path = tmp_path / "log.mcap"
     written = b"format\x01\0\0\x00"
     path.write_bytes(whole.replace(written + FORMATS[-1].encode(), written + b"9", 1))
-    with pytest.raises(LogError, match="has log format 9, this cdpr reads 2 and 3: use the version that wrote it"):
+    with pytest.raises(LogError, match="has log format 9, this cdpr reads 2, 3 and 4: use the version that wrote it"):
         load_run(path)
 
 

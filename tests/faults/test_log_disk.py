@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import errno
 import json
 import os
@@ -21,6 +22,7 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from cdpr.errors import ExitCode, OutputError
 from cdpr.log import recorder as recorder_module
 from cdpr.log import run_json
+from cdpr.log.chunk_file import QUEUE
 from cdpr.log.event import Event
 from cdpr.log.export import export
 from cdpr.log.mcap_file import BLOCK
@@ -33,7 +35,7 @@ from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter
 
 HEADER = make_header(2)
-ROWS = make_rows(HEADER, 3 * BLOCK)
+ROWS = make_rows(HEADER, 5 * BLOCK)
 
 
 def test_dev_full_at_the_first_byte() -> None:
@@ -47,10 +49,10 @@ def test_dev_full_at_the_first_block(tmp_path: Path) -> None:
     recorder.rows[:-1] = ROWS
     assert recorder._writer is not None
     full = os.open("/dev/full", os.O_WRONLY)
-    os.dup2(full, recorder._writer._file.fileno())
+    os.dup2(full, recorder._writer.out.file.fileno())
     os.close(full)
     with pytest.raises(OutputError, match=r"log\.mcap: cannot be written: No space left on device"):
-        recorder.flush(BLOCK)
+        collections.deque(map(recorder.flush, range(BLOCK, (QUEUE + 3) * BLOCK, BLOCK)))  # a thread writes meanwhile
     for again in (recorder.flush, recorder.close):
         with pytest.raises(OutputError, match="No space left"):
             again(len(ROWS))
@@ -104,7 +106,7 @@ def test_file_size_limit_within_a_block(tmp_path: Path, blocks: int) -> None:
     size = write_log(tmp_path / "whole.mcap", HEADER, ROWS).stat().st_size
     recorder = Recorder(HEADER, len(ROWS), tmp_path)
     recorder.rows[:-1] = ROWS
-    limit = int(size * (blocks + 0.5) / 3.2)
+    limit = int(size * (blocks + 0.5) / 5.2)
     with pytest.raises(OutputError, match="File too large"), file_size_limit(limit):
         recorder.close(len(ROWS))
     found = scan(tmp_path / "log.mcap")
@@ -132,13 +134,13 @@ def test_a_close_that_fails(tmp_path: Path) -> None:
         closed = False
 
         def __init__(self, file: Any) -> None:
-            self.seek, self.write, self._close = file.seek, file.write, file.close
+            self.seek, self.write, self.truncate, self._close = file.seek, file.write, file.truncate, file.close
 
         def close(self) -> None:
             self._close()
             raise OSError(errno.EDQUOT, "Disk quota exceeded")
 
-    recorder._writer._file = Failing(recorder._writer._file)  # type: ignore[assignment]
+    recorder._writer.out.file = Failing(recorder._writer.out.file)  # type: ignore[assignment]
     with pytest.raises(OutputError, match="Disk quota exceeded"):
         recorder.close(len(ROWS))
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import io
+import os
 import signal
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
-from log_cases import make_header, make_rows, same_bits
+from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.mcap_file import BLOCK
 from cdpr.log.reader import load_run, scan
+from cdpr.log.repair import repair
 from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
 
@@ -59,6 +63,31 @@ def test_a_killed_run_loses_nothing_that_was_flushed(tmp_path: Path, number: int
     assert same_bits(run.rows, truth[: len(run.rows)])
 
 
+KILLS = int(os.environ.get("CDPR_KILLS", "2"))
+AT_FULL_SPEED = CHILD.replace("range(50, len(rows), 50)", "range(BLOCK, len(rows), BLOCK)").replace("40 *", "100 *")
+
+
+@pytest.mark.parametrize("seed", range(KILLS))
+def test_killed_at_any_moment_a_run_is_repaired_to_a_whole_log(tmp_path: Path, seed: int) -> None:
+    """The thread that writes is killed in the midst of it. CDPR_KILLS says how often."""
+    rng = np.random.default_rng(seed)
+    script = CHILD if seed % 3 == 0 else AT_FULL_SPEED
+    script = script.format(tests=str(Path(__file__).parent.parent), out=str(tmp_path / "run"))
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        while child.stdout.readline() != "ready\n":
+            assert child.poll() is None
+        time.sleep(rng.uniform(0.0, 0.1))
+        child.send_signal(signal.SIGKILL)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        kept = load_run(tmp_path / "run").rows[:]
+    truth = make_rows(HEADER, 40 * BLOCK if seed % 3 == 0 else 100 * BLOCK)[: len(kept)]
+    assert same_bits(kept, truth)
+    assert repair(tmp_path / "run").rows == len(kept)
+    assert (tmp_path / "run" / "log.mcap").read_bytes() == write_log(tmp_path / "whole", HEADER, truth).read_bytes()
+
+
 class Mortal(io.FileIO):
     """A file whose process is killed once so many bytes more are written."""
 
@@ -80,15 +109,15 @@ def test_killed_within_a_write_what_was_flushed_before_stays(tmp_path: Path) -> 
         writer.write(ROWS, 100)
         whole = path.stat().st_size
         for stop, flushed in ((150, 100), (BLOCK + 10, 150)):
-            file = Mortal(writer._file.fileno(), "r+b", closefd=False)
+            file = Mortal(writer.out.file.fileno(), "r+b", closefd=False)
             file.left = left
-            writer._file, kept = file, writer._file
+            writer.out.file, kept = file, writer.out.file
             with pytest.raises(KeyboardInterrupt):
                 writer.write(ROWS, stop)
             found = scan(path)
             assert len(found.rows) >= flushed, (left, stop)
             assert same_bits(found.rows, ROWS[: len(found.rows)])
-            writer._file = kept
+            writer.out.file = kept
             writer.write(ROWS, 150)
-        kept.close()
+        writer.out.close()
         assert path.stat().st_size > whole

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from log_cases import make_header, make_rows, write_log
 
-from cdpr.log import checksum, chunk, mcap_file, reader, rows
+from cdpr.log import checksum, chunk, mcap_file, reader
 from cdpr.log.mcap_file import BLOCK
 
-USERS = (chunk, mcap_file, reader, rows)
+USERS = (chunk, mcap_file, reader)
 
 
 def chosen() -> Callable[[bytes], int]:

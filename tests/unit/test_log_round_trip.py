@@ -72,6 +72,8 @@ def test_what_was_flushed_can_be_loaded_while_the_run_goes_on(tmp_path: Path, st
     recorder = Recorder(header, stop + 10, tmp_path)
     recorder.rows[:stop] = rows
     recorder.flush(stop)
+    assert recorder._writer is not None
+    recorder._writer.out.wait()  # a thread writes full blocks
     with pytest.warns(UserWarning, match=f"cut off at byte .*; {stop} rows kept. `cdpr repair"):
         run = load_run(tmp_path)
     assert run.status == "running"

@@ -1,0 +1,147 @@
+"""The file of a log that is being written: a thread encodes, compresses and appends chunks."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Literal
+
+from cdpr.errors import OutputError
+from cdpr.log.chunk import CHUNK_HEAD
+from cdpr.log.files import unwritable
+from cdpr.log.mcap_file import LogFormat, Piece, Written
+
+QUEUE = 2  # jobs that wait for the thread, or are at work in it; the caller waits before it adds another
+
+Kind = Literal["rows", "pictures"]
+
+
+class ChunkFile:
+    """Appends chunks to a new file.
+
+    All writing is done in one thread, in the order of the calls; the calls return before it is done. The file has no
+    buffer: what was written outlives this process. After a failure every further call raises the same OutputError.
+
+    `chunks`, `end` and `done` describe what stands in the file; read them only after `wait`.
+
+    Attributes:
+        chunks: all chunks.
+        end: byte behind the last of them.
+        done: number of rows that are in chunks, and number of those that have pictures.
+    """
+
+    def __init__(self, path: Path, form: LogFormat) -> None:
+        """Make the file, with its description. Raises OutputError."""
+        self._path, self._form = path, form
+        self.chunks: list[Written] = []
+        self.end = 0
+        self.done: dict[Kind, int] = {"rows": 0, "pictures": 0}
+        self._size = 0  # of the file: more than `end` where a block that is not full stands behind it
+        self._failure: OutputError | None = None
+        self._pending: deque[Future[None]] = deque()
+        try:
+            self.file = path.open("w+b", buffering=0)
+        except OSError as error:
+            raise unwritable(path, error) from error
+        try:
+            self._put(form.description, 0)
+        except OutputError:
+            self.file.close()
+            raise
+        self.end = self._size = len(form.description)
+        self._thread = ThreadPoolExecutor(1, "log")
+
+    def wait(self, left: int = 0) -> None:
+        """Wait until at most `left` calls are still to be done. Raises OutputError where one of the others failed."""
+        error: BaseException | None = None
+        while len(self._pending) > left:
+            found = self._pending[0].exception()
+            self._pending.popleft()
+            error = error or found
+        error = error or self._failure
+        if error is not None:
+            raise error
+
+    def append(self, kind: Kind, stop: int, make: Callable[[], Sequence[Piece]]) -> None:
+        """Append the chunks that `make` returns, with which the file holds this kind up to row `stop`, excluded.
+
+        The thread calls `make`. A second call for the same rows, after an interrupt, does nothing.
+        """
+        self._begin(lambda: self._append(kind, stop, make))
+
+    def put_tail(self, make: Callable[[], memoryview]) -> None:
+        """Write the block that `make` returns, which is not yet full, uncompressed, and wait until it is there.
+
+        Where it gets longer, its rows are written first and then the head that says how many: killed in between, the
+        shorter block stays.
+        """
+        self._begin(lambda: self._put_tail(make()))
+        self.wait()
+
+    def finish(self, ending: bytes) -> None:
+        """Write what follows the last chunk; again after an interrupt does no harm."""
+
+        def put() -> None:
+            self._put(ending, self.end)
+            self._cut(self.end + len(ending))
+
+        self._begin(put)
+        self.wait()
+
+    def close(self) -> None:
+        """End the thread and close the file. Raises OSError."""
+        self._thread.shutdown()
+        self.file.close()
+
+    def _begin(self, job: Callable[[], None]) -> None:
+        self.wait(QUEUE - 1)
+        self._pending.append(self._thread.submit(job))
+
+    def _append(self, kind: Kind, stop: int, make: Callable[[], Sequence[Piece]]) -> None:
+        if stop <= self.done[kind]:
+            return
+        parts, chunks, end = [], [], self.end
+        for piece in make():
+            data, written = self._form.stored(piece, end)
+            parts.append(data)
+            chunks.append(written)
+            end += len(data)
+        self._put(parts[0] if len(parts) == 1 else b"".join(parts), self.end)
+        if self._size > self.end:
+            self._cut(end)
+        self._size = end
+        self.chunks += chunks
+        self.end, self.done[kind] = end, stop
+
+    def _put_tail(self, raw: memoryview) -> None:
+        start, stop = self.end + self._form.gap, 9 + int.from_bytes(raw[1:9], "little")
+        if os.fstat(self.file.fileno()).st_size != self._size:  # repaired meanwhile, on a file system without locks
+            self._cut(self.end)
+        self._put(raw[CHUNK_HEAD.size : stop], start + CHUNK_HEAD.size)
+        self._put(raw[: CHUNK_HEAD.size], start)
+        self._size = start + stop
+
+    def _cut(self, end: int) -> None:
+        """Remove what stands from this byte on: a block that was not full, now that it stands in a chunk."""
+        try:
+            self.file.truncate(end)
+        except OSError as error:
+            raise self._fail(error) from error
+
+    def _put(self, data: bytes | memoryview, start: int) -> None:
+        if self._failure is not None:
+            raise self._failure
+        rest = memoryview(data)
+        try:
+            self.file.seek(start)
+            while rest:
+                rest = rest[self.file.write(rest) :]
+        except OSError as error:
+            raise self._fail(error) from error
+
+    def _fail(self, error: OSError) -> OutputError:
+        self._failure = unwritable(self._path, error)
+        return self._failure
