@@ -20,6 +20,7 @@ FLOAT = 8  # bytes
 def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
     """Raise ScenarioError where log.mcap in `folder`, or without one the rows in memory, can never fit.
 
+    How well the messages of a log compress is not known before: only their indexes are counted, which are not.
     Raises OutputError where it would on a disk of its own, but the disk of `folder` is too full, or cannot be asked.
     """
     samples = scenario.simulation.steps // header.log_every + 1
@@ -28,7 +29,8 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
         have, where = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), "the memory of this machine"
         most = have
     else:
-        need = samples * Template(run_topics(header)).chunk_length(BLOCK) // BLOCK
+        group = run_topics(header)
+        need = samples * len(group.topics) * Template(group).index_length(BLOCK) // BLOCK
         try:
             above = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.is_dir())
             disk, where = shutil.disk_usage(above), f"the disk of {folder}"
@@ -37,8 +39,9 @@ def check_room(scenario: Scenario, header: Header, folder: Path | None) -> None:
         except OSError as error:  # as below a folder that may not be searched
             raise unwritable(folder, error) from error
     if need > have:
+        least = "at least " if folder is not None else ""
         text = (
-            f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need "
+            f"{scenario.place('simulation', 'duration')}: simulation.duration: {samples} samples need {least}"
             f"{_size(need)}, {where} has {_size(have)}: shorten it or thin the log by log.step"
         )
         raise OutputError(f"{text}, or make room there") if need <= most else ScenarioError([text])

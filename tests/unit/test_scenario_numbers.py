@@ -47,7 +47,7 @@ def test_a_run_that_can_never_fit_is_refused_at_its_line_before_its_folder_is_ma
         simulate(CAROCA)
     monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 1000, "total": 9000}))
     with pytest.raises(
-        ScenarioError, match=r"simulation.duration: \d+ samples need .* MB, the disk of .*/a/run has 1 kB"
+        ScenarioError, match=r"simulation.duration: \d+ samples need at least .* kB, the disk of .*/a/run has 1 kB"
     ):
         simulate(CAROCA, out=tmp_path / "a" / "run")
     monkeypatch.setattr("shutil.disk_usage", lambda path: type("Usage", (), {"free": 1000, "total": 10**12}))
