@@ -89,7 +89,11 @@ class Peer:
         self._at = time.monotonic()  # of the newest answer
 
     def ask(self, values: Array) -> Array:
-        """Send a frame and return the answer to it, (takes,), a view. Raises BackendDied where none comes in time."""
+        """Send a frame and return the answer to it, (takes,), a view.
+
+        Raises BackendDied where none comes in time, and where one came before it was asked for.
+        """
+        self._take_arrived()
         until = time.monotonic() + self._options.timeout
         self._transport.send(self._next(values), until)
         while len(self._held) < self._size:
@@ -109,6 +113,7 @@ class Peer:
         """
         if self._asked == 0:
             return self.ask(values)
+        self._take_arrived()
         if self._late:
             self._late = self._late[self._transport.send_some(self._late) :]
         if self._late:
@@ -119,19 +124,26 @@ class Peer:
             self._late = frame[sent:] if sent else b""
             self._asked -= not sent
             self.skipped += not sent
-        # No more than it can have to say, for it may speak without end.
-        while (due := (self._asked - 1 - self._answered) * self._size - len(self._held)) > 0:
-            if not (data := self._transport.receive(due, None)):
-                break
+        self._take_arrived()
+        if time.monotonic() - self._at > self._options.timeout:
+            raise self._silent("lately")
+        return self._in[1:]
+
+    def _take_arrived(self) -> None:
+        """Take the answers that have arrived. Raises BackendDied where the peer has sent more than it was asked for."""
+        while True:
+            due = (self._asked - 1 - self._answered) * self._size - len(self._held)
+            data = self._transport.receive(due + 1, None)  # no more: it may send without end
+            if not data:
+                return
+            if len(data) > due:
+                raise self._wrong(f"answered before frame {self._asked} was sent: each answer must follow its frame")
             self._held += data
             while len(self._held) >= self._size:
                 before = self._answered
                 self._take()
                 if not before < self._answered < self._asked:
                     raise self._wrong(f"answered frame {self._answered} after {before}, of {self._asked}")
-        if time.monotonic() - self._at > self._options.timeout:
-            raise self._silent("lately")
-        return self._in[1:]
 
     def tell(self, values: Array) -> None:
         """Send a last frame that nobody answers, unless it would stand behind half of one, or nobody is there."""

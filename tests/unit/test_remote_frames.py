@@ -106,15 +106,18 @@ def test_frames_to_a_controller(monkeypatch, lockstep, sensed):
 
 
 class Pipe:
-    """A transport that sends so many bytes of each frame, and has these answers."""
+    """A transport that sends so many bytes of each frame, and has these answers, which come once more is sent."""
 
     def __init__(self, sizes=()):
         self.called, self.sizes, self.sent, self.waiting = "peer 'x'", list(sizes), b"", b'{"cdpr": 1}\n'
+        self.later = b""
 
     def send(self, data, until):
         self.sent += bytes(data)
+        self.arrive()
 
     def send_some(self, data):
+        self.arrive()
         count = min(len(data), self.sizes.pop(0)) if self.sizes else len(data)
         self.sent += bytes(data[:count])
         return count
@@ -127,7 +130,10 @@ class Pipe:
         pass
 
     def answer(self, *sequences):
-        self.waiting += b"".join(np.array([k, 7.0 + k], NUMBER).tobytes() for k in sequences)
+        self.later += b"".join(np.array([k, 7.0 + k], NUMBER).tobytes() for k in sequences)
+
+    def arrive(self):
+        self.waiting, self.later = self.waiting + self.later, b""
 
 
 @pytest.fixture
@@ -153,9 +159,10 @@ def test_answers_of_a_peer_that_runs_freely_rise(free):
     assert found.newest(np.array([3.0])).tolist() == [8.0]  # the newest there is
     pipe.answer(2, 3)
     assert found.newest(np.array([4.0])).tolist() == [10.0]
+    found.newest(np.array([5.0]))
     pipe.answer(3)
-    with pytest.raises(BackendDied, match="answered frame 3 after 3, of 5"):
-        found.newest(np.array([5.0]))
+    with pytest.raises(BackendDied, match="answered frame 3 after 3, of 6"):
+        found.newest(np.array([6.0]))
 
 
 def test_an_answer_to_what_was_not_asked_yet_is_wrong(free):
@@ -171,3 +178,14 @@ def test_frames_that_a_peer_does_not_take_are_left_out_whole(free):
         found.newest(np.array([10.0 + k]))
     assert np.frombuffer(pipe.sent, NUMBER).tolist() == [1.0, 11.0, 2.0, 12.0, 3.0, 13.0]
     assert found.skipped == 1
+
+
+@pytest.mark.parametrize("way", ["ask", "newest"])
+@pytest.mark.parametrize("size", [1, 8, 16, 40])
+def test_an_answer_before_its_question_is_wrong(free, way, size):
+    found, pipe = free()
+    pipe.answer(1, 2, 3)  # the right numbers, too soon
+    pipe.waiting, pipe.later = pipe.later[:size], b""
+    with pytest.raises(BackendDied, match="answered before frame 1 was sent: each answer must follow its frame"):
+        getattr(found, way)(np.array([2.0]))
+    assert pipe.sent == b""
