@@ -34,6 +34,10 @@ def one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
+class OptionsLeftOut(UserWarning):
+    """Options of a controller or solver that were left out as another one was chosen."""
+
+
 class CdprError(Exception):
     """Base of every error that cdpr raises on purpose; its text is meant for the user, and printable line by line.
 

@@ -17,7 +17,7 @@ import click
 
 from cdpr import __version__
 from cdpr.cli.streams import UNWRITABLE, printable_streams, streams
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import CdprError, ExitCode, OptionsLeftOut
 from cdpr.nearest import did_you_mean
 
 DEBUG = "CDPR_DEBUG"
@@ -104,6 +104,7 @@ def main() -> None:
     gc.set_threshold(GARBAGE)
     atexit.unregister(_leave_all_as_it_is)  # of a call before, in a process that makes several
     atexit.register(_leave_all_as_it_is)
+    warnings.simplefilter("ignore", OptionsLeftOut)  # commands report `Scenario.notes`
     # A warning is a line for the user, not a place in our code.
     warnings.showwarning = lambda message, *_, **__: click.echo(f"warning: {message}", err=True)
     try:

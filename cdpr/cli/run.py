@@ -271,7 +271,7 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     from cdpr.log.run import CLEARANCE
     from cdpr.report.text.aligned import unit_for
     from cdpr.report.text.least import least_of
-    from cdpr.report.text.reservations import fallback, lost, reservations
+    from cdpr.report.text.reservations import fallback, lost, overstrained, reservations
 
     figures = run.summary()
     if run.header.believed:
@@ -297,6 +297,9 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     if "cable_tension_N" in figures:
         felt = figures["cable_tension_N"]
         yield f"{'in the cables':<20}min {felt['min']:.5g} N   max {felt['max']:.5g} N"
+    if bad := figures.get("slack_samples"):
+        cables = {one["cable"] for one in figures["slack_intervals"]}
+        yield f"{'slack':<20}{bad} of {figures['samples']} samples, {_cables(len(cables))}"
     if "energy_J" in figures:
         energy = figures["energy_J"]
         work = f"work of the cables {energy['cable_work']:.4g} J"
@@ -315,10 +318,14 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     for name, key in (("infeasible steps", "infeasible_steps"), ("unanswered steps", "unanswered_steps")):
         if figures[key] or key == "infeasible_steps":
             yield f"{name:<20}{figures[key]} of {figures['samples']}"
-    for warning in (*fallback(run), *lost(run)):
+    for warning in (*overstrained(run), *fallback(run), *lost(run)):
         yield f"{'WARNING':<20}{warning}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
+
+
+def _cables(count: int) -> str:
+    return f"{count} cable{'s' * (count != 1)}"
 
 
 def _ms(seconds: float) -> str:

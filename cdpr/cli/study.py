@@ -71,6 +71,8 @@ def command(
         with Progress("cases checked") as checked:
             known = ended(Path(out)) if out and not dry_run else {}
             loaded = load_study(study, overrides=changes, progress=checked, ended=known)
+        for note in loaded.notes:
+            click.echo(note, err=True)
         if dry_run:
             _list(loaded, as_json)
             return

@@ -83,7 +83,9 @@ def compare_scenario(
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))
     for name in names:
-        scenario.with_changes(solver=name)  # what is wrong with a solver is told before anything runs
+        # What is wrong with a solver is reported before anything runs.
+        for note in scenario.with_changes(solver=name).notes[len(scenario.notes) :]:
+            say(note)
     with tempfile.TemporaryDirectory(prefix="cdpr-compare-") as temporary:
         folder = Path(temporary) if out is None else folder_name(out)
         with _claimed(folder):

@@ -19,6 +19,7 @@ from cdpr.model.rotations import held_upright
 from cdpr.model.shapes import Obstacle
 from cdpr.nearest import did_you_mean
 from cdpr.problems import Path, shown
+from cdpr.scenario import examples
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.loader import file_name, load_robot
@@ -87,7 +88,7 @@ class _Reader:
 
     def _robot_file(self) -> tuple[str, str]:
         name = self.section.robot
-        file = os.path.join(self.document.folder, name)
+        file = examples.beside(self.document.folder, name, "robot")
         if os.path.isabs(name):
             self._add(("robot",), "a file name relative to this file is expected")
             return file, ""

@@ -211,7 +211,7 @@ class DesignFile(Section):
     """A design: a robot, what of it is varied, and what for."""
 
     name: str | None = Field(None, max_length=64, description="name of the design; the file's name unless said")
-    robot: str = Field(min_length=1, description="robot file, relative to this file")
+    robot: str = Field(min_length=1, description="robot file, relative to this file, or name of an example")
     gravity: Vector3 = Field((0.0, 0.0, -9.81), description="gravity, world", json_schema_extra=unit("m/s^2"))
     region: RegionSection | None = Field(None, description="where figures are looked at")
     poses: list[PoseSection] | None = Field(None, min_length=1, description="poses at which they are, instead")

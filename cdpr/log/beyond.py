@@ -1,34 +1,67 @@
-"""Where cables leave their limits: of length and speed, and where others are believed, of tension."""
+"""Limits that cables leave during a run: lengths, winding speeds, tensions, and commands of a nominal model."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import LENGTHS, Bounds, Kind, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
-# Commands beyond the limits that cables have in truth, where the controller believes in others: those at first, for
-# where an event changes them, it changes what is believed to the same, and nothing is beyond them.
+# Commands beyond the limits that cables have in truth, where the controller believes in others.
 OVERDRAWN = (
     Kind("below_min", "cables told to pull less", "N", "tension", upper=False, room="true_margin"),
     Kind("above_max", "cables told to pull more", "N", "tension", upper=True, room="true_margin"),
 )
 
-KINDS = (*LENGTHS, *OVERDRAWN)
+# True tensions of cables whose tension is not the command. (With ideal cables the solver's status reports them.)
+TENSIONS = (
+    Kind("tension_below_min", "cable tensions lower", "N", "cable_tension", upper=False),
+    Kind("tension_above_max", "cable tensions higher", "N", "cable_tension", upper=True),
+)
+
+KINDS = (*LENGTHS, *OVERDRAWN, *TENSIONS)
+
+# From a time (s) on: the lowest and the highest tensions (m,), N; a lowest of None where there is none.
+LimitChanges = tuple[tuple[float, tuple[float | None, ...], tuple[float, ...]], ...]
 
 
-def beyond(layout: Layout, bounds: Bounds, limits: Array, broken: Sequence[tuple[int, float]]) -> Reach:
-    """Return what counts the samples of a run.
+def beyond(
+    layout: Layout,
+    bounds: Bounds,
+    limits: Array,
+    broken: Sequence[tuple[int, float]],
+    changes: LimitChanges = (),
+) -> Reach:
+    """Return the counter of samples that leave a limit.
 
     Args:
-        layout: columns of its rows.
-        bounds: of the robot's lengths and winding speeds.
+        layout: columns of the run's rows.
+        bounds: limits of the robot's lengths and winding speeds.
         limits: (2, m) lowest and highest tensions, N.
         broken: cables that break, counted from 0, and when, s.
+        changes: other limits of tensions, in the order of time.
     """
-    kinds = OVERDRAWN if "true_margin" in layout.fields else ()
+    pairs = [pair for pair in (OVERDRAWN, TENSIONS) if all(_needs(kind) in layout.fields for kind in pair)]
     tolerance = LIMIT_TOLERANCE * newton(limits)
-    more = [(kind, limit, tolerance) for kind, limit in zip(kinds, limits, strict=False)]
-    return Reach(layout.columns, bounds, layout.m, broken, more)
+    more = [(kind, limit, tolerance) for pair in pairs for kind, limit in zip(pair, limits, strict=True)]
+    return Reach(layout.columns, bounds, layout.m, broken, more, tables(changes))
+
+
+def tables(changes: LimitChanges) -> list[tuple[float, dict[str, Array]]]:
+    """Return changes of tension limits by the names of the kinds that they concern."""
+    found = []
+    for time, low, high in changes:
+        lowest = np.array([-math.inf if value is None else value for value in low])
+        pair = lowest, np.array(high)
+        found.append((time, {kinds[i].name: pair[i] for kinds in (OVERDRAWN, TENSIONS) for i in (0, 1)}))
+    return found
+
+
+def _needs(kind: Kind) -> str:
+    """Return the column without which a kind is not counted."""
+    return kind.room or kind.column

@@ -13,6 +13,7 @@ from cdpr.cables import COMMANDED, read_exits
 from cdpr.columns import BELIEVED, FIRST, Column
 from cdpr.errors import CdprError
 from cdpr.lazy import late
+from cdpr.log.beyond import LimitChanges
 from cdpr.log.event import Event
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import Bounds
@@ -66,6 +67,7 @@ class Header:
     tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) of the platform, m, its axes
     tool: str = ""  # which of them the desired motion leads; "" for the platform's origin
     believed: str = ""  # what controller and solver believed of the robot that was not so, in a line
+    limit_changes: LimitChanges = ()  # tension limits that events change
 
     def __repr__(self) -> str:
         return printable(f"<Header of {self.scenario} on {self.backend}: {len(self.cables)} cables, seed {self.seed}>")
@@ -84,6 +86,11 @@ class Header:
     def ideal_cables(self) -> bool:
         """Whether the tensions of all cables are their commands."""
         return self.cable_model == COMMANDED
+
+    @property
+    def true_tension(self) -> str:
+        """Column of the tensions that the cables have."""
+        return "tension" if self.ideal_cables else "cable_tension"
 
     @cached_property
     def subject(self) -> Subject:
@@ -116,6 +123,10 @@ class Header:
             key: data[key] for key in ("anchors", "bounds", "broken", "frame", "path") if key in data
         }
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
+        if "limit_changes" in data:
+            tables["limit_changes"] = tuple(
+                (time, tuple(low), tuple(high)) for time, low, high in data["limit_changes"]
+            )
         exits = tuple(data.get("exits", ()))
         if "tools" in data:
             tables["tools"] = {name: tuple(point) for name, point in data["tools"].items()}
@@ -136,6 +147,7 @@ NEWER: dict[str, object] = {
     "tools": {},
     "tool": "",
     "believed": "",
+    "limit_changes": (),
 }
 
 
@@ -291,7 +303,7 @@ class Run(Frozen):
     @property
     def cable_tension(self) -> Array:
         """Tension in each cable at the sample, (K, m), N: with ideal cables the commanded one."""
-        return self["tension" if self.header.ideal_cables else "cable_tension"]
+        return self[self.header.true_tension]
 
     @property
     def potential_change(self) -> Array:

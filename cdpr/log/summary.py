@@ -9,8 +9,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.log.beyond import beyond
+from cdpr.log.beyond import beyond, tables
 from cdpr.log.run import Header, Run
+from cdpr.log.slack import Slack, slack
 from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
 from cdpr.tension.status import Status
@@ -41,7 +42,9 @@ def summarise(run: Run) -> dict[str, Any]:
     sample to the next; a cable that is broken does not count any more. `infeasible_steps` are samples whose wrench no
     tensions within the limits balance, as the solver says; `unanswered_steps` those at which it had no valid answer.
     `beyond_limits_steps`, where the robot has such limits, are samples with cables shorter or longer than allowed, or
-    wound faster, and where the controller believes the robot to be another, told to pull less or more.
+    wound faster, and where the controller believes the robot to be another, told to pull less or more; where cables are
+    not ideal, those whose true tension leaves the limits. `slack_samples` are those at which a cable has no tension,
+    `slack_intervals` when which cable has none.
     `clearance_min_m`, where all cables have diameters, is the least clearance, with its time and pair. All samples are
     counted. Of a thinned log that stands alone only the rows in it can be: then `samples` is `logged_samples`.
     """
@@ -68,10 +71,28 @@ def _count(run: Run) -> dict[str, Any]:
     return tally.figures()
 
 
+def left_and_slack(header: Header, rows: Array) -> tuple[Reach, Slack]:
+    """Return which limits cables left, and when they were slack, in rows that are all samples of a run."""
+    reach, loose = beyond_of(header), Slack()
+    reach.add(rows)
+    if len(rows):
+        tension = rows[:, header.layout.columns[header.true_tension]]
+        loose = loose.added(rows[:, 0], slack(tension, header) & sound(header, rows[:, 0]))
+    return reach, loose
+
+
+def sound(header: Header, time: Array) -> NDArray[np.bool_]:
+    """Return which cables are not broken at these times (K,), (K, m): of the others nothing is asked any more."""
+    found = np.ones((len(time), len(header.cables)), bool)
+    for cable, since in header.broken:
+        found[:, cable] &= time < since
+    return found
+
+
 def beyond_of(header: Header) -> Reach:
     """Return what counts where the cables of a run leave their limits."""
     limits = np.array([header.tension_min, header.tension_max])
-    return beyond(header.layout, header.bounds, limits, header.broken)
+    return beyond(header.layout, header.bounds, limits, header.broken, header.limit_changes)
 
 
 class Tally:
@@ -83,6 +104,7 @@ class Tally:
     Attributes:
         count: how many samples were counted.
         beyond: where cables left their limits.
+        slack: when cables were slack.
         closest: how near they came to what they may touch, where somebody looks.
     """
 
@@ -92,6 +114,7 @@ class Tally:
         self._squares = np.empty((2, 0))  # of the norms of position and orientation error, in the present block
         self._sums: list[Array] = []  # of the blocks before, (2,) each
         self.beyond = beyond_of(header)
+        self.slack = Slack()
         self.closest = closest
         self.count = 0
         self._start: Array | None = None  # the first row
@@ -108,7 +131,7 @@ class Tally:
     def amend(self, header: Header) -> None:
         """Go by a header in which other cables break, after the samples that were counted."""
         self._header = header
-        self.beyond.lose(header.broken)
+        self.beyond.lose(header.broken, tables(header.limit_changes))
         if self.closest is not None:
             self.closest.lose(header.broken)
 
@@ -128,13 +151,14 @@ class Tally:
                 squares[i] = norms**2
                 self._look(f"error {i}", norms)
             sums, squares = self._added(squares)
-            sound = self._sound(part.time)
-            self._look("tension", part.tension[sound])
+            intact = sound(self._header, part.time)
+            self._look("tension", part.tension[intact])
             held = part.tension if self._before is None else np.concatenate([self._before, part.tension])
-            self._look("step", np.abs(np.diff(held, axis=0))[sound[len(sound) - len(held) + 1 :]])
-            self._look("cable tension", part.cable_tension[sound])
+            self._look("step", np.abs(np.diff(held, axis=0))[intact[len(intact) - len(held) + 1 :]])
+            self._look("cable tension", part.cable_tension[intact])
             beyond = self.beyond.copy()
             beyond.add(rows)
+            loose = self.slack.added(part.time, slack(part.cable_tension, self._header) & intact)
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
                 closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
@@ -146,8 +170,8 @@ class Tally:
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
         # What would be counted twice, last and at one go: between plain assignments there is no interrupt.
-        told = sums, squares, beyond, closest, before, now.stop
-        self._sums, self._squares, self.beyond, self.closest, self._before, self.count = told
+        told = sums, squares, beyond, loose, closest, before, now.stop
+        self._sums, self._squares, self.beyond, self.slack, self.closest, self._before, self.count = told
 
     def _added(self, squares: Array) -> tuple[list[Array], Array]:
         """Return the sums of whole blocks, and the squares of the last one, with those (2, n) that follow."""
@@ -155,13 +179,6 @@ class Tally:
         whole = squares.shape[1] - squares.shape[1] % SUMMED
         blocks = np.split(squares[:, :whole], whole // SUMMED, axis=1) if whole else []
         return [*self._sums, *(block.sum(axis=1) for block in blocks)], squares[:, whole:]
-
-    def _sound(self, time: Array) -> NDArray[np.bool_]:
-        """Which cables are not broken at these times (K,), (K, m): of the others nothing is asked any more."""
-        sound = np.ones((len(time), len(self._header.cables)), bool)
-        for cable, since in self._header.broken:
-            sound[:, cable] &= time < since
-        return sound
 
     def figures(self) -> dict[str, Any]:
         """Return what `summarise` says of the samples."""
@@ -186,6 +203,7 @@ class Tally:
                 "min": low.get("cable tension", 0.0),
                 "max": high.get("cable tension", 0.0),
             }
+        figures |= self.slack.figures(self._header.cables)
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
@@ -49,6 +49,7 @@ LENGTHS = (
 )
 
 Bounds = tuple[tuple[float | None, ...], ...]  # shortest, longest, fastest of each cable; () where there are none
+Changes = Sequence[tuple[float, Mapping[str, Array]]]  # from a time (s) on, the limits (m,) of kinds by name
 
 
 @dataclass(frozen=True)
@@ -99,10 +100,11 @@ class Reach:
         m: number of cables.
         broken: which cables, counted from 0, and since when.
         more: further kinds, the limit of each cable (m,), and by how much one may be left unnoticed.
+        changes: times (s) from which limits of kinds in `more` are others, (m,) by the kind's name.
 
     Attributes:
         kinds: of the limits that there are.
-        limits: (k, m) of these kinds; infinite where there is none.
+        limits: (c, k, m) of these kinds, one table for each time from which they hold; infinite where there is none.
     """
 
     def __init__(
@@ -112,6 +114,7 @@ class Reach:
         m: int,
         broken: Sequence[tuple[int, float]] = (),
         more: Sequence[tuple[Kind, Array, float]] = (),
+        changes: Changes = (),
     ) -> None:
         given = [
             np.array([(math.inf if kind.upper else -math.inf) if bound is None else bound for bound in row])
@@ -122,25 +125,18 @@ class Reach:
         tolerances = [REACH_TOLERANCE * size for size in sizes[: len(given)]]
         tolerances += [np.full(m, tolerance) for _, _, tolerance in more]
         self.kinds = (*LENGTHS[: len(given)], *(kind for kind, _, _ in more))
-        self.limits = np.array([*given, *(limit for _, limit, _ in more)]).reshape(-1, m)
+        self._first = np.array([*given, *(limit for _, limit, _ in more)]).reshape(-1, m)
         places = [
             [columns[kind.column].start, kind.upper, kind.magnitude, columns[kind.room].start if kind.room else -1]
             for kind in self.kinds
         ]
         count = len(self.kinds)
+        self._places = np.array([columns["time"].start, *np.ravel(places)], dtype=np.int64)
+        self._tolerances, self._sizes = np.array(tolerances).reshape(-1, m), np.array(sizes).reshape(-1, m)
         self._until = np.full(m, math.inf)
-        self.lose(broken)
-        # By how much at the worst, and the value there; how many samples, and the number of the first.
-        self._found: tuple[Array, ...] = np.zeros((count, m)), np.zeros((count, m)), np.zeros((2, count))
-        self._look = partial(
-            look,
-            columns["time"].start,
-            np.array(places, dtype=np.int64).reshape(-1, 4),
-            self.limits,
-            np.array(tolerances).reshape(-1, m),
-            np.array(sizes).reshape(-1, m),
-            self._until,
-        )
+        self.lose(broken, changes)
+        # By how much at the worst, the value and the limit there; how many samples, and the number of the first.
+        self._found: tuple[Array, ...] = (*(np.zeros((count, m)) for _ in range(3)), np.zeros((2, count)))
         self.counted = 0
 
     @property
@@ -148,15 +144,28 @@ class Reach:
         """Whether there are limits that can be left."""
         return bool(self.kinds)
 
-    def lose(self, broken: Sequence[tuple[int, float]]) -> None:
-        """Take these cables for broken, each from a time (s) on, and no others."""
+    def lose(self, broken: Sequence[tuple[int, float]], changes: Changes = ()) -> None:
+        """Replace the broken cables, each with the time (s) from which it is, and the changes of limits."""
         self._until[:] = math.inf
         for cable, since in broken:
             self._until[cable] = since
+        tables = [self._first]
+        for _, limits in changes:
+            rows = [limits.get(kind.name, row) for kind, row in zip(self.kinds, tables[-1], strict=True)]
+            tables.append(np.array(rows).reshape(tables[-1].shape))
+        self.limits, self._since = np.array(tables), np.array([-math.inf, *(time for time, _ in changes)])
+
+    def leaving(self, row: Array) -> Callable[[], bool]:
+        """Return a kernel with its arguments that tells whether a live sample (width,) leaves a limit."""
+        return partial(leaves, self._places, self._since, self.limits, self._tolerances, self._until, row)
 
     def add(self, rows: Array) -> bool:
         """Count the samples that follow, (n, width); True where one leaves a limit."""
-        left: bool = self.any and self._look(np.ascontiguousarray(rows), self.counted, *self._found)
+        if not self.any:
+            self.counted += len(rows)
+            return False
+        about = self._places, self._since, self.limits, self._tolerances, self._sizes, self._until
+        left: bool = look(*about, np.ascontiguousarray(rows), self.counted, *self._found)
         self.counted += len(rows)
         return left
 
@@ -169,12 +178,12 @@ class Reach:
     def told(self) -> list[Exceeded]:
         """Return the limits that were left."""
         told = []
-        far, value, samples = self._found
+        far, value, limits, samples = self._found
         for i, kind in enumerate(self.kinds):
             if count := int(samples[0, i]):
                 order = np.argsort(-far[i], kind="stable")
                 cables = tuple(int(j) for j in order if far[i, j] > 0.0)
-                first, worst, limit = int(samples[1, i]), value[i, cables[0]], self.limits[i, cables[0]]
+                first, worst, limit = int(samples[1, i]), value[i, cables[0]], limits[i, cables[0]]
                 words, unit = kind.words, kind.unit
                 told.append(Exceeded(kind.name, words, cables, first, count, float(worst), float(limit), unit))
         return told
@@ -185,9 +194,45 @@ class Reach:
 
 
 @kernel
+def excess(
+    places: NDArray[np.int64], limits: Array, tolerances: Array, until: Array, row: Array, i: int, j: int
+) -> tuple[float, float]:
+    """Return by how much cable j leaves its limit of kind i, 0 where it keeps it, and its value."""
+    start, upper, magnitude, room = places[1 + 4 * i], places[2 + 4 * i], places[3 + 4 * i], places[4 + 4 * i]
+    x = row[start + j]
+    x = abs(x) if magnitude else x
+    beyond = x - limits[i, j] if upper else limits[i, j] - x
+    if room >= 0 and beyond > 0.0:
+        beyond = -row[room + j]
+    if row[places[0]] < until[j] and beyond > tolerances[i, j]:
+        return beyond, x
+    return 0.0, x
+
+
+@kernel
+def present(places: NDArray[np.int64], since: Array, row: Array) -> int:
+    """Return the index of the limits that hold at the time of a row."""
+    c = 0
+    while c + 1 < since.shape[0] and since[c + 1] <= row[places[0]]:
+        c += 1
+    return c
+
+
+@kernel
+def leaves(places: NDArray[np.int64], since: Array, limits: Array, tolerances: Array, until: Array, row: Array) -> bool:
+    """Return whether a row leaves a limit; arrays as `look` takes them."""
+    now = limits[present(places, since, row)]
+    for i in range(now.shape[0]):
+        for j in range(now.shape[1]):
+            if excess(places, now, tolerances, until, row, i, j)[0] > 0.0:
+                return True
+    return False
+
+
+@kernel
 def look(
-    time: int,
     places: NDArray[np.int64],
+    since: Array,
     limits: Array,
     tolerances: Array,
     sizes: Array,
@@ -196,27 +241,28 @@ def look(
     counted: int,
     worst: Array,
     value: Array,
+    limit: Array,
     samples: Array,
 ) -> bool:
-    """Look at rows (n, width) after `counted` others; arrays as `Reach` has them."""
+    """Count rows (n, width) after `counted` others.
+
+    `places` is the column of the time, then four numbers for each kind: its column, whether it is upper, whether its
+    sign is ignored, and the column of the room or -1. `since` (c,) and `limits` (c, k, m) are in the order of time.
+    """
     left = False
     for k in range(rows.shape[0]):
-        for i in range(limits.shape[0]):
-            start, upper, magnitude, room = places[i]
+        row = rows[k]
+        now = limits[present(places, since, row)]
+        for i in range(now.shape[0]):
             here = False
-            for j in range(limits.shape[1]):
-                if rows[k, time] >= until[j]:
-                    continue
-                x = rows[k, start + j]
-                x = abs(x) if magnitude else x
-                beyond = x - limits[i, j] if upper else limits[i, j] - x
-                if room >= 0 and beyond > 0.0:
-                    beyond = -rows[k, room + j]
-                if beyond > tolerances[i, j]:
+            for j in range(now.shape[1]):
+                beyond, x = excess(places, now, tolerances, until, row, i, j)
+                if beyond > 0.0:
                     here = True
                     if beyond / sizes[i, j] > worst[i, j]:
                         worst[i, j] = beyond / sizes[i, j]
                         value[i, j] = x
+                        limit[i, j] = now[i, j]
             if here:
                 left = True
                 if samples[0, i] == 0.0:

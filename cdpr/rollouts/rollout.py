@@ -23,6 +23,7 @@ from cdpr.log.files import unwritable
 from cdpr.log.run_folder import folder_name
 from cdpr.model.robot import Array, read_only
 from cdpr.nearest import did_you_mean
+from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.problems import shown
@@ -30,12 +31,13 @@ from cdpr.rollouts.case import Plan, layout_of
 from cdpr.rollouts.chunk import Chunk, run_chunk
 from cdpr.rollouts.result import Rollouts
 from cdpr.rollouts.vary import check_count, values_of
-from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario import Scenario
 from cdpr.scenario.overrides import plain_value
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.build import build, plugins_of, versions_of
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.start import chosen_scenario
 
 KIND = "rollout"
 ROWS_NAME = "rows.npy"
@@ -57,9 +59,9 @@ def rollout(
     vary: Mapping[str, Any],
     seed: int = 0,
     overrides: Mapping[str, Any] | None = None,
-    backend: str | None = None,
-    solver: str | None = None,
-    controller: str | None = None,
+    backend: str | type[Backend] | None = None,
+    solver: str | type[TensionSolver] | None = None,
+    controller: str | type[Controller] | None = None,
     every: float | None = None,
     columns: Sequence[str] = COLUMNS,
     threads: int | None = None,
@@ -75,7 +77,7 @@ def rollout(
         vary: by dotted key, an array (n, ...) or a list of n values, or a distribution: {"uniform": [lowest, highest]},
             {"normal": [mean, standard deviation]}, {"log_uniform": [lowest, highest]}, as a study's `random`.
         seed: of the distributions; the same seed gives the same values, and more cases begin with those of fewer.
-        overrides: values by dotted key, in all cases; `backend`, `solver` and `controller` as for `load_scenario`.
+        overrides: values by dotted key, in all cases; `backend`, `solver` and `controller` as for `simulate`.
         every: samples that are kept: a whole number, each so manyth; a float, one in so many seconds. The last one is
             kept, too. About a hundred unless it is said.
         columns: which columns of a run are kept.
@@ -92,7 +94,11 @@ def rollout(
     """
     n = check_count(n)
     values = values_of(vary, n, seed, overrides or {})
-    base = _loaded(scenario, overrides, backend, solver, controller)
+    if scheduler is not None and not all(
+        each is None or isinstance(each, str) for each in (backend, solver, controller)
+    ):
+        raise CdprError("rollout: a class does not go with scheduler: put it into a file for --plugin, or install it")
+    base = chosen_scenario(scenario, backend, solver, controller, overrides)
     check_repeatable(base, "a rollout")
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
     compiled = _compiled(plan, [given[0] for given in values.values()])
@@ -140,19 +146,6 @@ def rollout(
         cables=tuple(cable.name for cable in base.robot.cables),
         outcomes=tuple(ended[str(i)] for i in range(n)),
     )
-
-
-def _loaded(
-    scenario: str | os.PathLike[str] | Scenario,
-    overrides: Mapping[str, Any] | None,
-    backend: str | None,
-    solver: str | None,
-    controller: str | None,
-) -> Scenario:
-    changes = overrides or {}
-    if isinstance(scenario, Scenario):
-        return scenario.with_changes(changes, backend=backend, solver=solver, controller=controller)
-    return load_scenario(scenario, overrides=changes, backend=backend, solver=solver, controller=controller)
 
 
 def _every(every: object, scenario: Scenario) -> int:

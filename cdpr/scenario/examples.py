@@ -79,6 +79,13 @@ def resolve(path: str, kind: Kind | None) -> str:
     return path if example is None else str(example.path)
 
 
+def beside(folder: str, name: str, kind: Kind) -> str:
+    """Return the file that another file in `folder` names: one relative to it or, of a bare name, the example."""
+    path = os.path.join(folder, name)
+    example = None if os.path.exists(path) else find(name, kind)
+    return path if example is None else str(example.path)
+
+
 def hint(path: str, kind: Kind | None) -> str:
     """Return what to say of a file that does not exist, where an example may have been meant; it may be empty."""
     name = Path(path).stem

@@ -36,8 +36,8 @@ def load_scenario(
 
     `overrides` maps dotted keys to values ({"robot.cables[0].frame[2]": 3.5}) or lists texts as typed after
     `--set` ("simulation.duration=2"). `backend`, `solver` and `controller` choose plugins; where that changes
-    the type of the solver or controller, those options of the old one that the new one does not take are left
-    out and listed in `Scenario.unused`; `Scenario.notes` says what was kept. With `text`, that is read
+    the type of the solver or controller, the file's options of the old one are left out, listed in
+    `Scenario.unused`, and reported in `Scenario.notes` and as the warning OptionsLeftOut. With `text`, that is read
     in place of the file; `path` then only names it in messages, and its folder is where relative file names start.
     `files` are texts that are read in place of robot files that it names, by their absolute paths.
     `plugins` are the installed ones unless given. What a scenario `before` of the same file, loaded with the same

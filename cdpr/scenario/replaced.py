@@ -1,15 +1,18 @@
-"""What becomes of a plugin's options where another one is chosen from outside."""
+"""Options of a plugin in whose place another one is chosen."""
 
 from __future__ import annotations
 
-import json
+import os
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import FrameType
 from typing import Any
 
-from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
-from cdpr.errors import PluginError
+from cdpr.errors import OptionsLeftOut, PluginError
 from cdpr.plugins.info import PluginOptions
 from cdpr.plugins.registry import Registry, Role
 from cdpr.problems import Mark, dotted, shown
@@ -27,10 +30,11 @@ class _Before:
 
 
 class Replacement:
-    """Settles the options of controller and solver after all changes: what was given with the change always stays.
+    """Settles the options of controller and solver after all changes.
 
-    Of the file's options those stay that the new plugin takes, too; the others are left out. Both, and what the new
-    plugin has besides, are told in `Document.notes`.
+    Options belong to their plugin: a gain of one controller has another meaning, or unit, in another. So those of the
+    file are left out where another plugin is chosen; what was given with the change stays. `Document.notes` reports
+    both, and the defaults that hold instead.
     """
 
     def __init__(self, document: Document, plugins: Registry) -> None:
@@ -64,31 +68,46 @@ class Replacement:
     def _settle(self, before: _Before, name: str, given: dict[str, Any], model: type[PluginOptions]) -> None:
         document, role = self._document, before.role
         old = [key for key, mark in before.marks.items() if key in given and document.keys.get((role, key)) is mark]
-        fields = {field.alias or key: field for key, field in model.model_fields.items()}
-        kept = [key for key in old if key in fields]
-        kept = [key for key in kept if key not in refused(model, {key: given[key] for key in kept}, document.folder)]
         for key in old:
-            if key not in kept:
-                document.drop((role, key))
-                document.dropped.append(dotted((role, key)))
-        defaults = {key: field.get_default() for key, field in fields.items() if key not in given}
-        said = (None, PydanticUndefined)
-        default = [f"{key} = {shown(value)}" for key, value in defaults.items() if value not in said]
-        parts = [
-            *([f"kept {', '.join(kept)} of the file"] if kept else []),
-            *([f"left out {', '.join(key for key in old if key not in kept)}"] if len(kept) < len(old) else []),
-            *([f"by default {', '.join(default)}"] if default else []),
-        ]
-        if parts:
-            document.notes.append(f"{role} {name} in place of {shown(before.type).strip(chr(39))}: {'; '.join(parts)}")
+            document.drop((role, key))
+            document.dropped.append(dotted((role, key)))
+        left = {key: value for key, value in given.items() if key not in old}
+        if note := replacement_note(role, shown(before.type).strip(chr(39)), name, old, left, model):
+            document.notes.append(note)
+            if old:
+                warnings.warn(note, OptionsLeftOut, stacklevel=outside())
 
 
-def refused(model: type[PluginOptions], values: dict[str, Any], folder: str) -> set[str]:
-    """Return the keys whose values the model does not take."""
-    try:
-        model.model_validate_json(json.dumps(values), strict=True, context={"folder": folder})
-    except ValidationError as error:
-        return {str(fault["loc"][0]) for fault in error.errors(include_url=False) if fault["loc"]}
-    except Exception:
-        return set()  # the model is foreign code: the check of the options will say what is the matter with it
-    return set()
+def replacement_note(
+    role: Role, before: str, name: str, left_out: Sequence[str], given: Mapping[str, Any], model: type[PluginOptions]
+) -> str:
+    """Return what became of the options where one plugin takes another's place; "" where it has and had none.
+
+    Args:
+        role: of both plugins.
+        before: name of the old plugin.
+        name: of the new one.
+        left_out: options of the old one that are no longer in the section.
+        given: the section as it is.
+        model: options of the new one.
+    """
+    fields = {field.alias or key: field for key, field in model.model_fields.items()}
+    defaults = {key: field.get_default() for key, field in fields.items() if key not in given}
+    said = (None, PydanticUndefined)
+    default = [f"{key} = {shown(value)}" for key, value in defaults.items() if value not in said]
+    kept = [key for key in given if key in CORE_KEYS[role] and key != "type"]
+    parts = [
+        *([f"left out {', '.join(left_out)}"] if left_out else []),
+        *([f"kept {', '.join(kept)}"] if kept and left_out else []),
+        *([f"by default {', '.join(default)}"] if default else []),
+    ]
+    return f"{role} {name} in place of {before}: {'; '.join(parts)}" if parts else ""
+
+
+def outside() -> int:
+    """Return the `stacklevel` of the caller's first caller outside this package, for a warning."""
+    package, level = os.path.dirname(os.path.dirname(__file__)) + os.sep, 1
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and frame.f_code.co_filename.startswith(package):
+        frame, level = frame.f_back, level + 1
+    return level

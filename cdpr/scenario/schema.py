@@ -116,8 +116,9 @@ class ScenarioSection(Section):
     solver: SolverSection = Field(SolverSection(), description="the tension solver and its options")
     limits: Literal["warn", "stop"] = Field(
         "warn",
-        description="what to do where a cable leaves its length or speed_max, or is told to pull less or more than it "
-        "may while the controller believes in other limits: count the samples and say so, or stop the run",
+        description="what to do where a cable leaves its length, its speed_max or, unless it is ideal, with its true "
+        "tension its limits of tension, or is told to pull less or more than it may while the controller believes in "
+        "other limits: count the samples and say so, or stop the run",
     )
     actuators: Actuators | None = Field(
         None, description="winches as an FMU between the commands and the cables, in place of robot.cable.model"

@@ -28,13 +28,12 @@ from cdpr.log.recorder import LOG_NAME, Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import CLEARANCE, Header, Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.log.summary import beyond_of
-from cdpr.mechanics.reach import Exceeded
+from cdpr.log.summary import left_and_slack
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent, broken, guarding, redirected
+from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes, redirected
 from cdpr.simulation.build import build
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop
@@ -107,7 +106,8 @@ class Attempt:
             motion = redirected(motion, more, step)
         self.loop.revise(events, motion)
         self.parts = self.loop.parts
-        self.header = replace(self.header, broken=broken(events, self.header.cables, step))
+        limits = limit_changes(events, self.scenario.robot, step)
+        self.header = replace(self.header, broken=broken(events, self.header.cables, step), limit_changes=limits)
         self.recorder.amend(self.header, marks(events, step))
 
     def branch(self, folder: RunFolder) -> Attempt:
@@ -210,7 +210,11 @@ class Attempt:
             events = scheduled_events(self.parts.events, samples, self.recorder.marked, self.header)
             refusal = self.loop.stage.refusal if self.loop else ""
             events += tension_events(self.recorder.status, self.header.control_step, self.parts, refusal)
-            events += limit_events(self._exceeded(rows), self.header)
+            tally = self.recorder.tally
+            known = None if tally is None else (tally.beyond, tally.slack)
+            left, slack = known or left_and_slack(self.header, np.asarray(rows))
+            events += limit_events(left.told(), self.header)
+            events += slack.events(self.header.cables)
             closest = self._closest(rows)
             if closest is not None:
                 least = closest.least
@@ -265,15 +269,6 @@ class Attempt:
             counted=counted,
             clearance=clearance,
         ), error
-
-    def _exceeded(self, rows: Array | LogRows) -> list[Exceeded]:
-        """Which limits cables left, of all samples."""
-        assert self.recorder is not None
-        if self.recorder.tally is not None:
-            return self.recorder.tally.beyond.told()
-        beyond = beyond_of(self.header)
-        beyond.add(np.asarray(rows))
-        return beyond.told()
 
     def _closest(self, rows: Array | LogRows) -> Closest | None:
         """How near cables came to what they may touch, in all samples; None where their diameters are not known."""

@@ -22,7 +22,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Registry
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import broken
+from cdpr.scenario.events import broken, limit_changes
 from cdpr.simulation.cables import check_cables
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
@@ -134,6 +134,7 @@ def make_header(scenario: Scenario) -> Header:
         log_every=scenario.log_every,
         bounds=bounds_of(robot),
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
+        limit_changes=limit_changes(scenario.events, robot, simulation.control_step),
         exits=exits_of(robot),
         columns=columns_of(scenario),
         frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),

@@ -17,7 +17,7 @@ from cdpr.model.kernels import copy
 from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend
 from cdpr.plugins.compiled import speaks_for
-from cdpr.scenario.events import ScenarioEvent, broken, guarding
+from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
@@ -131,8 +131,9 @@ class Sample:
         """End the run at the first sample at which a cable leaves its limits."""
         robot, row = self._parts.robot, self.row[None]
         names = [cable.name for cable in robot.cables]
-        limits = np.array([robot.tension_min, robot.tension_max])
-        about = self.layout, bounds_of(robot), limits, broken(events, names, self._parts.control_step)
+        limits, step = np.array([robot.tension_min, robot.tension_max]), self._parts.control_step
+        changes = limit_changes(events, robot, step)
+        about = self.layout, bounds_of(robot), limits, broken(events, names, step), changes
         reach = beyond(*about)
 
         def stop(_: int) -> None:
@@ -141,4 +142,4 @@ class Sample:
             left = "; ".join(one.text(names) for one in here.told())
             raise BeyondLimits(f"{left}; the scenario says limits: stop")
 
-        return [Act("cables", partial(reach.add, row), stop)] if reach.any else []
+        return [Act("cables", reach.leaving(self.row), stop)] if reach.any else []

@@ -15,6 +15,30 @@ from cdpr.simulation.build import make_header
 from cdpr.simulation.room import check_room
 
 
+def chosen_scenario(
+    scenario: str | os.PathLike[str] | Scenario,
+    backend: str | type[Backend] | None,
+    solver: str | type[TensionSolver] | None,
+    controller: str | type[Controller] | None,
+    overrides: Mapping[str, Any] | None,
+) -> Scenario:
+    """Load a scenario with the plugins that are chosen, by name or as classes."""
+    changes = overrides or {}
+    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
+    names: dict[str, str | None] = {}
+    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
+    for role, choice in given.items():
+        if choice is not None and not isinstance(choice, str):
+            plugins, choice = plugins.with_class(role, choice)
+        names[role] = choice
+    if isinstance(scenario, Scenario):
+        return scenario.with_changes(changes, **names, plugins=plugins)
+    backend, solver, controller = names.values()
+    return load_scenario(
+        scenario, overrides=changes, backend=backend, solver=solver, controller=controller, plugins=plugins
+    )
+
+
 def attempt(
     scenario: str | os.PathLike[str] | Scenario,
     backend: str | type[Backend] | None,
@@ -24,23 +48,9 @@ def attempt(
     out: str | os.PathLike[str] | RunFolder | None,
 ) -> Attempt:
     """Load a scenario, with the plugins that are chosen, and make the folder; nothing is built."""
-    changes = overrides or {}
-    plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
-    chosen: dict[str, str | None] = {}
-    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
-    for role, choice in given.items():
-        if choice is not None and not isinstance(choice, str):
-            plugins, choice = plugins.with_class(role, choice)
-        chosen[role] = choice
-    if isinstance(scenario, Scenario):
-        scenario = scenario.with_changes(changes, **chosen, plugins=plugins)
-    else:
-        backend, solver, controller = chosen.values()
-        scenario = load_scenario(
-            scenario, overrides=changes, backend=backend, solver=solver, controller=controller, plugins=plugins
-        )
+    as_it_was = not overrides and not any((backend, solver, controller))
+    scenario = chosen_scenario(scenario, backend, solver, controller, overrides)
     if isinstance(out, RunFolder):
-        as_it_was = not changes and not any(chosen.values())
         return Attempt(scenario, out.header if as_it_was else make_header(scenario), out)
     header = make_header(scenario)
     path = None if out is None else folder_name(out)

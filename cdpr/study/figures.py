@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 # What has a column of its own, what the axes say, what is no number, and what depends on the machine.
-BESIDES = ("status", "believed", "clearance_min_by", "real_time_factor")
+BESIDES = ("status", "believed", "clearance_min_by", "slack_intervals", "real_time_factor")
 
 # All that there may be, so that no axis takes the name of one.
 FIGURES = (
@@ -25,6 +25,7 @@ FIGURES = (
     "tension_largest_step_N",
     "cable_tension_min_N",  # where they are not ideal
     "cable_tension_max_N",
+    "slack_samples",
     "residual_max_N",
     "margin_min_N",
     "clearance_min_m",  # where all cables have diameters
@@ -34,6 +35,8 @@ FIGURES = (
     "beyond_limits_faster_steps",
     "beyond_limits_below_min_steps",  # where the controller believes the robot to be another
     "beyond_limits_above_max_steps",
+    "beyond_limits_tension_below_min_steps",  # where the cables are not ideal
+    "beyond_limits_tension_above_max_steps",
     "energy_kinetic_max_J",
     "energy_cable_work_J",
     "energy_external_work_J",

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from cdpr.errors import CdprError, PluginError, ScenarioError
 from cdpr.jobs.draw import MAX_COUNT
 from cdpr.problems import Mark, Path, dotted, shown
-from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario import Scenario, examples, load_scenario
 from cdpr.scenario.document import Document
 from cdpr.scenario.files import UnreadableError, read
 from cdpr.scenario.loader import file_name
@@ -70,6 +70,7 @@ class Study:
     keep: Keep
     blocks: tuple[Grid, ...]
     cases: tuple[StudyCase, ...]
+    notes: tuple[str, ...] = ()  # what became of the options of a controller or solver that cases replace, each once
 
     def __repr__(self) -> str:
         return f"<Study {self.name}: {len(self.cases)} cases>"
@@ -124,8 +125,10 @@ def load_study(
     if total > MAX_COUNT:
         problems.add(document.mark(("axes",)), (), f"{total} cases; at most {MAX_COUNT} are allowed")
     problems.raise_any()
-    cases = _checked(grids, section.seed, total, progress, ended)
-    return Study(section.name or stem(document.source), document.source, section.keep, tuple(grids), cases)
+    notes: dict[str, None] = {}
+    cases = _checked(grids, section.seed, total, progress, ended, notes)
+    name = section.name or stem(document.source)
+    return Study(name, document.source, section.keep, tuple(grids), cases, tuple(notes))
 
 
 def _grids(section: StudyFile, document: Document, given: list[Change], problems: Problems) -> Iterator[Grid]:
@@ -153,10 +156,11 @@ def _grids(section: StudyFile, document: Document, given: list[Change], problems
             problems.add(document.mark(place), place, "required but not given: scenario file, relative to this file")
         elif os.path.isabs(file):
             problems.add(document.mark(place), place, "a file name relative to this file is expected")
-        elif text := _unreadable(os.path.join(document.folder, file)):
-            problems.add(document.mark(place), place, text)
+        elif text := _unreadable(found := examples.beside(document.folder, file, "scenario")):
+            near = "" if os.path.lexists(found) else examples.hint(file, "scenario")
+            problems.add(document.mark(place), place, f"{text}{near}")
         else:
-            base = loaded.get(file) or load_scenario(os.path.join(document.folder, file))
+            base = loaded.get(file) or load_scenario(found)
             loaded[file] = base
             title = block.name if section.blocks else None
             yield Grid(title, base, base.resolved_yaml(), changes, tuple(axes.values()), columns)
@@ -190,7 +194,12 @@ def _check_axes(axes: Mapping[Path, Axis], document: Document, problems: Problem
 
 
 def _checked(
-    grids: list[Grid], seed: int, total: int, progress: Progress, ended: Mapping[str, tuple[Checked, Mapping[str, str]]]
+    grids: list[Grid],
+    seed: int,
+    total: int,
+    progress: Progress,
+    ended: Mapping[str, tuple[Checked, Mapping[str, str]]],
+    notes: dict[str, None],
 ) -> tuple[StudyCase, ...]:
     """Make all cases; raises with what is wrong in any, each thing once with the first case that has it."""
     cases: list[StudyCase] = []
@@ -205,7 +214,7 @@ def _checked(
             progress(number, total)
             number += 1
             try:
-                cases.append(_case(grid, point, seed, known, versions, ended))
+                cases.append(_case(grid, point, seed, known, versions, ended, notes))
             except CdprError as error:
                 only_plugins &= isinstance(error, PluginError)
                 for line in str(error).splitlines():
@@ -225,8 +234,12 @@ def _case(
     known: Counter[str],
     versions: dict[tuple[str, str, str], dict[str, str]],
     ended: Mapping[str, tuple[Checked, Mapping[str, str]]],
+    notes: dict[str, None],
 ) -> StudyCase:
-    """Make one case; CdprError says what is wrong with it. `known` counts the cases that change the same."""
+    """Make one case; CdprError says what is wrong with it.
+
+    `known` counts the cases that change the same, `notes` collects those of the scenarios.
+    """
     changes = [*grid.changes, *point.changes]
     same = _digest([{dotted(change.path): change.value for change in changes}, grid.base])
     key = _digest([same, known[same]])[:12]
@@ -246,6 +259,7 @@ def _case(
             return StudyCase(key, grid.name, point.labels, grid.scenario.source, "", here(before.plugins), before)
     scenario = grid.scenario.with_changes(changes)
     check_repeatable(scenario, "a study")
+    notes |= dict.fromkeys(scenario.notes)
     plugins, text = plugins_of(scenario), scenario.resolved_yaml()
     found = Checked(given, _digest(text), plugins)
     return StudyCase(key, grid.name, point.labels, scenario.source, text, here(plugins), found)

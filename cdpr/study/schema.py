@@ -93,7 +93,7 @@ class StudyFile(Section):
     """A study: a scenario, and what of it is varied."""
 
     name: str | None = Field(None, max_length=64, description="name of the study; the file's name unless said")
-    scenario: str | None = Field(None, description="scenario file, relative to this file")
+    scenario: str | None = Field(None, description="scenario file, relative to this file, or name of an example")
     changes: dict[str, Any] = Field({}, description="keys of the scenario and their values, in all cases")
     seed: int = Field(0, ge=0, le=MAX_SEED, description="seed of random values, and with its identity of each case")
     keep: Keep = Field("none", description="which cases keep a run folder: none, those that did not finish, all")

@@ -164,20 +164,20 @@ def test_the_default_type_counts_as_the_old_one():
     assert DEFAULT_TYPE["controller"] == "computed_torque"
     assert load(text, controller="computed_torque").notes == ()
     scenario = load(text, controller="gains")
-    assert scenario.controller_options.kp == 3  # both take it
-    assert scenario.notes[0].startswith("controller gains in place of computed_torque: kept kp")
+    assert scenario.controller_options.kp != 3  # both have a kp: it may mean another thing, in another unit
+    assert scenario.notes[0].startswith("controller gains in place of computed_torque: left out kp, kd; by default")
 
 
-def test_what_the_new_plugin_takes_too_is_kept_and_the_rest_is_told():
+def test_no_option_is_carried_over_to_another_plugin():
     scenario = load(BASE, controller="damped")
-    assert (scenario.controller_options.kp, scenario.controller_options.kd) == (100, (1, 2, 3, 4, 5, 6))
-    assert not [key for key in scenario.unused if key.startswith("controller.")]
-    assert scenario.notes == ("controller damped in place of gains: kept kp, kd of the file",)
+    assert (scenario.controller_options.kp, scenario.controller_options.kd) == (1.0, 20.0)
+    assert scenario.unused[-2:] == ("controller.kp", "controller.kd")
+    assert scenario.notes == ("controller damped in place of gains: left out kp, kd; by default kp = 1.0, kd = 20.0",)
     text = changed(BASE, "{type: gains, kp: 100, kd: [1, 2, 3, 4, 5, 6]}", "{type: gains, kp: 5, limit: 7}")
     scenario = load(text, controller="damped")
     assert scenario.unused[-1:] == ("controller.limit",)
     assert scenario.notes == (
-        "controller damped in place of gains: kept kp of the file; left out limit; by default kd = 20.0",
+        "controller damped in place of gains: left out kp, limit; by default kp = 1.0, kd = 20.0",
     )
 
 
@@ -188,15 +188,6 @@ def test_what_comes_with_the_change_stays_whatever_its_order(later):
     assert scenario.controller_options.kp == 400
     assert "controller.kp" not in scenario.unused
     assert "unknown key 'kp'" in problem(BASE, "controller.kp=400", controller="none")
-
-
-def test_a_value_that_the_new_plugin_does_not_take_is_left_out():
-    text = changed(BASE, "kp: 100, kd: [1, 2, 3, 4, 5, 6]", "kp: 0, kd: 3")
-    scenario = load(text, controller="damped")
-    assert scenario.unused[-1:] == ("controller.kp",)
-    assert scenario.notes == (
-        "controller damped in place of gains: kept kd of the file; left out kp; by default kp = 1.0",
-    )
 
 
 def test_setting_the_type_does_the_same_and_new_options_may_follow():

@@ -13,25 +13,33 @@ from cdpr.model import rotations
 from cdpr.nearest import did_you_mean
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.orientation import Orientation
-from cdpr.scenario.overrides import CORE_KEYS
-from cdpr.scenario.replaced import refused
+from cdpr.scenario.overrides import CORE_KEYS, DEFAULT_TYPE
+from cdpr.scenario.replaced import replacement_note
 
 DIGITS = 9  # of what is converted
 SIZE = (0.4, 0.3, 0.2)  # m, of a platform of which nothing is known
 
 
-def plugin_section(plugins: Registry, role: Role, name: str, given: Any, folder: str) -> dict[str, Any]:
-    """Return a section of controller or solver for another plugin; options that it does not take are left out."""
+def plugin_section(role: Role, name: str, given: Any) -> dict[str, Any]:
+    """Return a section of controller or solver for another plugin, without the options of the one before."""
     section = given if isinstance(given, dict) else {}
+    if section.get("type", DEFAULT_TYPE[role]) == name:
+        return {**section, "type": name}
+    return {"type": name, **{key: value for key, value in section.items() if key in CORE_KEYS[role] and key != "type"}}
+
+
+def plugin_note(plugins: Registry, role: Role, before: Any, after: Any) -> str:
+    """Return what became of the options where a section of controller or solver got another plugin; else ""."""
+    old, new = (each if isinstance(each, dict) else {} for each in (before, after))
+    names = [str(each.get("type", DEFAULT_TYPE[role])) for each in (old, new)]
+    if names[0] == names[1]:
+        return ""
     try:
-        model = plugins.get(role, name).info.options
+        model = plugins.get(role, names[1]).info.options
     except PluginError:
-        return {**section, "type": name}  # will be told
-    fields = {info.alias or key for key, info in model.model_fields.items()}
-    core = {key: value for key, value in section.items() if key in CORE_KEYS[role]}
-    kept = {key: value for key, value in section.items() if key in fields and key not in CORE_KEYS[role]}
-    wrong = refused(model, kept, folder)
-    return {**core, "type": name, **{key: value for key, value in kept.items() if key not in wrong}}
+        return ""  # the form reports it
+    left_out = [key for key in old if key not in new and key != "type"]
+    return replacement_note(role, names[0], names[1], left_out, new, model)
 
 
 def form_section(node: Schema, root: Schema, name: str, given: Any, starts: Starts) -> dict[str, Any]:

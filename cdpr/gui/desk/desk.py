@@ -8,11 +8,12 @@ from typing import Any
 
 from cdpr.errors import CdprError, OutputError
 from cdpr.gui.desk import edit, saving
+from cdpr.gui.desk.choose import plugin_note
 from cdpr.gui.desk.fields import MISSING
 from cdpr.gui.desk.files import File, Files, named, outdated, unsaved
 from cdpr.gui.desk.form import Subject, placed, tabs
 from cdpr.gui.desk.made import around, new_file
-from cdpr.gui.desk.meaning import Meaning
+from cdpr.gui.desk.meaning import ROLES, Meaning
 from cdpr.plugins.registry import Registry, registry
 from cdpr.problems import Mark, Path, Problem, dotted
 from cdpr.scenario import examples, load_scenario
@@ -97,6 +98,7 @@ class Desk:
             document = self._robot and parse(self._robot.text, name, Problems())
             if document:
                 self._data["robot"] = document.data
+        self._notes: list[Problem] = []  # on the last edit
         self._form: list[dict[str, Any]] | None = None
         self._loaded: Scenario | CdprError | None = None
 
@@ -154,7 +156,7 @@ class Desk:
             "redo": self._redo[-1][0] if self._redo else None,
             "tabs": made,
             "problems": placed(made, problems),
-            "warnings": placed(made, [*elsewhere, *warnings]),
+            "warnings": placed(made, [*elsewhere, *self._notes, *warnings]),
         }
 
     def texts(self) -> list[dict[str, str]]:
@@ -190,8 +192,11 @@ class Desk:
             self._set(_path(path), value)
 
     def _set(self, key: Path, value: Any) -> None:
-        texts = self._meaning().set(key, value)
+        texts, before = self._meaning().set(key, value), self._data
         self._take(f"{dotted(key)} = {_brief(value)}", texts)
+        for role in ROLES:
+            if key[0] == role and (note := plugin_note(self._plugins, role, before.get(role), self._data.get(role))):
+                self._notes = [Problem(Mark(self._files.scenario.name), (role, "type"), note)]
 
     def remove(self, path: str) -> None:
         """Take a key or an item of a list away; nothing where it is not given."""

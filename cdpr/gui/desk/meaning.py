@@ -119,8 +119,7 @@ class Meaning:
         """Return what a text stands for: the name of a form, YAML in a field that takes it, or the text itself."""
         for role in ROLES:
             if key == (role,):
-                folder = os.path.dirname(self._files.scenario.name)
-                return choose.plugin_section(self._plugins, role, text, self._data.get(role), folder)
+                return choose.plugin_section(role, text, self._data.get(role))
         node = self._forms(key)
         if node is not None:
             given = at(self._data, key)

@@ -64,6 +64,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
     rows = [
         ("Smallest tension (N)", number(tension["min"])),
         ("Largest tension (N)", number(tension["max"])),
+        *_true(figures),
         ("Largest change of a tension from one sample to the next (N)", number(tension["largest_step"])),
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
@@ -85,6 +86,18 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]]) -> str:
             times.append(f"{number(figures['real_time_factor'])} times real time")
         rows.append(("Wall clock", escape(", ".join(times))))
     return out + table(rows)
+
+
+def _true(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Rows on the tensions that the cables have, where these are not the commands, and on slack."""
+    rows = []
+    if "cable_tension_N" in figures:
+        felt = figures["cable_tension_N"]
+        rows.append(("Smallest; largest tension in the cables (N)", f"{number(felt['min'])}; {number(felt['max'])}"))
+    if figures.get("slack_samples"):
+        count = len(figures["slack_intervals"])
+        rows.append(("Samples with slack cables; intervals", f"{figures['slack_samples']}; {count}"))
+    return rows
 
 
 def _clearance(figures: dict[str, Any]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cdpr.log.beyond import KINDS
+from cdpr.log.beyond import KINDS, TENSIONS
 from cdpr.log.run import Run
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
@@ -32,8 +32,16 @@ def reservations(run: Run) -> Iterator[str]:
     for kind in KINDS:
         if bad := beyond.get(kind.name):
             yield f"{bad} of {total} samples had {kind.words} than allowed"
+    if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
+        yield f"{bad} of {total} samples had slack cables"
     if figures.get("clearance_min_m", 0.0) < 0.0:
         yield f"{figures['clearance_min_by']} touched"
+
+
+def overstrained(run: Run) -> Iterator[str]:
+    """Yield how far the true tensions left their limits."""
+    words = tuple(kind.words for kind in TENSIONS)
+    yield from (event.text for event in run.events if event.kind == "limit" and event.text.startswith(words))
 
 
 def fallback(run: Run) -> Iterator[str]:
@@ -47,13 +55,16 @@ def fallback(run: Run) -> Iterator[str]:
 
 
 def lost(run: Run) -> Iterator[str]:
-    """Yield what must be said of a platform that ends farther from where it should be than the robot is large."""
+    """Yield the sentence about a platform that was farther from where it should be than the robot is large."""
     if not len(run.rows):
         return
     anchors = np.array(run.header.anchors)[:, :3]
-    # Of a run whose rows stand in its log these two are read, not all.
+    # The rows of a long run stay in its log: these two are read, the rest is known from the summary.
     first, last = (Run(run.header, np.asarray(run.rows[k : k + 1])) for k in (0, len(run.rows) - 1))
     corners = np.vstack([anchors, first.position])  # all anchors may be one point
-    size, error = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), last.position_error))
-    if not error <= size:
-        yield f"the platform ends {error:.4g} m from where it should be: more than the robot's size, {size:.4g} m"
+    size, final = (float(np.linalg.norm(each)) for each in (np.ptp(corners, axis=0), last.position_error))
+    most = run.summary()["position_error_m"]["max"]
+    if not final <= size:
+        yield f"the platform ends {final:.4g} m from where it should be: more than the robot's size, {size:.4g} m"
+    elif not most <= size:
+        yield f"the platform was up to {most:.4g} m from where it should be: more than the robot's size, {size:.4g} m"

@@ -10,6 +10,7 @@ from pydantic import Field
 from cdpr.scenario.events.contact import Contact
 from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected
 from cdpr.scenario.events.faults import CableBreak, CableJam
+from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Sine, Wrench
 from cdpr.scenario.events.options import SetOption
@@ -25,6 +26,7 @@ __all__ = [
     "broken",
     "first_sample",
     "guarding",
+    "limit_changes",
     "limits_change",
     "redirected",
 ]
