@@ -178,7 +178,7 @@ def test_a_stop_without_power_lets_the_platform_fall():
     t = H * np.arange(51)
     np.testing.assert_allclose(fall.position[50:, 2] - fall.position[50, 2], -0.5 * 9.81 * t**2, atol=1e-9)
     assert np.all(fall.wrench[50:] == 0.0)
-    assert told(fall) == [(0.05, "emergency_stop"), (0.05, "power_off")]
+    assert told(fall) == [(0.05, "emergency_stop"), (0.05, "power_off"), (0.05, "slack")]
 
 
 def test_limits_leave_alone_what_is_known_to_be_held():
@@ -240,7 +240,7 @@ def test_the_first_category_cuts_the_power_after_the_stop():
     stop = moving(category=1)
     assert stop.tension[1399].min() > 50.0
     assert np.all(stop.tension[1400:] == 0.0)
-    assert told(stop) == [(1.0, "emergency_stop"), (1.4, "power_off")]
+    assert told(stop) == [(1.0, "emergency_stop"), (1.4, "power_off"), (1.4, "slack")]
 
 
 def test_a_stopping_motion_begins_and_ends():
