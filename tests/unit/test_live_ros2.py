@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import socket
 import subprocess
 import sys
 import time
+from contextlib import closing, suppress
 from functools import partial
 
 import numpy as np
@@ -364,3 +367,38 @@ def test_without_the_extra_the_remedy_is_told(tmp_path, module):
     assert done.returncode == 3
     assert "pip install 'cdpr[live]'" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def listening():
+    """The ports on which this process listens."""
+    held = set()
+    for name in os.listdir("/proc/self/fd"):
+        with suppress(OSError):
+            held.add(os.readlink(f"/proc/self/fd/{name}").removeprefix("socket:[").removesuffix("]"))
+    with open("/proc/self/net/tcp") as file:
+        rows = [line.split() for line in file.readlines()[1:]]
+    return [int(row[1].partition(":")[2], 16) for row in rows if row[3] == "0A" and row[9] in held]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.exists("/proc/self/net/tcp"), reason="needs Linux")
+def test_what_web_pages_can_send_is_no_handshake():
+    """They cannot choose the first bytes, nor read an answer, and Zenoh's handshake needs both."""
+    before = set(listening())
+    with closing(Ros2(port=free_port())) as link:
+        ports = set(listening()) - before
+        assert ports
+        for port in ports:
+            for method in (b"GET", b"POST", b"PUT", b"OPTIONS", b"HEAD", b"DELETE", b"PATCH", b"BREW"):
+                for body in (b"", bytes(100), b"\x02\x00\x03\x02" * 20000):
+                    head = b"%s /0/cdpr/wrench HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % (method, len(body))
+                    with (
+                        socket.create_connection(("127.0.0.1", port), timeout=WAITS) as made,
+                        suppress(OSError),  # it is closed
+                    ):
+                        made.sendall(head + body)
+                        made.shutdown(socket.SHUT_WR)
+                        answer = made.recv(1000)
+                        assert len(answer) <= 4, answer  # nothing, or a message that closes the transport
+        assert link._session.info.peers_zid() == []
+        assert link.requests._waiting == type(link.requests._waiting)()

@@ -84,4 +84,6 @@ def test_a_run_is_watched_and_steered():
     assert seen["messages"] > 100
     assert seen["times"] > 10
     assert [seen["pose"][axis] for axis in "xyz"] == run.position[-1].tolist()
-    assert len(run.events) == 2
+    texts = [event.text for event in run.events]
+    assert any("to [0.2, 0.1, 1.3] m" in text for text in texts)
+    assert any("controller.kp becomes 150" in text for text in texts)
