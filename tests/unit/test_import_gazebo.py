@@ -62,6 +62,38 @@ def test_the_thesiss_inertia_is_that_of_its_generator(tmp_path):
     assert "inertia: ixx, iyy, izz was 0, filled with" in taken.warnings[0]
 
 
+OLDER = "time: {t0: 0.0, t4: 3.0}\nposition: {A: [0, 0, 1], C: [0.5, 0.2, 1.2]}\n"
+INITIAL = "time: {initial: 0.0, finial: 3.0}\nposition: {initial: [0, 0, 1], finial: [0.5, 0.2, 1.2]}\n"
+S_CURVE = "time: {t0: 0.0, t4: 3.0}\nposition: {A: [0, 0, 1], B: [0.5, 0.2, 1.2]}\n"
+
+
+def test_the_straight_line_of_an_older_revision_ends_in_c_at_t4(tmp_path):
+    (tmp_path / "robot.yaml").write_text(SUCCESSOR)
+    (tmp_path / "way.yaml").write_text(OLDER)
+    taken = import_file(tmp_path / "robot.yaml", trajectory=str(tmp_path / "way.yaml"))
+    write(taken, tmp_path / "out", force=False)
+    assert cdpr.load_scenario(tmp_path / "out" / "robot_way.yaml").simulation.duration == 3.0
+    assert [text for text in taken.warnings if "a quintic move from A at t0 to C at t4" in text]
+    assert [text for text in taken.warnings if "keeps its home orientation" in text]
+
+
+@pytest.mark.parametrize(
+    ("text", "keys"),
+    [
+        (INITIAL, "time.initial, time.finial, position.initial, position.finial"),
+        (S_CURVE, "time.t0, time.t4, position.A, position.B"),
+        ("waypoints:\n- {t: 0, p: [0, 0, 1]}\n", "waypoints"),
+        ("[1, 2]\n", ""),
+    ],
+)
+def test_trajectories_of_other_revisions_are_refused_with_their_own_keys(tmp_path, text, keys):
+    (tmp_path / "robot.yaml").write_text(SUCCESSOR)
+    (tmp_path / "way.yaml").write_text(text)
+    with pytest.raises(CdprError, match=r"way\.yaml:1") as caught:
+        import_file(tmp_path / "robot.yaml", trajectory=str(tmp_path / "way.yaml"))
+    assert f"this file has {keys}. " in str(caught.value) or not keys
+
+
 def test_oker_morgants_caroca_is_ours(tmp_path):
     """Their file says what ours does, in other words: cables are as long wherever the platform is."""
     ours = cdpr.load_robot(CAROCA)
@@ -82,11 +114,11 @@ def test_a_trajectory_belongs_to_a_robot(tmp_path):
     (tmp_path / "way.yaml").write_text(TRAJECTORY)
     done = here("import", tmp_path / "robot.yaml", "--trajectory", tmp_path / "way.yaml", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert "straight quintic move from A at t0 to B at t4" in done.stderr
+    assert "a quintic move from A at t0 to B at t1" in done.stderr
     scenario = cdpr.load_scenario(tmp_path / "out" / "robot_way.yaml")
-    assert scenario.simulation.duration == 15.0
+    assert scenario.simulation.duration == 4.0
     assert scenario.desired.sample(0.0)[:3].tolist() == pytest.approx([0.1, 0.2, 0.3])
-    assert scenario.desired.sample(15.0)[:3].tolist() == pytest.approx([0.5, 0.2, 1.0])
+    assert scenario.desired.sample(4.0)[:3].tolist() == pytest.approx([0.5, 0.2, 1.0])
     assert "kp: 20.0\n  kd: 10.0\n" in (tmp_path / "out" / "robot_way.yaml").read_text()
     done = here("import", tmp_path / "way.yaml")
     assert done.returncode == 2

@@ -19,6 +19,7 @@ from cdpr.errors import CdprError, FormatError, OutputError
 from cdpr.formats.read import FORMATS
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, Motion
+from cdpr.formats.read.unread import report
 from cdpr.formats.read.xml import parse
 from cdpr.log.files import unwritable
 from cdpr.scenario.files import UnreadableError
@@ -83,7 +84,7 @@ def import_file(path: str | os.PathLike[str], *, cable_set: str | None = None, t
     content = content_of(file)
     reader = _reader(file, content)
     choice = Choice(cable_set, None if trajectory is None else Path(trajectory))
-    return _taken(file, reader.read(file, content, choice))
+    return _taken(file, _read(reader, file, content, choice))
 
 
 def import_folder(path: str | os.PathLike[str], *, cable_set: str | None = None) -> Iterator[Taken]:
@@ -98,7 +99,7 @@ def import_folder(path: str | os.PathLike[str], *, cable_set: str | None = None)
             reader = _reader(file, content)
             if not reader.leads(file, content):
                 continue
-            taken = _apart(file, reader.read(file, content, Choice(cable_set)), names)
+            taken = _apart(file, _read(reader, file, content, Choice(cable_set)), names)
         except CdprError as error:
             taken = Taken(str(file), error=str(error).splitlines()[0])
         names |= taken.files.keys()
@@ -151,6 +152,13 @@ def _reader(path: Path, content: bytes) -> ModuleType:
     names = ", ".join(each.name for each in FORMATS)
     ours = "; our own robots and scenarios need no import" if path.suffix in (".yaml", ".yml") else ""
     raise FormatError(f"{path}: is in no format that is known; there are {names}{ours}")
+
+
+def _read(reader: ModuleType, path: Path, content: bytes, choice: Choice) -> Imported:
+    """Return what a reader found; every element, attribute and key that it did not read is among `left_out`."""
+    found: Imported = reader.read(path, content, choice)
+    found.left_out += report(found.documents)
+    return found
 
 
 def _files(folder: Path) -> Iterator[Path]:

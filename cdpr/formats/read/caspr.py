@@ -83,7 +83,8 @@ def _model(
         inertia = about_centre(inertia, mass, centre)
     set_, rows, comments, left_out = caspr_cables.cables(cables, chosen, centre)
     name = slug(_prefix(path, b""), "robot")
-    found = Imported(name, f"CASPR: {bodies.file} and {cables.file}, cable set '{set_}'", {}, left_out=left_out)
+    found = Imported(name, f"CASPR: {bodies.file} and {cables.file}, cable set '{set_}'", {}, [], left_out=left_out)
+    found.documents = [root for root in (bodies, cables, motions, spaces) if root is not None]
     try:
         body, told = filled(inertia, mass, np.array([row["platform"] for row in rows]) - centre, joint.turns > 1)
     except ValueError as error:

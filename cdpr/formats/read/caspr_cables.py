@@ -40,13 +40,18 @@ def cables(
         which = f"cable set {shown(wanted)}" + ("" if chosen is not None else ", the default,")
         raise root.wrong(f"{which} is not there; {did_you_mean(wanted, sets)}there are {', '.join(sets)}")
     try:
-        return wanted, *_set(sets[wanted], centre)
+        rows, comments, left_out = _set(sets[wanted], centre)
     except FormatError as error:
         others = [name for name, each in sets.items() if name != wanted and _sound(each, centre)]
         if not others:
             raise
         which = f"its cable sets {', '.join(others)} can" if len(others) > 1 else f"its cable set '{others[0]}' can"
         raise FormatError(f"{error}; {which} be imported: choose cable set '{others[0]}' (--cable-set)") from None
+    for name, other in sets.items():
+        if name != wanted:
+            left_out.append(f"{other.at}: cable set '{name}': '{wanted}' is imported (--cable-set chooses)")
+            other.done()
+    return wanted, rows, comments, left_out
 
 
 def _sound(element: Element, centre: list[float]) -> bool:
@@ -67,11 +72,13 @@ def _set(element: Element, centre: list[float]) -> tuple[list[dict[str, Any]], d
         raise element.wrong(f"cable set '{element.attributes.get('id', '')}' holds no cable")
     names = unique([slug(each.attributes.get("name", ""), "cable") for each in found])
     for k, (cable, name) in enumerate(zip(found, names, strict=True)):
+        cable.touch("name")
         rows.append(_cable(cable, name, centre))
         comments["cables", k] = f"{Path(cable.file).name}:{cable.line}"
         force_error = cable.child("properties").find("force_error")
         if force_error is not None:
-            left_out.append(f"{force_error.file}:{force_error.line}: force_error of cable '{name}'")
+            left_out.append(f"{force_error.at}: force_error of cable '{name}'")
+            force_error.done()
     return rows, comments, left_out
 
 

@@ -10,7 +10,6 @@ In operational space each coordinate has a curve of its own, angles too: a point
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +51,7 @@ def motions(root: Element, joint: Joint, spaces: Spaces) -> tuple[list[Motion], 
                 found.append((name, motion))
             except CdprError as error:
                 left_out.append(f"{error} (trajectory '{name}')")
+                element.done()
     names = unique([slug(name, "motion") for name, _ in found])
     for name, (_, motion) in zip(names, found, strict=True):
         motion.name = name
@@ -63,7 +63,7 @@ def motions(root: Element, joint: Joint, spaces: Spaces) -> tuple[list[Motion], 
 
 def _motion(element: Element, joint: Joint) -> Motion:
     if element.name == OLDER:
-        element = replace(element, name=QUINTIC, attributes={"time_definition": "absolute", **element.attributes})
+        element = element.known_as(QUINTIC, time_definition="absolute")
     if element.name == FILE:
         return _tabled(_of_file(element, joint), joint)
     if element.name not in BETWEEN:
@@ -71,6 +71,7 @@ def _motion(element: Element, joint: Joint) -> Motion:
     points = read(element, len(joint.dof), "q")
     if joint.turns == 3 and _turning(points, joint):
         raise element.wrong("three angles have rates that are not 0 at a point, which CASPR does not take either")
+    element.touch("time_step", "blend_time_default")  # of the kinds for which they mean nothing
     if points.kind == QUINTIC and (joint.turns != 1 or _near(points, joint)):
         return _passed(points, joint)
     parts = points.sampled(element)

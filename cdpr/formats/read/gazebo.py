@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cdpr import defaults
+from cdpr.errors import FormatError
 from cdpr.fields import COLOURS
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, Motion, slug
@@ -25,6 +26,7 @@ from cdpr.scenario.robot_schema import Inertia
 
 CENTRED = 1e-9  # of its size, how far the middle of a box may be from the origin: files are rounded
 FRAMES = {"box": "box", "poles": "posts"}
+ENDS = (("t1", "B"), ("t4", "C"))  # keys of the straight line's end, time and place: at present, and of old
 WITHOUT_EFFECT = {
     "controllers": "gains of the plug-in's joints; our controllers have their own",
     "sim_cables": "whether Gazebo simulates cables as legs",
@@ -41,7 +43,8 @@ def recognise(content: bytes) -> bool:
 
 def is_motion(content: bytes) -> bool:
     """Whether it is a trajectory, which belongs to a robot."""
-    return all(word in content for word in (b"time:", b"position:", b"t4:")) and b"points:" not in content
+    times, places = (re.search(rb"^" + word + rb"\s*:", content, re.MULTILINE) for word in (b"time", b"position"))
+    return times is not None and places is not None and b"points:" not in content
 
 
 def leads(path: Path, content: bytes) -> bool:
@@ -58,7 +61,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     root = top / "model" if thesis else top
     dialect = "the thesis's dialect" if thesis else "oKermorgant/cdpr's dialect"
     name = slug(path.stem, "robot")
-    found = Imported(name, f"Gazebo plug-in for cable robots, {dialect}: {path.name}", {"name": name})
+    found = Imported(name, f"Gazebo plug-in for cable robots, {dialect}: {path.name}", {"name": name}, [top])
     points = (root / "points").items()
     frames = [(point / "frame").vector(3) for point in points]
     anchors = [(point / "platform").vector(3) for point in points]
@@ -99,6 +102,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
             if node.value is not None and node.path not in [(other,) for other in ("model",)]:
                 text = f"{path}:{node.line}: {key}: {why}"
                 found.left_out += [text] if text not in found.left_out else []
+                node.done()
     for node, why in (
         (root / "cable" / "mass", "cables here have a linear_density, and the plug-in does not read it either"),
         (root / "joints" / "passive", "damping of joints that stand for the cables' ends, which are free here"),
@@ -107,6 +111,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     ):
         if node.value is not None:
             found.left_out.append(f"{path}:{node.line}: {'.'.join(map(str, node.path))}: {why}")
+            node.done()
     found.motions = [_motion(found, choice.trajectory, robot["home"])] if choice.trajectory is not None else []
     return found
 
@@ -119,7 +124,7 @@ def _body(
         given = (platform / "inertia").vector(6) if "inertia" in platform else [0.0] * 6  # its first files have none
         xx, yy, zz, xy, xz, yz = given
         found.comments["platform", "inertia"] = f"kg m^2, {(platform / 'inertia').at}"
-        shape = (platform / "size").vector(3) if "size" in platform else None
+        shape = (platform / "size").vector(3) if (platform / "type").value == "box" and "size" in platform else None
         return _sound(found, platform / "inertia", (xx, yy, zz, xy, xz, yz), mass, anchors), shape
     if "lower" in platform and "upper" in platform:
         low, high = (platform / "lower").vector(3), (platform / "upper").vector(3)
@@ -129,6 +134,7 @@ def _body(
         if "inertial" in platform:
             node = platform / "inertial"
             found.left_out.append(f"{platform.document.source}:{node.line}: inertial: its generator does not read it")
+            node.done()
         centred = all(abs(low[k] + high[k]) <= CENTRED * (high[k] - low[k]) for k in range(3))
         return _sound(found, platform / "lower", inertia, mass, anchors), [a, b, c] if centred else None
     node = platform / "inertial"
@@ -172,26 +178,51 @@ def _colour(found: Imported, node: Node) -> str | None:
 
 
 def _motion(found: Imported, path: Path, home: dict[str, Any]) -> Motion:
-    """The move from A to B of a trajectory file."""
+    """Return the straight move of a trajectory file: quintic, from A at t0 to B at t1.
+
+    These are the keys that the plug-in's straight line reads. An older revision of it read t4 and C in their place.
+    """
     from cdpr.formats.read.bring import content_of
 
     top = document_of(content_of(path), str(path))
-    begins, ends = (top / "time" / "t0").number(), (top / "time" / "t4").number()
+    found.documents.append(top)
+    time, position = top / "time", top / "position"
+    given = [(time / at, position / where) for at, where in ENDS if at in time and where in position]
+    if "t0" not in time or "A" not in position or not given:
+        raise _other_revision(top)
+    t0, start = time / "t0", position / "A"
+    end, goal = given[0]
+    begins, ends = t0.number(), end.number()
     if not begins < ends:
-        raise (top / "time" / "t4").wrong(f"a time after t0, {begins:g} s, is expected, got {ends:g}")
-    first, last = (top / "position" / "A").vector(3), (top / "position" / "B").vector(3)
+        raise end.wrong(f"expected a time after t0, {begins:g} s, got {ends:g}")
+    first, last = start.vector(3), goal.vector(3)
     turned = {"orientation": home.get("orientation", {"rpy": [0.0, 0.0, 0.0]})}
     move = {"type": Quintic.kind(), "start": max(begins, 0.0), "duration": ends - begins, "to": {"position": last}}
     controller = None
     gains = {key: top / "gain" / name for key, name in (("kp", "Kp"), ("kd", "Kd"))}
     if all(node.value is not None for node in gains.values()):
         controller = {"type": defaults.CONTROLLER, **{key: node.number() for key, node in gains.items()}}
+    keys = [str(node.path[-1]) for node in (start, t0, goal, end)]
     found.warnings.append(
-        f"{path}:{(top / 'position').line}: which of its nodes plays a trajectory does not stand in "
-        "its file: this is the straight quintic move from A at t0 to B at t4"
+        f"{path}:{position.line}: imported as the straight line of the plug-in: a quintic move from {keys[0]} at "
+        f"{keys[1]} to {keys[2]} at {keys[3]}; the file does not name the node that plays it"
     )
-    for section in ("position", "time", "parameter"):
-        for key in (top / section).value or {}:
-            if key not in ("A", "B", "t0", "t4"):
-                found.left_out.append(f"{path}:{(top / section / key).line}: {section}.{key}: of other nodes' curves")
+    if "orientation" in home:
+        found.warnings.append(
+            f"{path}:{position.line}: the platform keeps its home orientation; the plug-in commands zero angles"
+        )
     return Motion(slug(path.stem, "motion"), move, ends, {"position": first, **turned}, controller)
+
+
+def _other_revision(top: Node) -> FormatError:
+    """Return the error for a trajectory that is not the straight line's, which names the keys that the file has."""
+    there = [
+        f"{key}.{inner}" if isinstance(inner, str) else str(key)
+        for key, value in (top.value or {}).items()
+        for inner in (value if isinstance(value, dict) else [None])
+    ]
+    return top.wrong(
+        "expected time.t0, time.t1, position.A and position.B (or time.t4 and position.C of an older revision), which "
+        f"the plug-in's straight line reads; this file has {', '.join(there)}. Trajectories of its other nodes and of "
+        "other revisions are not supported: rename the keys"
+    )

@@ -9,6 +9,7 @@ from typing import Any
 
 from cdpr.errors import FormatError
 from cdpr.fields import NAME_PATTERN
+from cdpr.formats.read.unread import Source
 from cdpr.problems import Path
 from cdpr.scenario.robot_schema import names_of_exports
 
@@ -46,11 +47,13 @@ class Imported:
         motions: of the source.
         left_out: what the source says and our files do not, and why.
         warnings: what was filled in or guessed.
+        documents: all that were read; `report` adds what was not read of them to `left_out`.
     """
 
     name: str
     source: str
     robot: dict[str, Any]
+    documents: list[Source]
     comments: dict[Path, str] = field(default_factory=dict)
     motions: list[Motion] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

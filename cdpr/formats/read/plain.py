@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 from cdpr.errors import FormatError
 from cdpr.fields import MAX_MAGNITUDE
 from cdpr.formats.read.imported import refuse
+from cdpr.formats.read.unread import Unread
 from cdpr.problems import Path, dotted, shown
 from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Problems
 from cdpr.scenario.yaml_nodes import parse
+
+DONE = "\0"  # no key of a document: YAML holds no such character
 
 
 @dataclass(frozen=True)
@@ -21,10 +25,12 @@ class Node:
 
     document: Document
     path: Path = ()
+    read: set[Path] = field(default_factory=set)  # paths whose values were read, shared by all nodes of a document
 
     @property
     def value(self) -> Any:
         """The plain value; None where there is none."""
+        self.read.add(self.path)
         return self.document.get(self.path)
 
     @property
@@ -41,7 +47,7 @@ class Node:
         return (self / key).value is not None
 
     def __truediv__(self, key: str | int) -> Node:
-        return Node(self.document, (*self.path, key))
+        return Node(self.document, (*self.path, key), self.read)
 
     def number(self) -> float:
         """Return a finite number. Raises FormatError."""
@@ -60,6 +66,27 @@ class Node:
         if not isinstance(self.value, list) or not self.value:
             raise self.wrong(f"a list with one item or more is expected, got {shown(self.value)}")
         return [self / k for k in range(len(self.value))]
+
+    def done(self) -> None:
+        """Record the value and everything within as accounted for, such as by a message of its own."""
+        self.read.add((*self.path, DONE))
+
+    def unread(self) -> Iterator[Unread]:
+        """Yield the keys that were not read: those of which neither the value nor any value within was."""
+        yield from self._unread({path[:k] for path in self.read for k in range(len(path) + 1)})
+
+    def _unread(self, known: set[Path]) -> Iterator[Unread]:
+        value = self.document.get(self.path)
+        if (*self.path, DONE) in known or not isinstance(value, dict | list):
+            return
+        for key in value if isinstance(value, dict) else range(len(value)):
+            inner = self / key
+            if inner.path in known:
+                yield from inner._unread(known)
+            elif isinstance(value, dict):
+                # Without the numbers of list items, so that items that leave out the same key share one line.
+                name = ".".join(str(part) for part in inner.path if not isinstance(part, int))
+                yield Unread(self.document.source, inner.line, f"key '{name}'")
 
     def wrong(self, text: str) -> FormatError:
         """Return an error of this place."""

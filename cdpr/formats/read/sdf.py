@@ -26,6 +26,9 @@ FRAME, PLATFORM, WORLD = "frame", "platform", "world"
 SLIDE = "prismatic"
 HINGES = ("revolute", "revolute2", "universal", "ball", "fixed")
 PARTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# What legs have besides, which one line of what is left out names.
+OF_LEGS = ("inertial", "mass", "inertia", *PARTS, "axis", "xyz", "limit", "effort", "velocity", "lower", "upper")
+OF_LEGS = (*OF_LEGS, "dynamics", "damping", "friction")
 MODEL = ("", "__model__")  # what a pose may be relative to
 WELD = "DetachableJoint"  # the end of that system's name
 
@@ -63,7 +66,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     at = stands.then(_pose(platform))
     given = Path(model.attributes.get("name", "")).name  # the thesis's generator puts a path there
     name = slug(given, slug(path.stem, "robot"))
-    found = Imported(name, f"SDF with cables as legs: {path.name}, model '{given}'", {"name": name})
+    found = Imported(name, f"SDF with cables as legs: {path.name}, model '{given}'", {"name": name}, [root])
     rows, limits, comments, radii = _legs(model, links, stands, at)
     anchors = np.array([row["platform"] for row in rows])
     body = _body(found, platform, anchors)
@@ -263,3 +266,11 @@ def _tell(found: Imported, model: Element) -> None:
     }
     for name, line in sorted(plugins.items(), key=lambda one: one[1]):
         found.left_out.append(f"{model.file}:{line}: plugin '{name}'")
+    for plugin in model.all("plugin"):
+        if plugin not in welds:
+            plugin.done()
+    for part in (*model.all("link"), *model.all("joint")):
+        for each in part.everywhere() if part.attributes.get("name") != PLATFORM else ():
+            if each.name in OF_LEGS:
+                each.touch()
+                each.text  # noqa: B018 - recorded as read: the line above names them

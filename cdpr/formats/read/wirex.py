@@ -1,8 +1,9 @@
 """Robots of WireX, .wcrfx: chains, platform, winches and cables.
 
-WireX is the library of Fraunhofer IPA (A. Pott, Cable-Driven Parallel Robots, Springer 2018, appendix). The matrix
-a11 to a33 of a base turns the winch's axes into the world's; its cable arrives along their z and leaves over a pulley
-of `radius`. `elasticity` is Young's modulus of the cable, so that E A = E pi r^2.
+WireX is the library of Fraunhofer IPA (A. Pott, Cable-Driven Parallel Robots, Springer 2018, appendix). The orientation
+of a base turns the winch's axes into the world's; its cable arrives along their z and leaves over a pulley of `radius`.
+`elasticity` is Young's modulus of the cable, so that E A = E pi r^2. Where the XML specification (0.32) and the files
+that WireX writes name a thing differently, both names are read. A number that is `inf` is not given.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from typing import Any
 import numpy as np
 
 from cdpr.cables.pulley import Pulley
+from cdpr.formats.read import wirex_parts
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, slug, unique
 from cdpr.formats.read.inertia import filled
+from cdpr.formats.read.wirex_parts import Parts, attribute, number
 from cdpr.formats.read.xml import Element, parse, root_of
 from cdpr.model.robot import DOF_NAMES
 from cdpr.problems import Path as Key
@@ -25,7 +28,12 @@ PATTERNS = {"3R3T": DOF_NAMES, "3T": DOF_NAMES[:3]}
 PLANAR = {"1R2T": 1, "2T": 0}
 BREAKS = "breaking_load"
 FLAT = 1e-9  # of their extent, how far anchors of a planar robot may be from its plane
-ROTATION = 1e-5  # of a matrix of six digits
+# Alternative names: what WireX writes, then what its specification says.
+PATTERN = ("motionpattern", "motion_pattern")
+PLATFORM = ("platform", "end_effector")
+TENSOR = ("inertiatensor", "inertia")
+CENTRE = ("centerofgravity", "centre_of_gravity", "center_of_gravity")
+META = ("id", "version", "author", "description", "generator", "creator", "name", "material")  # names, not data
 
 
 def recognise(content: bytes) -> bool:
@@ -53,161 +61,137 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     source = f"WireX: {path.name}, robot '{robot.attributes.get('name', '')}'" + (
         f", author {author}" if author else ""
     )
-    found = Imported(name, source, {"name": name})
-    rows, comments = _cables(found, root, robot, chains)
+    found = Imported(name, source, {"name": name}, [root])
+    for element in (root, robot, *root.all("cable"), *root.all("winch")):
+        element.touch(*META)
+    platform = wirex_parts.one_of(robot, PLATFORM)
+    if platform is None:
+        raise robot.wrong("one <platform> is expected within <robot>, got 0")
+    parts = [wirex_parts.parts(found, root, robot, chain) for chain in chains]
+    rows = _cables(found, robot, parts)
     anchors = np.array([[*row["frame"], *row["platform"]] for row in rows])
-    dof = _dof(robot, anchors)
+    dof = _dof(robot, platform, anchors)
     found.robot["dof"] = list(dof)
-    found.robot["platform"] = _platform(found, robot.child("platform"), anchors[:, 3:], dof)
-    found.robot["tension"] = _tension(found, root, robot, rows)
-    if (shared := _material(found, root)) is not None:
+    found.robot["platform"] = _platform(found, platform, anchors[:, 3:], dof)
+    found.robot["tension"] = _tension(found, robot, parts)
+    shared, own = wirex_parts.material(found, parts)
+    if shared:
         found.robot["cable"] = shared
-    found.robot["cables"] = rows
-    found.comments |= comments
+    found.robot["cables"] = [row | more for row, more in zip(rows, own, strict=True)]
     found.comments["dof",] = f"motionpattern, line {robot.line}"
+    for key in ("damping", BREAKS):
+        cable = next((each.cable for each in parts if each.cable is not None), None)
+        if cable is not None and number(cable, key) > 0.0 and key not in found.comments["tension", "max"]:
+            found.left_out.append(f"{cable.at}: {key} of <cable>: its unit, or what it is for, differs")
     return found
 
 
-def _cables(
-    found: Imported, root: Element, robot: Element, chains: list[Element]
-) -> tuple[list[dict[str, Any]], dict[Key, str]]:
+def _cables(found: Imported, robot: Element, parts: list[Parts]) -> list[dict[str, Any]]:
     rows, comments = list[dict[str, Any]](), dict[Key, str]()
-    names = unique([slug(chain.attributes.get("id", ""), "cable") for chain in chains])
+    names = unique([slug(each.chain.attributes.get("id", ""), "cable") for each in parts])
     radii = set()
-    for k, (chain, name) in enumerate(zip(chains, names, strict=True)):
-        base, platform = chain.child("base"), chain.child("platform")
+    for k, (each, name) in enumerate(zip(parts, names, strict=True)):
+        base, platform = each.chain.child("base"), each.chain.child("platform")
         row: dict[str, Any] = {"name": name, "frame": _point(base), "platform": _point(platform)}
-        radius = base.attribute_number("radius", 0.0)
-        if radius > 0.0:
+        R = wirex_parts.rotation(base)
+        if (radius := number(base, "radius")) > 0.0:
             radii.add(radius)
-            row["exit"] = {"type": Pulley.kind(), "radius": radius, "axis": _matrix(base)[:, 2].tolist()}
-        if (winch := _winch(root, chain)) is not None:
-            speed = winch.child("cable").attribute_number("max_velocity", 0.0)
-            if speed > 0.0:
-                row["speed_max"] = speed
+            row["exit"] = {"type": Pulley.kind(), "radius": radius, "axis": R[:, 2].tolist()}
+        if not np.array_equal(wirex_parts.rotation(platform), np.eye(3)):
+            found.left_out.append(f"{platform.at}: orientation of <platform> in <chain>: cables end in points")
+        if each.winch is not None and (speed := number(each.winch.child("cable"), "max_velocity")) > 0.0:
+            row["speed_max"] = speed
         rows.append(row)
-        comments["cables", k] = f"line {chain.line}"
+        comments["cables", k] = f"line {each.chain.line}"
     comments["cables",] = "m; base and platform of each chain"
     if radii:
         sizes = ", ".join(f"{radius:g}" for radius in sorted(radii))
         found.warnings.append(
-            f"{robot.file}:{chains[0].line}: cables leave over pulleys of {sizes} m, radius of <base>, which WireX "
+            f"{parts[0].chain.at}: cables leave over pulleys of {sizes} m, radius of <base>, which WireX "
             "leaves out in its standard kinematics; without the keys exit they leave from points"
         )
-    return rows, comments
+    found.comments |= comments
+    return rows
 
 
-def _dof(robot: Element, anchors: Any) -> tuple[str, ...]:
-    pattern = robot.attributes.get("motionpattern", "3R3T").strip()
-    if pattern in PATTERNS:
-        return tuple(PATTERNS[pattern])
-    if pattern not in PLANAR:
+def _dof(robot: Element, platform: Element, anchors: Any) -> tuple[str, ...]:
+    given = attribute(robot, PATTERN) or "3R3T"
+    own = attribute(platform, PATTERN)
+    if own not in ("", given):
+        raise platform.wrong(f"motionpattern of the platform is '{own}', and that of the robot '{given}': make them equal")
+    if given in PATTERNS:
+        return tuple(PATTERNS[given])
+    if given not in PLANAR:
         known = ", ".join([*PATTERNS, *PLANAR])
-        raise robot.wrong(f"motionpattern: '{pattern}' is none that our robots have; there are {known}")
+        raise robot.wrong(f"motionpattern: '{given}' is none that our robots have; there are {known}")
     frames = anchors[:, :3]
     extents = np.ptp(frames, axis=0)
     flat = np.flatnonzero(extents <= FLAT * extents.max())
     if len(flat) != 1:
-        raise robot.wrong(
-            f"motionpattern: '{pattern}' moves in a plane, and the bases do not lie in one along the axes"
-        )
+        raise robot.wrong(f"motionpattern: '{given}' moves in a plane, and the bases do not lie in one along the axes")
     normal = int(flat[0])
     moves = [name for k, name in enumerate("xyz") if k != normal]
-    return (*moves, *([f"r{'xyz'[normal]}"] if PLANAR[pattern] else []))
+    return (*moves, *([f"r{'xyz'[normal]}"] if PLANAR[given] else []))
 
 
 def _platform(found: Imported, element: Element, anchors: Any, dof: tuple[str, ...]) -> dict[str, Any]:
+    element.touch("id", "name", "description")
     mass = element.attribute_number("mass")
-    centre_, tensor = element.find("centerofgravity"), element.find("inertiatensor")
+    centre_, tensor = wirex_parts.one_of(element, CENTRE), wirex_parts.one_of(element, TENSOR)
     centre = [0.0, 0.0, 0.0] if centre_ is None else _point(centre_)
-    parts = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-    xx, yy, zz, xy, xz, yz = (0.0 if tensor is None else tensor.attribute_number(part, 0.0) for part in parts)
+    values = (0.0,) * 6 if tensor is None else wirex_parts.tensor(tensor)
     turns = [name for name in dof if name.startswith("r")]
     try:
-        inertia, told = filled((xx, yy, zz, xy, xz, yz), mass, anchors - centre, turning=bool(turns))
+        inertia, told = filled(values, mass, anchors - centre, turning=bool(turns))
     except ValueError as error:
         raise (tensor or element).wrong(str(error)) from None
     if told:
-        found.warnings.append(f"{element.file}:{(tensor or element).line}: {told}")
+        found.warnings.append(f"{(tensor or element).at}: {told}")
+    if inertia is None and any(values):
+        found.left_out.append(f"{(tensor or element).at}: inertia: a platform that does not turn needs none")
     found.comments["platform", "mass"] = f"kg, line {element.line}"
     found.comments["platform", "center_of_mass"] = "m, centerofgravity"
     found.comments["platform", "inertia"] = "kg m^2, inertiatensor"
     return {"mass": mass, **({} if inertia is None else {"inertia": list(inertia)}), "center_of_mass": centre}
 
 
-def _tension(found: Imported, root: Element, robot: Element, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Limits: those of the application, else of the winches, else what the cable breaks at."""
-    use, cable = robot.find("application"), root.find("cable")
-    low = use.attribute_number("min_cable_load", 0.0) if use else 0.0
-    low = low or (cable.attribute_number("minimum_load", 0.0) if cable else 0.0)
-    highs = list[float]()
-    for chain in robot.child("geometry").all("chain"):
-        winch = _winch(root, chain)
-        given = [
-            (use, "max_cable_load"),
-            (winch.child("cable") if winch is not None else None, "f_max"),
-            (cable, BREAKS),
-        ]
-        told = [(each.attribute_number(key, 0.0), key, each.line) for each, key in given if each is not None]
+def _tension(found: Imported, robot: Element, parts: list[Parts]) -> dict[str, Any]:
+    """Return the limits: those of the application, else of the winches, else what the cable breaks at."""
+    use = robot.find("application")
+    if use is not None:
+        use.touch("name", "description")
+    lows, highs = list[float](), list[float]()
+    broken: Parts | None = None
+    for each in parts:
+        limits = ((use, "min_cable_load"), (each.cable, "minimum_load"))
+        low = next((value for of, key in limits if of is not None and (value := number(of, key)) > 0.0), 0.0)
+        winch = None if each.winch is None else each.winch.child("cable")
+        given = [(use, "max_cable_load"), (winch, "f_max"), (each.cable, BREAKS)]
+        told = [(number(of, key), key, of.line) for of, key in given if of is not None]
         high, key, line = next((one for one in told if one[0] > 0.0), (0.0, "", 0))
+        chain = each.chain
         if not high > low:
             text = "max_cable_load of <application>, f_max of its winch's <cable> and breaking_load of <cable>"
             raise chain.wrong(
-                f"chain '{chain.attributes.get('id', '')}': no largest tension above {low:g} N; {text} say one"
+                f"chain '{chain.attributes.get('id', '')}': no largest tension above {low:g} N; {text} say one: add "
+                '<application max_cable_load="N"/> to <robot>'
             )
-        if key == BREAKS and not highs:
-            found.warnings.append(
-                f"{chain.file}:{chain.line}: the largest tension is what the cable breaks at, {high:g} N: winchtype "
-                f"'{chain.attributes.get('winchtype', '')}' is no winch of this file with an f_max"
-            )
+        if key == BREAKS and broken is None:
+            broken = each
+        lows.append(low)
         highs.append(high)
         found.comments["tension", "max"] = f"N, {key}, line {line}"
-    if low == 0.0:
-        found.warnings.append(f"{robot.file}:{robot.line}: the smallest tension is 0 N: no min_cable_load is there")
-    return {"min": low, "max": highs[0] if len(set(highs)) == 1 else highs}
-
-
-def _material(found: Imported, root: Element) -> dict[str, Any] | None:
-    """What all cables have in common."""
-    cable = root.find("cable")
-    if cable is None:
-        return None
-    radius, modulus = cable.attribute_number("radius", 0.0), cable.attribute_number("elasticity", 0.0)
-    weight, made = cable.attribute_number("weight", 0.0), dict[str, Any]()
-    if radius > 0.0:
-        made["diameter"] = 2.0 * radius
-        found.comments["cable", "diameter"] = f"m, twice radius, line {cable.line}"
-        if modulus > 0.0:
-            made["axial_stiffness"] = modulus * math.pi * radius**2
-            found.comments["cable", "axial_stiffness"] = f"N, elasticity times pi radius^2, line {cable.line}"
-    if weight > 0.0:
-        made["linear_density"] = weight
-        found.comments["cable", "linear_density"] = f"kg/m, weight, line {cable.line}"
-    for key in ("damping", BREAKS):
-        if cable.attribute_number(key, 0.0) > 0.0 and key not in found.comments["tension", "max"]:
-            found.left_out.append(f"{cable.file}:{cable.line}: {key} of <cable>: its unit, or what it is for, differs")
-    for winch in root.all("winch"):
-        found.left_out.append(
-            f"{winch.file}:{winch.line}: winch '{winch.attributes.get('name', '')}': motor and drum; for winches of "
-            "your own see docs/cables.md"
+    if broken is not None:
+        of = f"{min(highs):g} N" if len(set(highs)) == 1 else f"{min(highs):g} to {max(highs):g} N"
+        found.warnings.append(
+            f"{broken.chain.at}: the largest tension is what the cable breaks at, {of}: winchtype "
+            f"'{attribute(broken.chain, wirex_parts.WINCH)}' is no winch of this file with an f_max"
         )
-    return made or None
-
-
-def _winch(root: Element, chain: Element) -> Element | None:
-    wanted = chain.attributes.get("winchtype", "")
-    return next((each for each in root.all("winch") if each.attributes.get("name") == wanted), None)
+    if min(lows) == 0.0:
+        found.warnings.append(f"{robot.at}: the smallest tension is 0 N: no min_cable_load is there")
+    both = {"min": lows, "max": highs}
+    return {key: values[0] if len(set(values)) == 1 else values for key, values in both.items()}
 
 
 def _point(element: Element) -> list[float]:
     return [element.attribute_number(axis) for axis in "xyz"]
-
-
-def _matrix(element: Element) -> Any:
-    """The rotation (3, 3) of a base."""
-    identity = np.eye(3)
-    rows = [[element.attribute_number(f"a{i}{j}", identity[i - 1, j - 1]) for j in (1, 2, 3)] for i in (1, 2, 3)]
-    R = np.array(rows)
-    if not np.allclose(R @ R.T, identity, atol=ROTATION) or np.linalg.det(R) < 0.0:
-        raise element.wrong("a11 to a33 are no rotation")
-    return R

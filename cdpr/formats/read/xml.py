@@ -3,47 +3,98 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 from xml.parsers import expat
 
 from cdpr.errors import FormatError
 from cdpr.fields import MAX_MAGNITUDE
 from cdpr.formats.read.imported import refuse
+from cdpr.formats.read.unread import Unread
 from cdpr.problems import shown
 
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
 
 
-@dataclass
+class Attributes(dict[str, str]):
+    """Attributes of an element; looking one up records its name in `read`. Iteration records nothing."""
+
+    def __init__(self, given: Mapping[str, str], read: set[str] | None = None) -> None:
+        super().__init__(given)
+        self.read = set[str]() if read is None else read
+
+    def __getitem__(self, name: str) -> str:
+        value = super().__getitem__(name)
+        self.read.add(name)
+        return value
+
+    def __contains__(self, name: object) -> bool:
+        found = super().__contains__(name)
+        if found:
+            self.read.add(str(name))
+        return found
+
+    def get(self, name: str, otherwise: Any = None) -> Any:
+        """Return an attribute, or another value where it is missing."""
+        return self[name] if name in self else otherwise
+
+
 class Element:
-    """One element.
+    """One element, which records what is read of it.
 
     Attributes:
         name: without a prefix of a namespace.
         file, line: where it begins.
         attributes: as they stand there.
-        children: elements within.
-        text: all text directly within, without what stands in children.
+        children: elements within; `all`, `find` and `child` record those that they return as read.
     """
 
-    name: str
-    file: str
-    line: int
-    attributes: dict[str, str]
-    children: list[Element] = field(default_factory=list)
-    text: str = ""
+    def __init__(
+        self,
+        name: str,
+        file: str,
+        line: int,
+        attributes: Mapping[str, str],
+        children: list[Element] | None = None,
+        text: str = "",
+    ) -> None:
+        self.name, self.file, self.line = name, file, line
+        self.attributes = attributes if isinstance(attributes, Attributes) else Attributes(attributes)
+        self.children = [] if children is None else children
+        self._text = [text] if text else []
+        self._read = self._text_read = self._done = False
+
+    @property
+    def text(self) -> str:
+        """All text directly within, without that of children."""
+        self._text_read = True
+        return "".join(self._text)
+
+    @property
+    def at(self) -> str:
+        """Its place, for messages."""
+        return f"{self.file}:{self.line}"
+
+    def append(self, text: str) -> None:
+        """Add text that stands directly within."""
+        self._text.append(text)
 
     def all(self, name: str) -> list[Element]:
         """Return the children of a name."""
-        return [child for child in self.children if child.name == name]
+        found = [child for child in self.children if child.name == name]
+        for child in found:
+            child.touch()
+        return found
 
     def find(self, name: str) -> Element | None:
         """Return the first child of a name, if there is one."""
-        return next(iter(self.all(name)), None)
+        found = next((child for child in self.children if child.name == name), None)
+        if found is not None:
+            found.touch()
+        return found
 
     def child(self, name: str) -> Element:
         """Return the one child of a name. Raises FormatError where there is none, or several."""
@@ -51,6 +102,42 @@ class Element:
         if len(found) != 1:
             raise self.wrong(f"one <{name}> is expected within <{self.name}>, got {len(found)}")
         return found[0]
+
+    def touch(self, *names: str) -> None:
+        """Record the element, and attributes of these names, as read."""
+        self._read = True
+        self.attributes.read.update(names)
+
+    def done(self) -> None:
+        """Record the element and everything within as accounted for, such as by a message of its own."""
+        self._done = True
+
+    def known_as(self, name: str, **attributes: str) -> Element:
+        """Return the element under another name, with defaults of attributes; what is read of it is read of this."""
+        other = Element(name, self.file, self.line, Attributes({**attributes, **self.attributes}, self.attributes.read))
+        other.children = self.children
+        return other
+
+    def unread(self) -> Iterator[Unread]:
+        """Yield the elements, attributes and texts within that were not read."""
+        yield from self._parts("")[1]
+
+    def _parts(self, above: str) -> tuple[bool, list[Unread]]:
+        """Whether anything here was read, and what was not."""
+        if self._done:
+            return True, []
+        name = f"<{self.name}>{above}"
+        read, found = self._read or self._text_read or bool(self.attributes.read), list[Unread]()
+        for key in self.attributes:
+            if key not in self.attributes.read and key.partition(":")[0] != "xmlns":
+                found.append(Unread(self.file, self.line, f"attribute '{key}' of {name}"))
+        if not self._text_read and "".join(self._text).strip():
+            found.append(Unread(self.file, self.line, f"text of {name}"))
+        for child in self.children:
+            child_read, parts = child._parts(f" in <{self.name}>")
+            read = read or child_read
+            found += parts
+        return read, found if read else [Unread(self.file, self.line, name)]
 
     def everywhere(self) -> Iterator[Element]:
         """Yield it and all within, in the order of the file."""
@@ -166,7 +253,7 @@ class _Tree:
         self.open.pop()
 
     def _text(self, text: str) -> None:
-        self.open[-1].text += text
+        self.open[-1].append(text)
 
     def _entity(self, name: str, *_: object) -> None:
         raise self._wrong(f"it declares the entity '{name}': entities are not resolved; write the text itself")
