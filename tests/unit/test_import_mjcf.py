@@ -238,8 +238,8 @@ def test_controls_that_push_make_legs(tmp_path):
     [
         (
             BODY,
-            f'{BODY}<body name="arm"><joint/><geom size="0.1"/></body>',
-            "'arm' is a second moving body, besides 'load'",
+            f'{BODY}<body name="arm"><joint/><geom size="0.1"/><site name="a2"/></body>',
+            "body 'arm' is a second moving body, besides 'load', on which cables end",
         ),
         ("<freejoint/>", "", "no body moves"),
         ("<freejoint/>", '<joint type="slide" axis="1 1 0"/>', ":11: its axis is"),
@@ -265,11 +265,17 @@ def test_controls_that_push_make_legs(tmp_path):
         (
             ACTUATOR,
             '<position name="p" tendon="right" kp="3"/>',
-            ":22: <position> 'p': its force is not its control alone",
+            ":19: tendon 'right': its servo has no limited force, so no limited tension: add forcerange=",
         ),
         (
             ACTUATOR,
             '<general tendon="right" biastype="affine" biasprm="0 -3"/>',
+            "its servo has no limited force",
+        ),
+        (ACTUATOR, '<muscle name="m" tendon="right"/>', ":22: <muscle> 'm': its force is not its control alone"),
+        (
+            ACTUATOR,
+            '<general tendon="right" dyntype="integrator"/>',
             "a gain, a bias or a dynamics of its own",
         ),
         (ACTUATOR, f'{ACTUATOR}<motor tendon="right"/>', "two motors pull it"),
@@ -287,7 +293,7 @@ def test_controls_that_push_make_legs(tmp_path):
         ),
         (BODY, '<inertial pos="0 1e300 0" mass="3" diaginertia="1 1 1"/>', "are expected, got '0 1e300 0'"),
         (BODY, '<geom type="mesh" mesh="look"/><geom size="0.1"/>', ":12: body 'load' takes its inertia from a mesh"),
-        ("<option", '<include file="/etc/passwd"/><option', ":5: <include>: files are read alone"),
+        ("<option", '<include file="/etc/passwd"/><option', ":5: <include>: '/etc/passwd' is outside the folder of the model"),
         ("<option", '<equality><weld name="w" body1="load"/></equality><option', "<weld> 'w'"),
         (BODY, f'<replicate count="1000000000">{BODY}</replicate>', "<replicate>: it makes copies"),
         ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: what a plugin does"),

@@ -13,7 +13,9 @@ class Choice:
     Attributes:
         cable_set: of CASPR; its default unless said.
         trajectory: a file that belongs to the robot, of the Gazebo plug-in.
+        tension: lowest and highest tension, N, of cables whose file limits none.
     """
 
     cable_set: str | None = None
     trajectory: Path | None = None
+    tension: tuple[float, float] | None = None

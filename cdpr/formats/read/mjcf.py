@@ -9,6 +9,7 @@ pushes: of a motor with control c, gear g and gain k the tension is -g k c.
 from __future__ import annotations
 
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,12 @@ import numpy as np
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, slug
 from cdpr.formats.read.inertia import six
+from cdpr.formats.read.mjcf_bodies import Bodies
 from cdpr.formats.read.mjcf_body import Body, tidy
 from cdpr.formats.read.mjcf_cables import Cables
-from cdpr.formats.read.mjcf_text import Lines, cleaned, compiled
+from cdpr.formats.read.mjcf_files import with_included
+from cdpr.formats.read.mjcf_text import Lines, checked, compiled, text_of
+from cdpr.formats.read.mjcf_used import mark
 from cdpr.formats.read.xml import parse, root_of
 from cdpr.model import rotations
 from cdpr.scenario.schema import World
@@ -41,14 +45,15 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     root = parse(content, str(path))
     if root.name != "mujoco":
         raise root.wrong("it is a part that other files include: import the file that does")
-    text, lines = cleaned(root)
-    mujoco, model = compiled(text, lines)
+    lines = checked(with_included(root, path))
+    bodies = Bodies(lines)
+    mujoco, model = _compiled(lines, bodies)
     body = Body(mujoco, model, lines)
-    cables = Cables(mujoco, model, lines, body)
+    cables = Cables(mujoco, model, lines, body, bodies.dropped, choice.tension)
     name = slug(root.attributes.get("model", ""), slug(path.stem, "robot"))
-    found = Imported(name, f"MJCF: {path.name}, compiled by MuJoCo {mujoco.__version__}", {"name": name})
+    found = Imported(name, f"MJCF: {path.name}, compiled by MuJoCo {mujoco.__version__}", {"name": name}, [root])
     found.left_out = lines.left_out
-    at = f"of body '{body.name}', line {body.line}"
+    at = f"of body '{body.name}', line {body.element.line}"
     found.robot |= {
         "dof": list(body.dof),
         **({} if cables.pull else {"unilateral": False}),
@@ -66,9 +71,24 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         **({("platform", "tools"): "m, other sites of the body"} if cables.tools else {}),
         **cables.comments,
     }
-    found.warnings = cables.warnings
+    found.warnings = lines.warnings + cables.warnings
+    mark(root)
     _options(model, mujoco, lines)
     return found
+
+
+def _compiled(lines: Lines, bodies: Bodies) -> tuple[ModuleType, Any]:
+    """Return MuJoCo and its model without what stands still; its first keyframe keeps what is of the platform."""
+    key = lines.find("key", lines.first("key").attributes.get("name", ""))
+    if bodies.platform is not None and bodies.dropped and key is not None and "qpos" in key.attributes:
+        mujoco, whole = compiled(text_of(lines, set()), lines)
+        body = whole.body(bodies.platform.attributes["name"])
+        joints = range(int(body.jntadr[0]), int(body.jntadr[0]) + int(body.jntnum[0]))
+        sizes = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
+        count = sum(sizes.get(mujoco.mjtJoint(whole.jnt_type[joint]), 1) for joint in joints)
+        first = int(whole.jnt_qposadr[joints[0]])
+        lines.qpos = " ".join(repr(float(value)) for value in whole.key_qpos[0][first : first + count])
+    return compiled(text_of(lines, bodies.dropped), lines)
 
 
 def _platform(body: Body) -> dict[str, Any]:
@@ -94,6 +114,6 @@ def _options(model: Any, mujoco: Any, lines: Lines) -> None:
     gravity = [0.0, 0.0, 0.0] if weightless else model.opt.gravity.tolist()
     if gravity != usual:
         text = f"gravity {gravity}: it belongs to scenarios, as world.gravity; unless said it is {usual} m/s^2"
-        lines.left_out.append(f"{lines.file}:{lines.first('option')}: {text}")
+        lines.left_out.append(f"{lines.first('option').at}: {text}")
     if model.opt.density or model.opt.viscosity:
-        lines.left_out.append(f"{lines.file}:{lines.first('option')}: density, viscosity: platforms move in no medium")
+        lines.left_out.append(f"{lines.first('option').at}: density, viscosity: platforms move in no medium")

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.errors import FormatError
-from cdpr.formats.read.imported import refuse
 from cdpr.formats.read.mjcf_text import Lines
+from cdpr.formats.read.xml import Element
 from cdpr.model.robot import DOF_NAMES, Array
 
 SITE = "platform"
@@ -31,7 +30,7 @@ class Body:
     """It, and all that is fixed to it.
 
     Attributes:
-        name, line: of it.
+        name, element: of it, and where the file has it.
         dof: directions in which it moves, along and about the world's axes.
         joints: their kinds.
         origin: where the platform's origin is, in words.
@@ -46,9 +45,11 @@ class Body:
     def __init__(self, mujoco: Any, model: Any, lines: Lines) -> None:
         self._mujoco, self._model, self._lines = mujoco, model, lines
         number = self._only_one()
-        self.number, self.name, self.line = number, self._name(number), lines.of(("body",), self._name(number))
+        self.number, self.name = number, self._name(number)
+        self.element = lines.of("body", self.name)
         if (pictured := self._pictured()) is not None:
-            raise refuse(lines.file, pictured, f"body '{self.name}' takes its inertia from a mesh: give it <inertial>")
+            owner, geom = pictured
+            raise geom.wrong(f"body '{owner}' takes its inertia from a mesh: give it <inertial>")
         self._data = mujoco.MjData(model)
         kinds = [mujoco.mjtJoint(model.jnt_type[j]) for j in self._own_joints()]
         self.joints = [kind.name.removeprefix("mjJNT_").lower() for kind in kinds]
@@ -94,7 +95,7 @@ class Body:
         turned = np.abs(self._fixed_geoms[1][geoms[0]] - self._axes).max()
         if len(geoms) > 1 or kind is None or far > NEAR or (turned > NEAR and kind != "sphere"):
             text = f"geoms of body '{self.name}': one box, sphere or cylinder in the middle of a platform is drawn"
-            self._lines.left_out.append(f"{self._lines.file}:{self.line}: {text}")
+            self._lines.left_out.append(f"{self.element.at}: {text}")
             return None
         size = model.geom_size[geoms[0]].tolist()
         sizes = {"box": [2.0 * x for x in size], "sphere": size[0]}
@@ -106,11 +107,11 @@ class Body:
         model = self._model
         moving = [k for k in range(1, model.nbody) if model.body_dofnum[k]]
         if not moving:
-            raise self._wrong(self._lines.root.line, "no body moves: a platform has a joint, such as <freejoint/>")
+            raise self._lines.root.wrong("no body moves: a platform has a joint, such as <freejoint/>")
         if len(moving) > 1:
             first, second = self._name(moving[0]), self._name(moving[1])
             text = f"body '{second}' is a second moving body, besides '{first}'; robots of one platform alone"
-            raise self._wrong(self._lines.of(("body",), second), f"{text} can be described here")
+            raise self._lines.of("body", second).wrong(f"{text} can be described here")
         return moving[0]
 
     def _directions(self) -> tuple[str, ...]:
@@ -121,18 +122,18 @@ class Body:
             return DOF_NAMES[3:]
         found: list[str] = []
         for joint, kind in zip(self._own_joints(), self.joints, strict=True):
-            axis, line = self._data.xaxis[joint], self._joint_line(joint)
+            axis, at = self._data.xaxis[joint], self._joint(joint)
             along = int(np.argmax(np.abs(axis)))
             if kind not in ("slide", "hinge"):
-                raise self._wrong(line, f"a {kind} joint besides others: no guide of ours does that")
+                raise at.wrong(f"a {kind} joint besides others: no guide of ours does that")
             if np.abs(np.delete(axis, along)).max() > ALONG:
-                raise self._wrong(line, f"its axis is {axis.tolist()}: x, y or z of the world is expected")
+                raise at.wrong(f"its axis is {axis.tolist()}: x, y or z of the world is expected")
             if any(name.startswith("r") for name in found):
                 text = "slides before one hinge are expected; for a body that is free give it <freejoint/>"
-                raise self._wrong(line, f"this {kind} turns with the hinge before it: {text}")
+                raise at.wrong(f"this {kind} turns with the hinge before it: {text}")
             name = ("r" if kind == "hinge" else "") + "xyz"[along]
             if name in found:
-                raise self._wrong(line, f"a second {kind} along {name}")
+                raise at.wrong(f"a second {kind} along {name}")
             found.append(name)
         return tuple(name for name in DOF_NAMES if name in found)
 
@@ -145,7 +146,7 @@ class Body:
         self.origin = f"body '{self.name}'"
         if named:
             place, axes = data.site_xpos[site].copy(), data.site_xmat[site].reshape(3, 3).copy()
-            self.origin = f"site '{SITE}', line {self._lines.of(('site',), SITE)}"
+            self.origin = f"site '{SITE}', line {self._lines.of('site', SITE).line}"
         if self.joints[-1] in ("ball", "hinge"):
             anchor, axis = data.xanchor[joints[-1]].copy(), data.xaxis[joints[-1]]
             away = place - anchor
@@ -160,12 +161,11 @@ class Body:
         parts = [k for k in range(1, model.nbody) if self._is_part(k)]
         mass = float(sum(model.body_mass[k] for k in parts))
         if not 0.0 < mass < np.inf:
-            raise self._wrong(
-                self.line,
+            raise self.element.wrong(
                 f"body '{self.name}' has a mass of {mass:g} kg: <inertial> or geoms are expected that give it one",
             )
         if not all(np.isfinite(each[parts]).all() for each in (model.body_inertia, data.xipos, data.ximat)):
-            raise self._wrong(self.line, f"body '{self.name}': its inertia is not finite: its sizes are too large")
+            raise self.element.wrong(f"body '{self.name}': its inertia is not finite: its sizes are too large")
         centre = sum(model.body_mass[k] * data.xipos[k] for k in parts) / mass
         whole = np.zeros((3, 3))
         for k in parts:
@@ -175,11 +175,12 @@ class Body:
         whole = axes.T @ whole @ axes
         return mass, np.asarray(axes.T @ (centre - place)), np.asarray((whole + whole.T) / 2)
 
-    def _pictured(self) -> int | None:
-        """The line of a geom that was not looked at, where a part of it has no inertia that is said."""
+    def _pictured(self) -> tuple[str, Element] | None:
+        """A body and its geom that was not looked at, where that part has no inertia that is said."""
         explicit = self._lines.explicit()
         names = [self._name(k) for k in range(1, self._model.nbody) if self._is_part(k)]
-        return next((self._lines.pictured[n] for n in names if n in self._lines.pictured and n not in explicit), None)
+        found = (n for n in names if n in self._lines.pictured and n not in explicit)
+        return next(((n, self._lines.pictured[n]) for n in found), None)
 
     def _tell(self) -> None:
         """What joints and bodies have besides."""
@@ -195,10 +196,9 @@ class Body:
             }
             for word, value in effects.items():
                 if np.any(value):
-                    at = f"{self._lines.file}:{self._joint_line(joint)}"
-                    self._lines.left_out.append(f"{at}: {word} of a joint: guides of ours have none")
+                    self._lines.left_out.append(f"{self._joint(joint).at}: {word} of a joint: guides of ours have none")
         if np.any(model.body_gravcomp[[k for k in range(model.nbody) if self._is_part(k)]]):
-            self._lines.left_out.append(f"{self._lines.file}:{self.line}: gravcomp: platforms weigh what they weigh")
+            self._lines.left_out.append(f"{self.element.at}: gravcomp: platforms weigh what they weigh")
 
     def _move(self, q: Array) -> None:
         self._data.qpos[:] = q
@@ -217,11 +217,7 @@ class Body:
     def _name(self, body: int) -> str:
         return str(self._model.body(body).name)
 
-    def _joint_line(self, joint: int) -> int:
-        found = self._lines.find("body", self.name)
-        own = [] if found is None else [each for each in found.children if each.name in ("joint", "freejoint")]
+    def _joint(self, joint: int) -> Element:
+        own = [each for each in self.element.children if each.name in ("joint", "freejoint")]
         at = joint - self._own_joints()[0]
-        return own[at].line if at < len(own) else self.line
-
-    def _wrong(self, line: int, text: str) -> FormatError:
-        return refuse(self._lines.file, line, text)
+        return own[at] if at < len(own) else self.element

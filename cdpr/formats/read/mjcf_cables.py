@@ -6,9 +6,10 @@ import math
 from typing import Any
 
 from cdpr.errors import FormatError
-from cdpr.formats.read.imported import apart, refuse, slug, unique
+from cdpr.formats.read.imported import apart, slug, unique
 from cdpr.formats.read.mjcf_body import SITE, Body, tidy
 from cdpr.formats.read.mjcf_text import Lines
+from cdpr.formats.read.xml import Element
 from cdpr.problems import Path as Key
 
 REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
@@ -26,33 +27,61 @@ class Cables:
         comments, warnings: as `Imported` has them.
     """
 
-    def __init__(self, mujoco: Any, model: Any, lines: Lines, body: Body) -> None:
+    def __init__(
+        self,
+        mujoco: Any,
+        model: Any,
+        lines: Lines,
+        body: Body,
+        dropped: set[int],
+        given: tuple[float, float] | None = None,
+    ) -> None:
         self._mujoco, self._model, self._lines, self._body = mujoco, model, lines, body
+        self._given = given
         self.comments, self.warnings = dict[Key, str](), list[str]()
         if not model.ntendon:
-            raise refuse(lines.file, lines.root.line, "it has no <spatial> tendon, so no cable")
+            raise lines.root.wrong("it has no <spatial> tendon, so no cable")
+        tendons = [each for group in lines.root.all("tendon") for each in group.children]
+        self._tendons = [each for each in tendons if id(each) not in dropped]
         motors = [int(tendon) for tendon, _ in model.actuator_trnid]
         for tendon in range(model.ntendon):
             if tendon not in motors:
                 raise self._wrong(tendon, f"no motor pulls it, and nothing says its tensions: {REMEDY}")
         if (twice := next((k for k, tendon in enumerate(motors) if tendon in motors[:k]), None)) is not None:
             raise self._wrong(motors[twice], "two motors pull it: one is expected")
+        self._servos, self._unlimited = list[int](), list[int]()
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
+        self._tell_of_servos()
         self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
         self.tools = apart(self._tools([site for tendon in motors for site in self._sites(tendon)]), names)
-        self.comments = {("cables", k): f"line {self._line(tendon)}" for k, tendon in enumerate(motors)}
+        self.comments = {("cables", k): f"line {self._element(tendon).line}" for k, tendon in enumerate(motors)}
         lows, highs = [low for low, _ in limits], [high for _, high in limits]
         self.pull = min(lows) >= 0.0
         if not self.pull:
             least = motors[lows.index(min(lows))]
             text = f"a control may push with {-min(lows):g} N: unilateral is false; cables pull only where it is not"
-            self.warnings.append(f"{lines.file}:{self._line(least)}: tendon '{self._tendon(least)}': {text}")
+            self.warnings.append(f"{self._element(least).at}: tendon '{self._tendon(least)}': {text}")
         self.tension = {
             key: values[0] if len(set(values)) == 1 else values for key, values in (("min", lows), ("max", highs))
         }
         for key in self.tension:
             self.comments["tension", key] = "N, of the ranges of motors and forces, times gear and gain"
+
+    def _tell_of_servos(self) -> None:
+        if self._servos:
+            first, names = self._element(self._servos[0]), [f"'{self._tendon(each)}'" for each in self._servos]
+            self.warnings.append(
+                f"{first.at}: {len(names)} tendons have servos of length ({', '.join(names)}), which commands of "
+                "tension replace here: winches that take a length are not imported"
+            )
+        if self._unlimited and self._given is not None:
+            low, high = self._given
+            names = [f"'{self._tendon(each)}'" for each in self._unlimited]
+            self.warnings.append(
+                f"{self._element(self._unlimited[0]).at}: tensions of {', '.join(names)} are not limited in the file: "
+                f"{low:g} to {high:g} N are those given to the import"
+            )
 
     def _tools(self, ends: list[int]) -> dict[str, list[float]]:
         model, body = self._model, self._body
@@ -73,7 +102,7 @@ class Cables:
         ends = {"frame": frame, "platform": platform}
         row: dict[str, Any] = {"name": name} | {end: tidy(body.place(site), body.size) for end, site in ends.items()}
         drawn, width = self._element(tendon), float(model.tendon_width[tendon])
-        if width > 0.0 and (width != UNSAID or (drawn is not None and "width" in drawn.attributes)):
+        if width > 0.0 and (width != UNSAID or "width" in drawn.attributes):
             row["diameter"] = 2.0 * width
         low, high = model.tendon_range[tendon].tolist()
         if high > max(low, 0.0):
@@ -105,17 +134,22 @@ class Cables:
     def _tension(self, motor: int, tendon: int) -> tuple[float, float]:
         """Lowest and highest tension, N. Raises FormatError for motors whose force is not a multiple of the control."""
         model, mujoco = self._model, self._mujoco
+        fixed = model.actuator_gaintype[motor] == mujoco.mjtGain.mjGAIN_FIXED
         plain = (
-            model.actuator_gaintype[motor] == mujoco.mjtGain.mjGAIN_FIXED
+            fixed
             and model.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE
             and model.actuator_dyntype[motor] == mujoco.mjtDyn.mjDYN_NONE
         )
-        if not plain:
+        servo = not plain and fixed and model.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
+        if not (plain or servo):
             raise self._wrong(tendon, "its actuator has a gain, a bias or a dynamics of its own: a motor is expected")
+        if servo:
+            self._servos.append(tendon)
         gear, gain = float(model.actuator_gear[motor, 0]), float(model.actuator_gainprm[motor, 0])
         low, high = -math.inf, math.inf
         ranges = (
-            (model.actuator_ctrllimited[motor], model.actuator_ctrlrange[motor], -gear * gain),
+            # The control of a servo is a length or its rate, and limits no force.
+            (plain and model.actuator_ctrllimited[motor], model.actuator_ctrlrange[motor], -gear * gain),
             (model.actuator_forcelimited[motor], model.actuator_forcerange[motor], -gear),
             # MuJoCo adds up and limits the forces of a tendon's actuators before their gears.
             (model.tendon_actfrclimited[tendon], model.tendon_actfrcrange[tendon], -gear),
@@ -126,12 +160,19 @@ class Cables:
                 ends = ends if factor == 1.0 else tidy(ends)
                 low, high = max(low, ends[0]), min(high, ends[1])
         if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-            raise self._wrong(tendon, f"neither its control nor its force is limited: {REMEDY}")
+            if self._given is not None:
+                self._unlimited.append(tendon)
+                return self._given
+            also = "; or give both limits to the import: --tension MIN,MAX"
+            if servo:
+                remedy = 'add forcerange="-MAX -MIN" to it, N, where its gear is 1'
+                raise self._wrong(tendon, f"its servo has no limited force, so no limited tension: {remedy}{also}")
+            raise self._wrong(tendon, f"neither its control nor its force is limited: {REMEDY}{also}")
         if high <= 0.0:
             text = f"with gear {gear:g} and these ranges its tension is {low:g} to {high:g} N: it only pushes; "
             raise self._wrong(tendon, text + REMEDY)
-        if -gear * gain != 1.0:
-            at = f"{self._lines.file}:{self._line(tendon)}"
+        if plain and -gear * gain != 1.0:
+            at = self._element(tendon).at
             text = f"a control of 1 is a tension of {-gear * gain:g} N there; commands here are tensions"
             self.warnings.append(f"{at}: tendon '{self._tendon(tendon)}': {text}")
         return low + 0.0, high + 0.0
@@ -148,23 +189,18 @@ class Cables:
         }
         for word, value in effects.items():
             if value.any():
-                at = f"{self._lines.file}:{self._line(tendon)}"
+                at = self._element(tendon).at
                 self._lines.left_out.append(f"{at}: {word} of tendon '{self._tendon(tendon)}': ideal cables have none")
         if model.tendon_limited[tendon]:
-            at = f"{self._lines.file}:{self._line(tendon)}"
+            at = self._element(tendon).at
             text = "range of a tendon holds the body there; here it is the cable's `length`, which nothing holds it to"
             self._lines.left_out.append(f"{at}: {text}")
 
     def _tendon(self, tendon: int) -> str:
         return str(self._model.tendon(tendon).name)
 
-    def _element(self, tendon: int) -> Any:
-        tendons = [each for group in self._lines.root.all("tendon") for each in group.children]
-        return tendons[tendon] if tendon < len(tendons) else None
-
-    def _line(self, tendon: int) -> int:
-        element = self._element(tendon)
-        return int(self._lines.root.line if element is None else element.line)
+    def _element(self, tendon: int) -> Element:
+        return self._tendons[tendon] if tendon < len(self._tendons) else self._lines.root
 
     def _wrong(self, tendon: int, text: str) -> FormatError:
-        return refuse(self._lines.file, self._line(tendon), f"tendon '{self._tendon(tendon)}': {text}")
+        return self._element(tendon).wrong(f"tendon '{self._tendon(tendon)}': {text}")

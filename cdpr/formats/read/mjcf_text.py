@@ -1,6 +1,7 @@
 """MJCF before MuJoCo sees it: without what is only seen or heard of, and without what reads files or grows.
 
-What is left is written again with each element in its old line, so that MuJoCo's own messages name lines of the file.
+What is left is written again, each element in a line of its own, so that MuJoCo's own messages lead to lines of the
+file, and to included files.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ from cdpr.problems import shown
 UNSEEN = ("visual", "statistic", "size", "asset", "sensor", "custom", "extension", "contact")
 NEVER = (*UNSEEN, "lengthrange", "light", "camera")  # sizes and lengthrange say how much memory and time it may take
 REFUSED = {
-    "include": "files are read alone: save it as one file, as mujoco.mj_saveLastXML does",
     "replicate": "it makes copies: save what it makes, as mujoco.mj_saveLastXML does",
     "attach": "it takes parts of another file: save it as one file, as mujoco.mj_saveLastXML does",
     "composite": "it makes moving bodies; our cables have no bodies of their own",
@@ -33,6 +33,7 @@ NAMES = ("name", *NAMED)  # attributes that hold no numbers, whatever they look 
 SEEN = ("material", "texture")  # attributes that name what is only seen
 PICTURED = ("mesh", "hfield")  # attributes of geoms that need another file
 PULLING = ("motor", "general")
+SERVOS = ("position", "velocity", "intvelocity")
 
 
 @dataclass
@@ -42,61 +43,82 @@ class Lines:
     Attributes:
         file: its name.
         root: the whole.
-        pictured: names of bodies that had a geom of a mesh, which was not looked at, with its line.
+        pictured: bodies that had a geom of a mesh, which was not looked at, with its line.
         left_out: what was dropped that has an effect.
+        warnings: what was changed.
+        places: file and line of each line of the text that MuJoCo compiles.
+        qpos: of the first keyframe, where joints were dropped: what is left of it.
     """
 
     file: str
     root: Element
-    pictured: dict[str, int] = field(default_factory=dict)
+    pictured: dict[str, Element] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    places: list[Element] = field(default_factory=list)
+    qpos: str = ""
 
-    def of(self, kinds: tuple[str, ...], name: str) -> int:
-        """Return the line of an element of a name, "" of one that has none; that of the root where there is none."""
+    def __post_init__(self) -> None:
+        """Index the names; bodies without one get one."""
+        self._named: dict[tuple[str, str], Element] = {}
+        self._first: dict[str, Element] = {}
+        nameless = list[Element]()
         for element in self.root.everywhere():
-            if element.name in kinds and element.attributes.get("name", "") == name:
-                return element.line
-        return self.root.line
+            self._first.setdefault(element.name, element)
+            name = element.attributes.get("name", "")
+            if element.name == "body" and not name:
+                nameless.append(element)
+            else:
+                self._named.setdefault((element.name, name), element)
+        for count, element in enumerate(nameless):
+            name = f"nameless, line {element.line}"
+            if ("body", name) in self._named:
+                name = f"nameless {count}, line {element.line}"
+            element.attributes["name"] = name
+            element.touch("name")
+            self._named["body", name] = element
 
-    def first(self, kind: str) -> int:
-        """Return the line of the first element of a kind; that of the root where there is none."""
-        return next((element.line for element in self.root.everywhere() if element.name == kind), self.root.line)
+    def find(self, kind: str, name: str) -> Element | None:
+        """Return the first element of a kind and a name."""
+        return self._named.get((kind, name))
+
+    def of(self, kind: str, name: str) -> Element:
+        """Return the first element of a kind and a name; the root where there is none."""
+        return self._named.get((kind, name), self.root)
+
+    def first(self, kind: str) -> Element:
+        """Return the first element of a kind; the root where there is none."""
+        return self._first.get(kind, self.root)
 
     def explicit(self) -> set[str]:
         """Return the names of bodies whose inertia the file says itself."""
         if any(each.attributes.get("inertiafromgeom") == "true" for each in self.root.all("compiler")):
             return set()
-        bodies = (each for each in self.root.everywhere() if each.name == "body" and each.all("inertial"))
-        return {body.attributes.get("name", "") for body in bodies}
-
-    def find(self, kind: str, name: str) -> Element | None:
-        """Return the element of a kind and a name."""
-        found = (
-            each for each in self.root.everywhere() if each.name == kind and each.attributes.get("name", "") == name
-        )
-        return next(found, None)
+        bodies = (each for each in self.root.everywhere() if each.name == "body")
+        return {body.attributes.get("name", "") for body in bodies if body.find("inertial") is not None}
 
 
-def cleaned(root: Element) -> tuple[str, Lines]:
-    """Return what MuJoCo may compile, and where things stand. Raises FormatError for what is refused."""
+def checked(root: Element) -> Lines:
+    """Return where things stand in a model. Raises FormatError for what is refused."""
     lines = Lines(root.file, root)
     for element in root.everywhere():
         if element.name in REFUSED:
             raise element.wrong(f"<{element.name}>: {REFUSED[element.name]}")
         _sound(element)
-    for equality in root.all("equality"):
-        for element in equality.children:
-            if element.attributes.get("active") != "false":
-                name = element.attributes.get("name", "")
-                raise element.wrong(f"<{element.name}> '{name}': our platforms are held by nothing but their joints")
     for actuators in root.all("actuator"):
         for element in actuators.children:
             _actuator(element, lines)
     for body in (each for each in root.everywhere() if each.name == "body"):
-        for geom in body.all("geom"):
-            if any(word in geom.attributes for word in PICTURED):
-                lines.pictured.setdefault(body.attributes.get("name", ""), geom.line)
-    return "".join(_written(root, [1])), lines
+        for geom in body.children:
+            if geom.name == "geom" and any(word in geom.attributes for word in PICTURED):
+                lines.pictured.setdefault(body.attributes.get("name", ""), geom)
+    return lines
+
+
+def text_of(lines: Lines, dropped: set[int]) -> str:
+    """Return what MuJoCo may compile, without the elements whose `id` is among `dropped`."""
+    lines.places.clear()
+    return "".join(_written(lines.root, lines, dropped))
 
 
 def _sound(element: Element) -> None:
@@ -125,36 +147,45 @@ def compiled(text: str, lines: Lines) -> tuple[ModuleType, Any]:
         return mujoco, mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as error:
         told = " ".join(str(error).split())
-        line = re.search(r"line (\d+)", told)
-        wrong = Element("", lines.file, int(line[1]) if line else lines.root.line, {})
-        raise wrong.wrong(f"MuJoCo does not compile it: {told}") from None
+        given = re.search(r"line (\d+)", told)
+        number = int(given[1]) if given else 0
+        place = lines.places[number - 1] if 0 < number <= len(lines.places) else lines.root
+        if given:  # of the text that was compiled
+            told = told[: given.start(1)] + str(place.line) + told[given.end(1) :]
+        raise place.wrong(f"MuJoCo does not compile it: {told}") from None
 
 
 def _actuator(element: Element, lines: Lines) -> None:
     name = element.attributes.get("name", "")
     if "tendon" not in element.attributes:
-        lines.left_out.append(f"{lines.file}:{element.line}: <{element.name}> '{name}': it drives no tendon")
-    elif element.name not in PULLING:
+        lines.left_out.append(f"{element.at}: <{element.name}> '{name}': it drives no tendon")
+        element.done()
+    elif element.name not in (*PULLING, *SERVOS):
         raise element.wrong(
-            f"<{element.name}> '{name}': its force is not its control alone; {' or '.join(PULLING)} is expected"
+            f"<{element.name}> '{name}': its force is not its control alone; {', '.join(PULLING)} or a servo "
+            f"({', '.join(SERVOS)}) is expected"
         )
 
 
-def _kept(element: Element) -> Iterator[Element]:
+def _kept(element: Element, dropped: set[int]) -> Iterator[Element]:
     for child in element.children:
         tendonless = element.name == "actuator" and "tendon" not in child.attributes
         pictured = child.name == "geom" and any(word in child.attributes for word in PICTURED)
-        if child.name not in NEVER and not (child.name == "equality" or tendonless or pictured):
+        constraint = child.name == "equality" and element.name == "mujoco"
+        if child.name not in NEVER and not (constraint or tendonless or pictured or id(child) in dropped):
             yield child
 
 
-def _written(element: Element, line: list[int]) -> Iterator[str]:
-    """The element in its own line, as long as those before are."""
-    yield "\n" * (element.line - line[0])
-    line[0] = max(line[0], element.line)
-    dropped = (*SEEN, "ctrl", "act") if element.name == "key" else SEEN
-    given = {key: value for key, value in element.attributes.items() if key not in dropped}
-    yield f"<{element.name}" + "".join(f" {key}={quoteattr(value)}" for key, value in given.items()) + ">"
-    for child in _kept(element):
-        yield from _written(child, line)
-    yield f"</{element.name}>"
+def _written(element: Element, lines: Lines, dropped: set[int]) -> Iterator[str]:
+    """The element in a line of its own."""
+    lines.places.append(element)
+    cut = (*SEEN, "ctrl", "act") if element.name == "key" else SEEN
+    given = {key: value for key, value in element.attributes.items() if key not in cut}
+    if element.name == "key" and lines.qpos:
+        given = {"name": given.get("name", ""), "qpos": lines.qpos}
+    yield f"<{element.name}" + "".join(f" {key}={quoteattr(value)}" for key, value in given.items()) + ">\n"
+    for child in _kept(element, dropped):
+        if not (child.name == "key" and lines.qpos and child is not lines.first("key")):
+            yield from _written(child, lines, dropped)
+    lines.places.append(element)
+    yield f"</{element.name}>\n"

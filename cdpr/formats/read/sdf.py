@@ -27,8 +27,8 @@ SLIDE = "prismatic"
 HINGES = ("revolute", "revolute2", "universal", "ball", "fixed")
 PARTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # What legs have besides, which one line of what is left out names.
-OF_LEGS = ("inertial", "mass", "inertia", *PARTS, "axis", "xyz", "limit", "effort", "velocity", "lower", "upper")
-OF_LEGS = (*OF_LEGS, "dynamics", "damping", "friction")
+OF_LEGS = {"inertial", "mass", "inertia", *PARTS, "axis", "xyz", "limit", "effort", "velocity", "lower", "upper"}
+OF_LEGS |= {"dynamics", "damping", "friction"}
 MODEL = ("", "__model__")  # what a pose may be relative to
 WELD = "DetachableJoint"  # the end of that system's name
 

@@ -8,7 +8,6 @@ that WireX writes name a thing differently, both names are read. A number that i
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +117,9 @@ def _dof(robot: Element, platform: Element, anchors: Any) -> tuple[str, ...]:
     given = attribute(robot, PATTERN) or "3R3T"
     own = attribute(platform, PATTERN)
     if own not in ("", given):
-        raise platform.wrong(f"motionpattern of the platform is '{own}', and that of the robot '{given}': make them equal")
+        raise platform.wrong(
+            f"motionpattern of the platform is '{own}', and that of the robot '{given}': make them equal"
+        )
     if given in PATTERNS:
         return tuple(PATTERNS[given])
     if given not in PLANAR:

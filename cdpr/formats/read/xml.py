@@ -39,7 +39,9 @@ class Attributes(dict[str, str]):
 
     def get(self, name: str, otherwise: Any = None) -> Any:
         """Return an attribute, or another value where it is missing."""
-        return self[name] if name in self else otherwise
+        if super().__contains__(name):
+            self.read.add(name)
+        return super().get(name, otherwise)
 
 
 class Element:
@@ -147,7 +149,7 @@ class Element:
 
     def attribute(self, name: str) -> str:
         """Return an attribute. Raises FormatError where it is missing or empty."""
-        value = self.attributes.get(name, "").strip()
+        value = str(self.attributes.get(name, "")).strip()
         if not value:
             raise self.wrong(f"<{self.name}> has no attribute '{name}'")
         return value

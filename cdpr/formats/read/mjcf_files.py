@@ -1,0 +1,67 @@
+"""Files that an MJCF model includes, spliced in as MuJoCo does: each `<include>` gives way to what its file holds.
+
+Only regular files in the folder of the model and folders below it are read, each once, to a bounded depth and size.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cdpr.formats.read.xml import MAX_ELEMENTS, Element, parse
+from cdpr.problems import shown
+from cdpr.scenario.files import UnreadableError, read
+
+MAX_INCLUDED = 8  # files within files
+MAX_BYTES = 16 * 2**20  # of all included files together
+ENDINGS = (".xml", ".mjcf")
+
+
+def with_included(root: Element, path: Path) -> Element:
+    """Return a model with its included files, whose elements keep their own file and line. Raises FormatError."""
+    folder = Path(path).parent.resolve()
+    _Included(folder, Path(path).parent).splice(root, 0)
+    return root
+
+
+class _Included:
+    def __init__(self, folder: Path, shown_folder: Path) -> None:
+        self.folder, self.shown_folder = folder, shown_folder
+        self.seen: set[Path] = set()
+        self.bytes = self.elements = 0
+
+    def splice(self, element: Element, depth: int) -> None:
+        children = list[Element]()
+        for child in element.children:
+            self.elements += 1
+            if child.name == "include":
+                children += self._load(child, depth + 1).children
+            else:
+                self.splice(child, depth)
+                children.append(child)
+        if self.elements > MAX_ELEMENTS:
+            raise element.wrong(f"with its included files it has more than {MAX_ELEMENTS} elements, and is no robot")
+        element.children = children
+
+    def _load(self, include: Element, depth: int) -> Element:
+        name = include.attribute("file")
+        if depth > MAX_INCLUDED:
+            raise include.wrong(f"<include>: files include each other more than {MAX_INCLUDED} deep")
+        file = (self.folder / name).resolve()
+        if Path(name).is_absolute() or not file.is_relative_to(self.folder):
+            raise include.wrong(
+                f"<include>: {shown(name)} is outside the folder of the model, and only files inside are read: copy it "
+                "there"
+            )
+        if file in self.seen:
+            raise include.wrong(f"<include>: {shown(name)} is included twice, which MuJoCo rejects: remove one")
+        self.seen.add(file)
+        try:
+            content = read(str(file), MAX_BYTES - self.bytes, ENDINGS)
+        except UnreadableError as error:
+            raise include.wrong(f"<include>: {str(error).replace(str(self.folder), str(self.shown_folder))}") from None
+        self.bytes += len(content)
+        if self.bytes > MAX_BYTES:
+            raise include.wrong(f"<include>: the included files are larger than {MAX_BYTES // 2**20} MiB together")
+        root = parse(content, str(self.shown_folder / name))
+        self.splice(root, depth)
+        return root

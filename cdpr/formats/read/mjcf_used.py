@@ -1,0 +1,56 @@
+"""Elements and attributes of MJCF that have an effect on the imported robot; all others are reported as not imported.
+
+MuJoCo's compiler rejects those that it does not know, so the table need not be complete to be safe: what is missing
+here is reported although it was used, never the other way round.
+"""
+
+from __future__ import annotations
+
+from cdpr.formats.read.xml import Element
+
+PLACED = "pos quat axisangle xyaxes zaxis euler"
+LIMITED = "name class tendon gear ctrllimited ctrlrange forcelimited forcerange"
+SERVO = f"{LIMITED} kp kv dampratio timeconst inheritrange"
+USED = {
+    "mujoco": "model",
+    "mujocoinclude": "",
+    "compiler": (
+        "autolimits boundmass boundinertia settotalmass balanceinertia strippath coordinate angle fitaabb eulerseq "
+        "meshdir texturedir assetdir discardvisual usethread fusestatic inertiafromgeom inertiagrouprange saveinertial "
+        "alignfree"
+    ),
+    "option": "gravity density viscosity",
+    "flag": "gravity",
+    "default": "class",
+    "worldbody": "",
+    "frame": f"name childclass {PLACED}",
+    "body": f"name childclass mocap gravcomp {PLACED}",
+    "inertial": f"mass diaginertia fullinertia {PLACED}",
+    "joint": "name class type pos axis range limited ref damping armature frictionloss stiffness",
+    "freejoint": "name align",
+    "geom": f"name class type size fromto mass density rgba mesh hfield shellinertia fitscale {PLACED}",
+    "site": f"name class site {PLACED}",
+    "tendon": "width range limited stiffness damping frictionloss armature actuatorfrcrange actuatorfrclimited class",
+    "spatial": (
+        "name class width range limited stiffness damping frictionloss armature actuatorfrcrange actuatorfrclimited"
+    ),
+    "actuator": "",
+    "motor": LIMITED,
+    "general": f"{LIMITED} gaintype gainprm biastype biasprm dyntype dynprm actdim",
+    "position": SERVO,
+    "velocity": SERVO,
+    "intvelocity": f"{SERVO} actrange",
+    "keyframe": "",
+}
+TABLE = {name: tuple(words.split()) for name, words in USED.items()}
+
+
+def mark(root: Element) -> None:
+    """Record as read what has an effect."""
+    for element in root.everywhere():
+        if element.name in TABLE:
+            element.touch(*TABLE[element.name])
+    for group in root.all("keyframe"):  # the first keyframe is the home
+        if group.children:
+            group.children[0].touch("name", "qpos")
+            return
