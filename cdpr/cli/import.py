@@ -20,9 +20,25 @@ if TYPE_CHECKING:
 @click.option("--out", type=OutPath(path_type=Path), default=Path("."), help="Folder to write into. [.]")
 @click.option("--cable-set", metavar="NAME", help="Of a CASPR model; its default unless said.")
 @click.option("--trajectory", type=click.Path(), metavar="FILE", help="That belongs to a robot of the Gazebo plug-in.")
+@click.option(
+    "--tension",
+    metavar="MIN,MAX",
+    callback=lambda context, option, text: _pair(text),
+    help="Lowest and highest tension, N, of cables whose file limits none.",
+)
+@click.option("--seconds", type=float, default=10.0, help="CPU time that reading a file may take. [10]")
 @click.option("--force", is_flag=True, help="Replace files that are there.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def command(file: str, out: Path, cable_set: str | None, trajectory: str | None, force: bool, as_json: bool) -> None:
+def command(
+    file: str,
+    out: Path,
+    cable_set: str | None,
+    trajectory: str | None,
+    tension: tuple[float, float] | None,
+    seconds: float,
+    force: bool,
+    as_json: bool,
+) -> None:
     """Read a robot, and its motions, of CASPR, WireX, MuJoCo (MJCF), Gazebo (the plug-in's YAML, or SDF with legs), and
     write robot and scenario files.
 
@@ -31,7 +47,7 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
     """
     from cdpr.formats.read.bring import import_any, write
 
-    every = import_any(file, cable_set=cable_set, trajectory=trajectory)
+    every = import_any(file, cable_set=cable_set, trajectory=trajectory, tension=tension, seconds=seconds)
     rows = []
     for each in every:
         written = write(each, out, force=force, otherwise="choose another --out, or --force")
@@ -45,6 +61,17 @@ def command(file: str, out: Path, cable_set: str | None, trajectory: str | None,
         click.echo(f"{len(every) - failed} of {len(every)} could be read")
     if all(each.error for each in every):
         raise click.exceptions.Exit(ExitCode.BAD_INPUT)
+
+
+def _pair(text: str | None) -> tuple[float, float] | None:
+    """Return the two numbers of an option."""
+    if text is None:
+        return None
+    try:
+        low, high = map(float, text.split(","))
+    except ValueError:
+        raise click.BadParameter(f"expected two numbers with a comma between, such as 5,500, got '{text}'") from None
+    return low, high
 
 
 def _tell(each: Taken, written: list[Path]) -> None:

@@ -1,4 +1,4 @@
-"""A process of its own for files of others: what crashes, hangs or eats the memory there ends nothing here.
+"""Process that imports files for a window, which has threads: it forks one for each file, with limits.
 
 It takes one request as JSON on stdin, and answers as JSON on stdout: `taken`, or the `error` for the user, or a `fault`
 of ours with its `trace`.
@@ -8,25 +8,19 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import sys
 import traceback
-from contextlib import suppress
 from typing import Any
 
 from cdpr.errors import CdprError, one_line
 from cdpr.processes import end_with
 
-# Bytes of addresses that it may have; an import of all that ships needs a sixth of it.
-MEMORY = 4 * 2**30
 MOST_MADE = 64 * 2**20  # letters of files that are made: a window holds them until they are written
 
 
 def main(parent: int) -> None:
     """Read what stdin asks for."""
     end_with(parent)
-    with suppress(ValueError, OSError):  # a smaller limit is in force
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     answer = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what libraries print is no answer
     with answer:
@@ -43,8 +37,6 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
         return {"taken": [vars(each) for each in every]}
     except CdprError as error:
         return {"error": str(error)}
-    except MemoryError:
-        return {"error": f"{asked['path']}: reading it takes more than {MEMORY // 2**30} GiB of memory"}
     except Exception as error:
         return {"fault": one_line(error), "trace": traceback.format_exc()}
 

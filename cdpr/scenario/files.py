@@ -8,6 +8,7 @@ import stat
 from cdpr.nearest import did_you_mean
 
 MAX_BYTES = 256 * 1024
+CHUNK = 2**18  # bytes: a read of the whole limit at once would take as much memory for a small file
 
 
 class UnreadableError(Exception):
@@ -25,7 +26,11 @@ def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml",
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
         with open(descriptor, "rb") as file:
             _refuse_special(os.fstat(descriptor), path)  # it may have been replaced since
-            return file.read(limit + 1)
+            parts, left = list[bytes](), limit + 1
+            while left and (part := file.read(min(left, CHUNK))):
+                parts.append(part)
+                left -= len(part)
+            return b"".join(parts)
     except FileNotFoundError:
         if os.path.islink(path):
             raise UnreadableError(f"'{path}' is a link to '{os.readlink(path)}', which is not there") from None

@@ -93,7 +93,7 @@ def test_what_is_uploaded_is_shown_then_written_and_opened(looker, tmp_path):
     assert {each["name"]: each["text"] for each in source["files"]} == known.files
     plain = [text.replace(f"{tmp_path}/", "") for text in known.left_out]
     assert (source["source"], source["left_out"]) == ("crane.yaml", plain)  # no folder that is gone by now
-    assert "which of its nodes plays a trajectory" in source["warnings"][0]
+    assert "the file does not name the node that plays it" in source["warnings"][0]
 
     out = tmp_path / "mine"
     assert not out.exists()

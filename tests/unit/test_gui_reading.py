@@ -88,7 +88,7 @@ def test_python_files_that_come_along_are_not_run(tmp_path):
 def test_what_is_shown_and_made_is_limited(monkeypatch):
     monkeypatch.setattr("cdpr.gui.incoming.MOST_LINES", 2)
     (message,) = read({"crane.yaml": SUCCESSOR.encode()})
-    assert message["sources"][0]["left_out"][2:] == ["and 4 more"]
+    assert message["sources"][0]["left_out"][2:] == ["and 5 more"]
     made = Taken("a.xml", {"a.yaml": "x" * 6, "b.csv": "y" * 5})
     monkeypatch.setattr("cdpr.formats.read.bring.import_any", lambda path: [made])
     monkeypatch.setattr(reading, "MOST_MADE", 11)
@@ -99,26 +99,23 @@ def test_what_is_shown_and_made_is_limited(monkeypatch):
 
 def run(program, asked):
     """What a process answers that begins with a program."""
-    code = f"import os, resource; from cdpr.gui import reading; {program}; reading.main(os.getppid())"
+    code = f"import os; from cdpr.gui import reading; {program}; reading.main(os.getppid())"
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, input=json.dumps(asked), capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
-def test_its_memory_is_limited_and_what_it_prints_is_no_answer():
-    program = "reading._answer = lambda asked: {'limit': resource.getrlimit(resource.RLIMIT_AS)[0], 'said': print('x')}"
-    assert run(program, {}) == {"limit": reading.MEMORY, "said": None}
+def test_what_it_prints_is_no_answer():
+    assert run("reading._answer = lambda asked: {'said': print('x')}", {}) == {"said": None}
 
 
-def test_faults_of_ours_and_want_of_memory_are_told(monkeypatch):
+def test_faults_of_ours_are_told(monkeypatch):
     def fails(error):
         def import_any(path):
             raise error
 
         return import_any
 
-    monkeypatch.setattr("cdpr.formats.read.bring.import_any", fails(MemoryError()))
-    assert reading._answer({"path": "a.xml"}) == {"error": "a.xml: reading it takes more than 4 GiB of memory"}
     monkeypatch.setattr("cdpr.formats.read.bring.import_any", fails(KeyError("x")))
     answer = reading._answer({"path": "a.xml"})
     assert answer["fault"] == "KeyError: 'x'"

@@ -79,6 +79,8 @@ OTHERS = [
     Other("static", "cdpr.formats.write.sdf", "an element of SDF"),
     Other("mujoco", "cdpr.formats.write.mjcf", "the root element of MJCF"),
     Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),
+    Other("mujoco", "cdpr.formats.read.mjcf_text", "likewise"),
+    Other("mujoco", "cdpr.formats.read.mjcf_used", "likewise"),
     Other("contact", "cdpr.formats.read.mjcf_text", "an element of MJCF"),
     Other("lp", "cdpr.cli.workspace_compare", "an oracle: linear programs"),
     Other("point", "cdpr.formats.read.caspr_splines", "an element of CASPR"),

@@ -10,15 +10,18 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from cdpr.errors import CdprError, FormatError, OutputError
+from cdpr.fields import MAX_MAGNITUDE
 from cdpr.formats.read import FORMATS
 from cdpr.formats.read.choice import Choice
 from cdpr.formats.read.imported import Imported, Motion
+from cdpr.formats.read.limits import SECONDS, bounded
 from cdpr.formats.read.unread import report
 from cdpr.formats.read.xml import parse
 from cdpr.log.files import unwritable
@@ -30,6 +33,10 @@ from cdpr.scenario.template.commented import with_comments
 
 MOST_BYTES = 16 * 2**20
 MOST_FILES = 10_000
+SMALLEST = (
+    "{dof: [x], platform: {mass: 1}, tension: {min: 0, max: 1}, cables: [{frame: [1, 0, 0], platform: [0, 0, 0]}]}"
+)
+HEAD = 2**12  # bytes, enough to see what a file is
 ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
 
 
@@ -52,7 +59,12 @@ class Taken:
 
 
 def import_any(
-    path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None
+    path: str | os.PathLike[str],
+    *,
+    cable_set: str | None = None,
+    trajectory: str | None = None,
+    tension: tuple[float, float] | None = None,
+    seconds: float = SECONDS,
 ) -> list[Taken]:
     """Return what became of a file, as `import_file`, or of all that can be read in a folder, as `import_folder`.
 
@@ -60,50 +72,103 @@ def import_any(
     """
     folder = Path(path)
     if not os.path.isdir(folder):  # of names that cannot be, too: reading tells what is wrong with them
-        return [import_file(path, cable_set=cable_set, trajectory=trajectory)]
+        return [import_file(path, cable_set=cable_set, trajectory=trajectory, tension=tension, seconds=seconds)]
     if trajectory is not None:
         raise CdprError(f"{path}: is a folder, and a trajectory belongs to one robot: name its file")
-    every = list(import_folder(folder, cable_set=cable_set))
+    every = list(import_folder(folder, cable_set=cable_set, tension=tension, seconds=seconds))
     if not every:
         raise CdprError(f"{path}: this folder holds no file with an ending that is known: {', '.join(ENDINGS)}")
     return every
 
 
-def import_file(path: str | os.PathLike[str], *, cable_set: str | None = None, trajectory: str | None = None) -> Taken:
+def import_file(
+    path: str | os.PathLike[str],
+    *,
+    cable_set: str | None = None,
+    trajectory: str | None = None,
+    tension: tuple[float, float] | None = None,
+    seconds: float = SECONDS,
+) -> Taken:
     """Return robot and scenarios of a file of another program, as YAML that loads.
 
     Args:
         path: of the file; others of the same model are found beside it.
         cable_set: of CASPR, its default unless said.
         trajectory: a file that belongs to a robot of the Gazebo plug-in.
+        tension: lowest and highest tension, N, of cables whose file limits none.
+        seconds: of CPU time that reading may take, in a process of its own.
 
     Raises CdprError, FormatError among them, with file and line, where it is not known, unsound, or says what our
-    robots cannot.
+    robots cannot, or takes longer.
     """
     file = Path(path)
-    content = content_of(file)
-    reader = _reader(file, content)
-    choice = Choice(cable_set, None if trajectory is None else Path(trajectory))
-    return _taken(file, _read(reader, file, content, choice))
+    choice = _choice(cable_set, trajectory, tension)
+
+    def read() -> Taken:
+        content = content_of(file)
+        return _taken(file, _read(_reader(file, content), file, content, choice))
+
+    _load(file)
+    return bounded(read, str(path), seconds)
 
 
-def import_folder(path: str | os.PathLike[str], *, cable_set: str | None = None) -> Iterator[Taken]:
+def import_folder(
+    path: str | os.PathLike[str],
+    *,
+    cable_set: str | None = None,
+    tension: tuple[float, float] | None = None,
+    seconds: float = SECONDS,
+) -> Iterator[Taken]:
     """Yield what became of each robot in a folder and those within; errors are told, not raised.
 
-    Of robots that would be files of the same names the later ones get a number.
+    Of robots that would be files of the same names the later ones get a number. Each file may take so many `seconds`.
     """
     names: set[str] = set()
+    choice = _choice(cable_set, None, tension)
+
+    def read(file: Path) -> Taken | None:
+        content = content_of(file)
+        reader = _reader(file, content)
+        if not reader.leads(file, content):
+            return None
+        return _apart(file, _read(reader, file, content, choice), names)
+
     for file in _files(Path(path)):
         try:
-            content = content_of(file)
-            reader = _reader(file, content)
-            if not reader.leads(file, content):
-                continue
-            taken = _apart(file, _read(reader, file, content, Choice(cable_set)), names)
+            _load(file)
+            taken = bounded(partial(read, file), str(file), seconds)
         except CdprError as error:
             taken = Taken(str(file), error=str(error).splitlines()[0])
-        names |= taken.files.keys()
-        yield taken
+        if taken is not None:
+            names |= taken.files.keys()
+            yield taken
+
+
+def _load(file: Path) -> None:
+    """Import what reading a file needs, once for all forks: each of them would have to."""
+    _warm()
+    try:
+        begin = read_bytes(str(file), HEAD, ENDINGS)
+    except UnreadableError:
+        return
+    for each in FORMATS:
+        module = import_module(each.module)
+        if module.recognise(begin) and hasattr(module, "load_library"):
+            module.load_library()
+
+
+@cache
+def _warm() -> None:
+    """Load one robot, so that what checks robots is built once and not in each fork."""
+    load_robot("warm.yaml", text=SMALLEST)
+
+
+def _choice(cable_set: str | None, trajectory: str | None, tension: tuple[float, float] | None) -> Choice:
+    if tension is not None and not 0.0 <= tension[0] < tension[1] <= MAX_MAGNITUDE:
+        raise CdprError(
+            f"tension: expected 0 <= MIN < MAX <= {MAX_MAGNITUDE:g} N, got {tension[0]:g} and {tension[1]:g}"
+        )
+    return Choice(cable_set, None if trajectory is None else Path(trajectory), tension)
 
 
 def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose another folder") -> list[Path]:

@@ -8,6 +8,7 @@ pushes: of a motor with control c, gear g and gain k the tension is -g k c.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -38,6 +39,12 @@ def recognise(content: bytes) -> bool:
 def leads(path: Path, content: bytes) -> bool:
     """Whether a robot is read from here; parts that others include are not read alone."""
     return root_of(content)[0] == "mujoco"
+
+
+def load_library() -> None:
+    """Import MuJoCo, where it is installed."""
+    with suppress(ImportError):
+        import mujoco  # noqa: F401
 
 
 def read(path: Path, content: bytes, choice: Choice) -> Imported:

@@ -1,0 +1,143 @@
+"""Bounds on reading a file of others: a forked process of its own with limited CPU time, wall time and memory.
+
+A parser in C cannot be interrupted within our process: neither by a limit nor by Ctrl-C. Its own process can.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import os
+import pickle
+import resource
+import select
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NoReturn, TypeVar
+
+from cdpr import processes
+from cdpr.errors import CdprError, FormatError, one_line
+
+SECONDS = 10.0  # of CPU time, unless said otherwise
+WALL = 12.0  # times the CPU time, and a minute at least: what a busy machine or a deadlock may add
+MINUTE = 60.0
+MEMORY = 4 * 2**30  # bytes of addresses beyond those that the process has already
+
+Result = TypeVar("Result")
+
+
+def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> Result:
+    """Return the result of `call`, which reads a file of others, and raise what it raises.
+
+    Args:
+        call: run in a fork of this process; its result or error is pickled.
+        path: of the file, for messages.
+        seconds: of CPU time.
+
+    Raises FormatError where it takes more time or memory, or its process dies.
+    """
+    if not 0.0 < seconds < math.inf:
+        raise CdprError(f"seconds: expected a number above 0, got {seconds:g}")
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, ValueError, OSError):
+            stream.flush()
+    ours, theirs = os.pipe()
+    parent = os.getpid()
+    pid = os.fork()
+    if pid == 0:
+        os.close(ours)
+        _answer(call, path, theirs, parent, seconds)
+    os.close(theirs)
+    code, longest = -signal.SIGKILL, max(MINUTE, WALL * seconds)
+    try:
+        content = _received(ours, longest)
+    finally:  # also where it is interrupted
+        os.close(ours)
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+        with suppress(ChildProcessError):
+            code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    if content is None:
+        raise FormatError(f"{path}: reading it takes more than {longest:g} s, and was given up")
+    result: Result = _result(content, path, code, seconds)
+    return result
+
+
+def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
+    if not content:
+        if code == -signal.SIGXCPU:
+            raise FormatError(
+                f"{path}: reading it takes more than {seconds:g} s of CPU time, and was given up; a robot takes less "
+                "than one. If the file is sound, allow more (--seconds N; in Python seconds=N)"
+            )
+        raise FormatError(f"{path}: the process that reads it {processes.ended(code)}: nothing is taken")
+    kind, value = pickle.loads(content)
+    if kind == "error":
+        raise value
+    if kind == "fault":
+        fault = RuntimeError(value[0])
+        fault.add_note(value[1])
+        raise fault
+    return value
+
+
+def _received(descriptor: int, seconds: float) -> bytes | None:
+    """Return what comes until the other end closes; None where that takes too long."""
+    parts, end = list[bytes](), time.monotonic() + seconds
+    while True:
+        ready, _, _ = select.select([descriptor], [], [], max(0.0, end - time.monotonic()))
+        if not ready:
+            return None
+        part = os.read(descriptor, 2**16)
+        if not part:
+            return b"".join(parts)
+        parts.append(part)
+
+
+def _answer(call: Callable[[], object], path: str, out: int, parent: int, seconds: float) -> NoReturn:
+    """Run `call` within limits, and send its result."""
+    try:
+        processes.end_with(parent)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends this process
+        signal.signal(signal.SIGXCPU, signal.SIG_DFL)
+        gc.disable()  # it would write to, and so copy, all memory that is shared with the parent
+        _limit(resource.RLIMIT_CPU, math.ceil(seconds))
+        _limit(resource.RLIMIT_AS, MEMORY + _addresses())
+        try:
+            answer: tuple[str, object] = ("result", call())
+        except CdprError as error:
+            answer = ("error", _plain(error))
+        except MemoryError:
+            answer = ("error", FormatError(f"{path}: reading it takes more than {MEMORY // 2**30} GiB of memory"))
+        except Exception as error:
+            answer = ("fault", (one_line(error), traceback.format_exc()))
+        with os.fdopen(out, "wb") as file:
+            file.write(pickle.dumps(answer))
+    finally:
+        os._exit(0)  # nothing of the parent's is flushed or closed here
+
+
+def _limit(which: int, value: int) -> None:
+    soft, hard = resource.getrlimit(which)
+    allowed = [value, *(each for each in (soft, hard) if each != resource.RLIM_INFINITY)]
+    with suppress(ValueError, OSError):
+        resource.setrlimit(which, (min(allowed), hard))
+
+
+def _addresses() -> int:
+    """Return how many bytes of addresses this process has; 0 where the system does not say."""
+    with suppress(OSError, ValueError, IndexError), open("/proc/self/statm") as file:
+        return int(file.read().split()[0]) * resource.getpagesize()
+    return 0
+
+
+def _plain(error: CdprError) -> CdprError:
+    """Return an error as it comes through a pipe."""
+    with suppress(Exception):
+        if str(pickle.loads(pickle.dumps(error))) == str(error):
+            return error
+    return FormatError(str(error))
