@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from cdpr.formats.read import limits
 from cdpr.model import Cable, Platform, Robot, rotations
 from cdpr.model.robot import frozen_array
 from cdpr.plugins.registry import registry
@@ -120,3 +121,9 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     registry.cache_clear()
     yield
     registry.cache_clear()
+
+
+@pytest.fixture(autouse=True)
+def _imports_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Import without a process for each file, which `test_import_limits.py` tests."""
+    monkeypatch.setattr(limits, "APART", False)

@@ -19,6 +19,11 @@ from cdpr.formats.read.bring import import_folder
 from cdpr.formats.read.limits import bounded
 
 
+@pytest.fixture(autouse=True)
+def apart(monkeypatch):
+    monkeypatch.setattr(limits, "APART", True)
+
+
 def forever():
     while True:
         pass

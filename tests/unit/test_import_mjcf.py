@@ -293,7 +293,11 @@ def test_controls_that_push_make_legs(tmp_path):
         ),
         (BODY, '<inertial pos="0 1e300 0" mass="3" diaginertia="1 1 1"/>', "are expected, got '0 1e300 0'"),
         (BODY, '<geom type="mesh" mesh="look"/><geom size="0.1"/>', ":12: body 'load' takes its inertia from a mesh"),
-        ("<option", '<include file="/etc/passwd"/><option', ":5: <include>: '/etc/passwd' is outside the folder of the model"),
+        (
+            "<option",
+            '<include file="/etc/passwd"/><option',
+            ":5: <include>: '/etc/passwd' is outside the folder of the model",
+        ),
         ("<option", '<equality><weld name="w" body1="load"/></equality><option', "<weld> 'w'"),
         (BODY, f'<replicate count="1000000000">{BODY}</replicate>', "<replicate>: it makes copies"),
         ("<freejoint/>", "<freejoint/><plugin/>", "<plugin>: what a plugin does"),

@@ -12,8 +12,8 @@ class Format:
     Attributes:
         name: what people call it.
         module: of `recognise(content) -> bool`, cheap and never an error, and of
-            `read(path, content, chosen) -> Imported`; imported when a file is looked at. `load_library()` is for one that
-            needs a library, which it imports before the process is forked that reads.
+            `read(path, content, chosen) -> Imported`; imported when a file is looked at. A format that
+            needs a library has `load_library()`, which imports it before the process that reads is forked.
         endings: of the files of a folder that are looked at.
     """
 

@@ -21,7 +21,7 @@ from cdpr.formats.read.inertia import six
 from cdpr.formats.read.mjcf_bodies import Bodies
 from cdpr.formats.read.mjcf_body import Body, tidy
 from cdpr.formats.read.mjcf_cables import Cables
-from cdpr.formats.read.mjcf_files import with_included
+from cdpr.formats.read.mjcf_files import include
 from cdpr.formats.read.mjcf_text import Lines, checked, compiled, text_of
 from cdpr.formats.read.mjcf_used import mark
 from cdpr.formats.read.xml import parse, root_of
@@ -52,13 +52,16 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     root = parse(content, str(path))
     if root.name != "mujoco":
         raise root.wrong("it is a part that other files include: import the file that does")
-    lines = checked(with_included(root, path))
+    included = include(root, path)
+    lines = checked(root)
     bodies = Bodies(lines)
     mujoco, model = _compiled(lines, bodies)
     body = Body(mujoco, model, lines)
     cables = Cables(mujoco, model, lines, body, bodies.dropped, choice.tension)
     name = slug(root.attributes.get("model", ""), slug(path.stem, "robot"))
-    found = Imported(name, f"MJCF: {path.name}, compiled by MuJoCo {mujoco.__version__}", {"name": name}, [root])
+    found = Imported(
+        name, f"MJCF: {path.name}, compiled by MuJoCo {mujoco.__version__}", {"name": name}, [root, *included]
+    )
     found.left_out = lines.left_out
     at = f"of body '{body.name}', line {body.element.line}"
     found.robot |= {
@@ -79,7 +82,8 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         **cables.comments,
     }
     found.warnings = lines.warnings + cables.warnings
-    mark(root)
+    for each in (root, *included):
+        mark(each)
     _options(model, mujoco, lines)
     return found
 

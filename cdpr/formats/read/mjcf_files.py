@@ -16,17 +16,21 @@ MAX_BYTES = 16 * 2**20  # of all included files together
 ENDINGS = (".xml", ".mjcf")
 
 
-def with_included(root: Element, path: Path) -> Element:
-    """Return a model with its included files, whose elements keep their own file and line. Raises FormatError."""
-    folder = Path(path).parent.resolve()
-    _Included(folder, Path(path).parent).splice(root, 0)
-    return root
+def include(root: Element, path: Path) -> list[Element]:
+    """Splice included files into a model; return the root of each, without its children.
+
+    Elements keep their own file and line. Raises FormatError.
+    """
+    included = _Included(path.parent.resolve(), path.parent)
+    included.splice(root, 0)
+    return included.roots
 
 
 class _Included:
     def __init__(self, folder: Path, shown_folder: Path) -> None:
         self.folder, self.shown_folder = folder, shown_folder
         self.seen: set[Path] = set()
+        self.roots: list[Element] = []
         self.bytes = self.elements = 0
 
     def splice(self, element: Element, depth: int) -> None:
@@ -64,4 +68,5 @@ class _Included:
             raise include.wrong(f"<include>: the included files are larger than {MAX_BYTES // 2**20} MiB together")
         root = parse(content, str(self.shown_folder / name))
         self.splice(root, depth)
+        self.roots.append(root.alone())
         return root

@@ -273,4 +273,5 @@ def _tell(found: Imported, model: Element) -> None:
         for each in part.everywhere() if part.attributes.get("name") != PLATFORM else ():
             if each.name in OF_LEGS:
                 each.touch()
-                each.text  # noqa: B018 - recorded as read: the line above names them
+                if not each.children:
+                    each.text  # noqa: B018 - recorded as read: the line above names them

@@ -114,6 +114,12 @@ class Element:
         """Record the element and everything within as accounted for, such as by a message of its own."""
         self._done = True
 
+    def alone(self) -> Element:
+        """Return the element without its children; what is read of it is read of this."""
+        other = Element(self.name, self.file, self.line, Attributes(self.attributes, self.attributes.read))
+        other._text = self._text
+        return other
+
     def known_as(self, name: str, **attributes: str) -> Element:
         """Return the element under another name, with defaults of attributes; what is read of it is read of this."""
         other = Element(name, self.file, self.line, Attributes({**attributes, **self.attributes}, self.attributes.read))
@@ -133,8 +139,8 @@ class Element:
         for key in self.attributes:
             if key not in self.attributes.read and key.partition(":")[0] != "xmlns":
                 found.append(Unread(self.file, self.line, f"attribute '{key}' of {name}"))
-        if not self._text_read and "".join(self._text).strip():
-            found.append(Unread(self.file, self.line, f"text of {name}"))
+        if not self._text_read and (text := "".join(self._text).strip()):
+            found.append(Unread(self.file, self.line, f"text {shown(text)} of {name}"))
         for child in self.children:
             child_read, parts = child._parts(f" in <{self.name}>")
             read = read or child_read
