@@ -26,6 +26,7 @@ PACKAGE = "ros2"  # a folder of packages, not a file
 )
 @click.option("--style", help="Of SDF: platform, pushed by a wrench, or legs, cables that push and pull. [platform]")
 @click.option("--sdf-version", "version", help="1.9, or 1.6 for readers that know no more. [1.9]")
+@click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
 @click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
@@ -35,6 +36,7 @@ def command(
     to: str,
     style: str | None,
     version: str | None,
+    pulleys_as_points: bool,
     out: Path | None,
     force: bool,
     as_json: bool,
@@ -43,11 +45,13 @@ def command(
 
     A run is its folder or log; a scenario is exported as it begins, a robot at its home.
     """
-    given = {"style": style, "version": version}
+    given = {"style": style, "version": version, "pulleys": "points" if pulleys_as_points else None}
     takes = TARGETS[to].options if to in TARGETS else ()
     for name, value in given.items():
         if value is not None and name not in takes:
-            raise click.UsageError(f"--{'sdf-version' if name == 'version' else name} is for --to sdf")
+            option = {"version": "sdf-version", "pulleys": "pulleys-as-points"}.get(name, name)
+            formats = " or ".join(f"--to {each}" for each, target in TARGETS.items() if name in target.options)
+            raise click.UsageError(f"--{option} is for {formats}")
     if to == PACKAGE:
         if force:
             raise click.UsageError("--force is for files; ros2 writes a folder, which is new or empty")

@@ -10,6 +10,7 @@ FIELDS = (
     (r"\(--trajectory\)", "(the field Trajectory)"),
     (r"\(--crossed\)", "(the field Cables at the platform)"),
     (r"\(--planar\)", "(the field Planar)"),
+    (r"\(--pulleys-as-points\)", "(the field Pulleys)"),
     (r"\(--set\b[^()]*\)", "(in the form)"),
     (r"\banother --out\b", "another place"),
 )

@@ -76,11 +76,13 @@ class Exchange:
         yield said("info", f"imported: {', '.join(written)}")
         self._open(file, reader)
 
-    def _export(self, reader: Reader, to: str = "", style: str = "", version: str = "") -> Iterator[Words]:
+    def _export(
+        self, reader: Reader, to: str = "", style: str = "", version: str = "", pulleys: str = ""
+    ) -> Iterator[Words]:
         """Send what the form says as a file of another program."""
         from cdpr.gui.outgoing import exported
 
-        given = {key: value for key, value in (("style", style), ("version", version)) if value}
+        given = {key: value for key, value in (("style", style), ("version", version), ("pulleys", pulleys)) if value}
         file, left_out = exported(self._scenario(), to, given)
         yield file
         for each in left_out:

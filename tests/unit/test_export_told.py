@@ -32,7 +32,8 @@ from cdpr.model import rotations
             "in all six directions; robot 'planar' is not",
         ),
         (("winch.yaml", "--to", "mjcf"), 2, "MJCF has no winches and no elastic cables, and cable_1, cable_2"),
-        (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "MJCF has no swivelling pulleys"),
+        (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "replace them by points (--pulleys-as-points)"),
+        (("robots/caroca.yaml", "--to", "urdf", "--pulleys-as-points"), 2, "is for --to mjcf or --to sdf"),
         (
             ("robots/caroca.yaml", "--to", "csv"),
             2,
@@ -138,3 +139,15 @@ def test_where_nothing_can_be_written_is_told(tmp_path):
         done = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "mjcf", "--out", out, code=8, cwd=tmp_path)
         assert "cannot be written" in done.stderr
     assert (tmp_path / "file").read_text() == "kept"
+
+
+@pytest.mark.parametrize("to", ["mjcf", "sdf"])
+def test_pulleys_can_be_replaced_by_points(tmp_path, to):
+    """The same text as of a robot with points in their place."""
+    robot = ROOT / "scenarios" / "cogiro_pulleys.yaml"
+    style = () if to == "mjcf" else ("--style", "legs")
+    done = cdpr_here("export", robot, "--to", to, *style, "--pulleys-as-points", "--out", tmp_path / "a", code=0)
+    assert "left out: pulleys of " in done.stderr
+    points = [f"--set=robot.cables[{k}].exit={{type: point}}" for k in range(8)]
+    cdpr_here("export", robot, "--to", to, *style, *points, "--out", tmp_path / "b", code=0)
+    assert (tmp_path / "a").read_text() == (tmp_path / "b").read_text()

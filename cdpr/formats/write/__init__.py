@@ -25,7 +25,7 @@ class Target:
 
 
 TARGETS = {
-    "mjcf": Target("MJCF, for MuJoCo", "cdpr.formats.write.mjcf", ".xml"),
-    "sdf": Target("SDF, for Gazebo", "cdpr.formats.write.sdf", ".sdf", ("style", "version")),
+    "mjcf": Target("MJCF, for MuJoCo", "cdpr.formats.write.mjcf", ".xml", ("pulleys",)),
+    "sdf": Target("SDF, for Gazebo", "cdpr.formats.write.sdf", ".sdf", ("style", "version", "pulleys")),
     "urdf": Target("URDF, for RViz and TF", "cdpr.formats.write.urdf", ".urdf", guides=False),
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 
 import numpy as np
@@ -50,16 +50,22 @@ class Options:
     Attributes:
         style: of SDF: "platform", a body that is pushed by a wrench, or "legs", cables as legs that push and pull.
         version: of SDF.
+        pulleys: of MJCF and SDF: "keep" them, which is refused where the format has none, or replace them by "points".
     """
 
     style: str = "platform"
     version: str = "1.9"
+    pulleys: str = "keep"
 
 
 # What each of them may be, and what that means; the first unless said.
 CHOICES = {
     "style": {"platform": "pushed by a wrench", "legs": "cables that push and pull"},
     "version": {"1.9": "the present one", "1.6": "for readers that know no more"},
+    "pulleys": {
+        "keep": "refused where the format has none",
+        "points": "replaced by the points where cables arrive at them",
+    },
 }
 
 
@@ -84,6 +90,9 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     for name, known in CHOICES.items():
         if (value := getattr(given, name)) not in list(known):
             raise FormatError(f"{name}: one of {', '.join(known)} is expected, got {shown(value)}")
+    if given.pulleys == "points":
+        cables = tuple(replace(cable, exit=None) for cable in subject.robot.cables)
+        subject = replace(subject, robot=replace(subject.robot, cables=cables))
     text: str = import_module(TARGETS[to].module).write(subject, given)
     return text
 
@@ -112,7 +121,7 @@ def only_ideal(robot: Robot, what: str) -> None:
     if rolled := _rolled(robot):
         raise FormatError(
             f"robot '{robot.name}': {what} has no swivelling pulleys, and {', '.join(rolled)} leave over such: "
-            "describe the robot with points in their place"
+            "replace them by points (--pulleys-as-points)"
         )
 
 

@@ -112,7 +112,7 @@ class Exchange {
   // What the form says, for a format and what it lets one choose.
   exporting() {
     const { files } = this, to = make("select");
-    const choices = { style: make("select"), version: make("select") };
+    const choices = { style: make("select"), version: make("select"), pulleys: make("select") };
     this.exported = { to, choices, fit: () => {
       const { options = {} } = this.exports.find((each) => each.to === to.value) || {};
       for (const [key, select] of Object.entries(choices)) {
@@ -121,10 +121,11 @@ class Exchange {
       }
     } };
     to.addEventListener("change", this.exported.fit);
-    const ask = () => ({ to: to.value, style: choices.style.value, version: choices.version.value });
+    const ask = () => ({ to: to.value, ...Object.fromEntries(Object.entries(choices).map(([key, { value }]) => [key, value])) });
     const what = make("p", { className: "none", text: "What the form says, saved or not, as its run begins." });
     this.asking("export", "Export for another program", "Download", ask, what, files.row("Format", to),
-      files.row("Style (SDF)", choices.style), files.row("Version (SDF)", choices.version));
+      files.row("Style (SDF)", choices.style), files.row("Version (SDF)", choices.version),
+      files.row("Pulleys (MJCF, SDF)", choices.pulleys));
   }
 
   download({ name, type, content }) {
