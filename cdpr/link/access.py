@@ -63,6 +63,7 @@ class Access:
         try:
             url = urlsplit(target)
             tokens = parse_qs(url.query, max_num_fields=MOST_FIELDS).get("token", [])
+            target.encode("ascii")
         except ValueError:
             raise RefusedError(HTTPStatus.BAD_REQUEST, "the requested address is malformed") from None
         if len(hosts) != 1 or not self._names_us(hosts[0]):

@@ -174,10 +174,11 @@ class WebServer:
             if self._page is None:
                 raise RefusedError(HTTPStatus.UPGRADE_REQUIRED, "open a WebSocket here")
             return self._page(hosts[0])
-        response = protocol.accept(request)
-        if response.status_code >= HTTPStatus.INTERNAL_SERVER_ERROR:
-            raise RefusedError(HTTPStatus.BAD_REQUEST, "the WebSocket request is malformed")
-        return response
+        with suppress(ValueError):  # of headers that are no text
+            response = protocol.accept(request)
+            if response.status_code < HTTPStatus.INTERNAL_SERVER_ERROR:
+                return response
+        raise RefusedError(HTTPStatus.BAD_REQUEST, "the WebSocket request is malformed")
 
     def _hold(self, connection: socket.socket, protocol: ServerProtocol, response: Response, rest: bytes) -> None:
         """Open a WebSocket, and serve it until it ends."""

@@ -146,7 +146,7 @@ def garbled(chance):
     if kind == 1:
         head = bytes([chance.choice([0, 1, 1, 2, 2, 3, 255])])
         numbers = struct.pack("<III", *(chance.choice([0, 1, 4, 5, 2**31, 2**32 - 1]) for _ in range(3)))
-        return head + numbers[: chance.randrange(13)] + chance.choice([b"", b"json", b"json{}", b"\xff\xff\xff\xff"])
+        return head + numbers[: chance.randrange(13)] + chance.choice([b"", b"jso", b"cdr_{}", b"\xff\xff\xff\xff"])
     if kind == 2:
         return chance.choice(
             ["", "{", "[]", "null", "[" * 5000, '{"op"', "1e999", '"x"', "{}", '{"op": {}}', "\0", "ü"]

@@ -79,6 +79,7 @@ ADMITTED = [
     ({"target": f"/?TOKEN={TOKEN}"}, 403),
     ({"target": f"/other?token={TOKEN}"}, 404),
     ({"target": "//["}, 400),
+    ({"target": "/?token=\xfc"}, 400),
     ({"target": "/?" + "a=1&" * 200 + f"token={TOKEN}"}, 400),
     ({"host": "evil.example"}, 421),
     ({"host": "evil.example@127.0.0.1"}, 421),
