@@ -13,6 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from cdpr.errors import OutputError, PluginError
+from cdpr.log.csv_lines import csv_lines
 from cdpr.log.files import make_folder, replacing
 from cdpr.log.run import Header, Run
 from cdpr.model.robot import Array
@@ -55,8 +56,7 @@ def _pieces(run: Run) -> Iterator[Array]:
 def _csv(run: Run, file: BinaryIO) -> None:
     file.write((",".join(map(_quoted, column_names(run.header))) + "\n").encode())
     for piece in _pieces(run):
-        lines = [",".join(map(repr, row)) + "\n" for row in piece.tolist()]
-        file.write("".join(lines).encode())
+        file.write(csv_lines(piece))
 
 
 def _quoted(name: str) -> str:
