@@ -14,7 +14,7 @@ from cdpr.live.sender import SERVICES, Sender
 from cdpr.log.topics import Topic
 
 try:
-    from cdpr.link.access import Access
+    from cdpr.link.access import LOCAL, Access
     from cdpr.link.web_server import WebServer, listen
     from cdpr.link.web_socket import WebSocket
     from cdpr.live.foxglove_client import Client
@@ -26,6 +26,7 @@ MOST_CLIENTS = 16
 MOST_BYTES = 2**20  # of a message from a client
 TOKEN = "CDPR_LIVE_TOKEN"  # environment variable with a token that stays the same from run to run
 LEAST_TOKEN = 16  # characters
+EXPOSED = "warning: whoever reaches this address and knows its token can steer the run; it is not encrypted"
 
 
 class Foxglove(Sender):
@@ -73,6 +74,8 @@ class Foxglove(Sender):
         self.where = f"{self.url} for Foxglove, Lichtblick and PlotJuggler"
         if programs:
             self.where += "; programs need no token"
+        if self.host not in LOCAL:
+            say(EXPOSED)
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
         """Tell clients that subscribe to parameters, too."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import socket
 import struct
 import time
 from contextlib import ExitStack, closing, contextmanager, suppress
@@ -99,6 +100,29 @@ def test_a_token_may_stay_the_same(monkeypatch):
         monkeypatch.setenv("CDPR_LIVE_TOKEN", bad)
         with pytest.raises(CdprError, match="CDPR_LIVE_TOKEN: expected 16 or more"):
             foxglove.Foxglove(port=0)
+
+
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="this machine has no IPv6 beside IPv4")
+@pytest.mark.parametrize(
+    ("host", "local", "named"),
+    [
+        ("::1", "[::1]", "[::1]"),
+        ("[::1]", "[::1]", "[::1]"),
+        ("localhost", "127.0.0.1", "localhost"),
+        ("0.0.0.0", "127.0.0.1", socket.gethostname()),
+        ("::", "[::1]", socket.gethostname()),
+    ],
+)
+def test_where_it_listens(host, local, named):
+    said = []
+    with closing(foxglove.Foxglove(host=host, port=0, say=said.append)) as link:
+        assert link.url.startswith(f"ws://{named}:{link.port}/?token=")
+        with joined(link.url.replace(named, local)):
+            pass
+        with closing(socket.create_connection((local.strip("[]"), link.port), TEXT_TIMEOUT)) as raw:
+            raw.sendall(b"GET /?token=x HTTP/1.1\r\nHost: rebound.example\r\n\r\n")
+            assert raw.recv(100).startswith(b"HTTP/1.1 421 ")
+    assert said == ([foxglove.EXPOSED] if host in ("0.0.0.0", "::") else [])
 
 
 def test_channels_are_freed():

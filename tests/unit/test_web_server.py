@@ -277,6 +277,23 @@ def test_malformed_frames_close_their_own_connection(frame, code):
         assert other.recv(timeout=PATIENCE) == "4"
 
 
+def test_random_frames_harm_nobody():
+    chance = random.Random(7)
+    with served(most=CASES) as server, connect(link(server.port)) as other:
+        for _ in range(CASES // 4):
+            with socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE) as made:
+                made.sendall(request(more=UPGRADE))
+                assert b"101" in made.recv(4096)
+                head = bytes(
+                    [chance.choice([0x81, 0x82, 0x01, 0x02, 0x00, 0x80, 0x88, 0x89, 0x8A, chance.randrange(256)])]
+                )
+                with suppress(ConnectionError):
+                    for _ in range(chance.randrange(1, 5)):
+                        made.sendall(head + chance.randbytes(chance.randrange(20)))
+        other.send("1234")
+        assert other.recv(timeout=PATIENCE) == "4"
+
+
 def test_fragments_are_joined():
     with served() as server, connect(link(server.port)) as made:
         made.send(["ab", "cde", "f"])
@@ -309,3 +326,10 @@ def test_connections_are_few_and_places_are_given_back():
             with pytest.raises(ConnectionClosed):
                 made.recv(timeout=PATIENCE)
         assert not server._threads
+
+
+def test_no_other_module_listens():
+    """Every server of the program is a WebServer: its access control is the only one."""
+    words = re.compile(r"create_server|start_server|\.listen\(|sync\.server|asyncio\.server|http\.server|socketserver")
+    files = [file for room in ROOT.glob("cdpr*") if room.is_dir() for file in room.rglob("*.py")]
+    assert [file.name for file in files if words.search(file.read_text())] == ["web_server.py"]
