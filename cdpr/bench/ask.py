@@ -43,7 +43,9 @@ def make(factory: Callable[..., Any], robot: Robot, options: Any) -> TensionSolv
     try:
         solver: TensionSolver = factory(robot, options)
         return solver
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise SolverFailed(f"raised {one_line(error)} when it was made") from error
 
 
@@ -65,7 +67,9 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
             answer(solver, problems.W[k], problems.wrench[k], t_min[k], t_max[k])
         try:
             solver.reset()
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise SolverFailed(f"raised {one_line(error)} when it was reset") from error
         solve = solver.solve
         for k in range(count):
@@ -75,7 +79,9 @@ def ask(solver: TensionSolver, problems: Problems, *, poisoned: bool = False) ->
                 before = perf_counter_ns()
                 said = solve(W, wrench, low, high, t)
                 nanoseconds[k] = perf_counter_ns() - before
-            except (Exception, SystemExit) as error:
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:
                 raise SolverFailed(f"raised {one_line(error)} at problem {k}") from error
             status[k] = _checked(said)
             if k % PINV_EVERY == 0:
@@ -91,7 +97,9 @@ def answer(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_max: 
     tension = np.full(len(t_min), np.nan)
     try:
         said = solver.solve(W, wrench, t_min, t_max, tension)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise SolverFailed(f"raised {one_line(error)}") from error
     return _checked(said), tension
 

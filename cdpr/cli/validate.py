@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import os
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cdpr.cli.load import strict_option, tell
 from cdpr.cli.names import change_keys, plugin_files
-from cdpr.errors import CdprError, ExitCode
+from cdpr.errors import CdprError, ExitCode, PluginError, ScenarioError
+
+if TYPE_CHECKING:
+    from cdpr.scenario import Scenario
 
 
 @click.command("validate")
@@ -69,6 +72,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     told = {warning["key"] for warning in rows}
     if not isinstance(loaded, Scenario):
         return {"kind": "robot", "name": robot.name, "cables": robot.m, **said}, warned
+    _require_buildable(loaded)
     row = {
         "kind": "scenario",
         "name": loaded.name,
@@ -79,6 +83,18 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
         **said,
     }
     return row, warned
+
+
+def _require_buildable(scenario: Scenario) -> None:
+    """Raise with all that would keep a run from being built; PluginError where plugins alone are at fault."""
+    from cdpr.simulation.prepare import faults
+
+    found = list(faults(scenario))
+    lines = [f"{scenario.place(*fault.path)}: {fault.error}" for fault in found]
+    if lines and all(isinstance(fault.error, PluginError) for fault in found):
+        raise PluginError("\n".join(lines))
+    if lines:
+        raise ScenarioError(lines)
 
 
 def _tell(name: str, lines: list[str], told: set[str]) -> None:

@@ -74,7 +74,9 @@ def _ask(problem: Problem, contestant: Contestant) -> Answer:
         arguments = (read_only(problem.W), read_only(problem.wanted), robot.tension_min, robot.tension_max)
         code = solve(*arguments, tension)
         seconds = _time(solve, arguments, np.empty(robot.m))
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         text = " ".join(str(error).split())
         return Answer(name, None, f"raised {type(error).__name__}: {text}".removesuffix(": "))
     try:

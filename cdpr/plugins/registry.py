@@ -79,9 +79,9 @@ class Registered:
         try:
             with hushed():
                 return with_arrays(factory(*arguments), self.info.columns, arguments)
-        except CdprError:
+        except (CdprError, KeyboardInterrupt):
             raise
-        except Exception as error:
+        except BaseException as error:
             where = self.place(error)
             raise PluginError(f"{self.role} '{self.info.name}' cannot be made: {one_line(error)}{where}") from error
 

@@ -170,11 +170,11 @@ class Case:
         try:
             yield
             return
-        except Interrupted:
+        except (Interrupted, KeyboardInterrupt):
             raise
         except CdprError as error:
             self._ended = STATUS.get(type(error), "failed"), str(error), error.exit_code
-        except Exception as error:  # of a plugin
+        except BaseException as error:  # of a plugin
             self._ended = "failed", f"a plugin raised {one_line(error)}", ExitCode.PLUGIN
         if self.going:
             self.going = False

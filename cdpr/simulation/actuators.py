@@ -29,9 +29,7 @@ def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
     """Put the scenario's actuators before a plant. Raises CdprError where that cannot be or would not be stable."""
     options, robot, step = scenario.actuators, scenario.robot, scenario.simulation.physics_step
     assert options is not None
-    about: dict[str, Any] = {"coupling": options.coupling, "stability": "no feedback, nothing to swing"}
-    if options.coupling == "gauss_seidel":
-        about |= _stability(scenario, entry)
+    about = check_actuators(scenario, entry)
     own = options.file is None
     if options.file is None:
         archive = _exported(robot, step)
@@ -45,6 +43,14 @@ def actuated(scenario: Scenario, plant: Backend, entry: Registered) -> Backend:
         fmu.close()
         raise FmuError(f"actuators: the FMU '{name}' takes neither cable_length nor cable_rate: say coupling: series")
     return ActuatedPlant(plant, fmu, options, about)
+
+
+def check_actuators(scenario: Scenario, entry: Registered) -> dict[str, Any]:
+    """Return what is known of the coupling's stability; CdprError where the step is too long."""
+    options = scenario.actuators
+    assert options is not None
+    about: dict[str, Any] = {"coupling": options.coupling, "stability": "no feedback, nothing to swing"}
+    return about | _stability(scenario, entry) if options.coupling == "gauss_seidel" else about
 
 
 class ActuatedPlant(Backend):

@@ -243,7 +243,9 @@ class Attempt:
                     if about := part.describe():
                         plugins[role] = about
                     part.close()
-                except (Exception, SystemExit) as foreign:
+                except KeyboardInterrupt:
+                    raise
+                except BaseException as foreign:
                     text = f"the {role} raised {one_line(foreign)} while closing"
                     events.append(Event(self._time, "warning", text))
         if coupled := plugins.get("backend", {}).get("actuators"):

@@ -5,27 +5,23 @@ from __future__ import annotations
 import math
 import platform
 from contextlib import ExitStack
-from dataclasses import replace
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
-from typing import cast, get_args
 
 import numpy as np
 
 from cdpr import __version__
 from cdpr.cables import COMMANDED, exits_of, with_model
-from cdpr.errors import PluginError
 from cdpr.log.run import Header
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import kernel_cache, objects, rotations
-from cdpr.plugins import Backend, Controller, TensionSolver
-from cdpr.plugins.controller import Output
-from cdpr.plugins.registry import Registered, Registry
+from cdpr.plugins import Backend
+from cdpr.plugins.registry import Registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken, limit_changes
-from cdpr.simulation.cables import check_cables
-from cdpr.simulation.columns import chosen_plugins, columns_of
+from cdpr.simulation.columns import columns_of
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.prepare import prepare
 from cdpr.simulation.settings import Settings
 from cdpr.trajectory import Trajectory
 from cdpr.view.path import thinned
@@ -48,17 +44,9 @@ def build(scenario: Scenario) -> Parts:
     robot, believed = scenario.robot, scenario.believed
     simulation = scenario.simulation
     gravity = np.array(scenario.world.gravity)
-    chosen = chosen_plugins(scenario)
-    for entry in chosen.values():
-        entry.load()  # what is missing is told before anything is made
-    check_cables(scenario, chosen["backend"])
-    controlled = scenario.controlled if believed is None else replace(believed, dof=scenario.controlled.dof)
-    solver: TensionSolver = chosen["solver"].make(controlled, scenario.solver_options)
     with ExitStack() as made:  # what was made is closed where the next fails
-        controller: Controller = chosen["controller"].make(
-            believed or robot, gravity, simulation.control_step, scenario.controller_options
-        )
-        made.callback(controller.close)
+        parts = prepare(scenario, made)
+        chosen, controller, solver = parts.chosen, parts.controller, parts.solver
         plant = robot if scenario.actuators is None else with_model(robot, COMMANDED)
         backend: Backend = chosen["backend"].make(
             plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
@@ -70,11 +58,11 @@ def build(scenario: Scenario) -> Parts:
             backend = actuated(scenario, backend, chosen["backend"])
             made.callback(backend.close)
         backend.reset(scenario.initial.state())
-        parts = Parts(
+        loop = Parts(
             robot=robot,
-            controlled=controlled,
+            controlled=parts.controlled,
             believed=believed,
-            trajectory=scenario.desired,
+            trajectory=parts.trajectory,
             controller=controller,
             solver=solver,
             solver_name=scenario.solver.type,
@@ -84,24 +72,16 @@ def build(scenario: Scenario) -> Parts:
             backend=backend,
             control_step=simulation.control_step,
             substeps=simulation.substeps,
-            output=_output(chosen["controller"], controller),
+            output=parts.output,
             events=scenario.events,
             obstacles=scenario.obstacles,
             live=frozenset(role for role, entry in chosen.items() if entry.info.properties.get("live", False)),
             ideal_cables=scenario.ideal_cables,
-            columns=columns_of(scenario),
+            columns=parts.columns,
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),
         )
         made.pop_all()
-    return parts
-
-
-def _output(entry: Registered, controller: Controller) -> Output:
-    declared = controller.output or entry.info.properties.get("output", "wrench")
-    for known in get_args(Output):
-        if declared == known:
-            return cast("Output", known)
-    raise PluginError(f"controller '{entry.info.name}' declares the output {declared!r}; known are wrench, command")
+    return loop
 
 
 def make_header(scenario: Scenario) -> Header:

@@ -25,7 +25,7 @@ from cdpr.simulation.loads import Loads
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.playback import Playback
-from cdpr.simulation.proceed import late, stamp
+from cdpr.simulation.proceed import late, not_finite, stamp
 from cdpr.simulation.program import Program
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
@@ -363,7 +363,10 @@ class Loop:
         ]
         playback = Playback(parts.events, parts.control_step, self.give)
         self._playback = playback if playback else None
-        self.program = Program([deciding, *self._through(self.stage)], advancing, self.row, parts.control_step)
+        checking = Act("controller", partial(not_finite, self.out), self._refuse_output)
+        self.program = Program(
+            [deciding, checking, *self._through(self.stage)], advancing, self.row, parts.control_step
+        )
 
     def _moving(self) -> list[Act]:
         """What takes the plant a control step further."""
@@ -387,6 +390,10 @@ class Loop:
 
     def _refuse_clock(self, _: int) -> None:
         raise Diverged(f"the engine's clock reads {self._clock[0]:.6g} s: it reset itself")
+
+    def _refuse_output(self, _: int) -> None:
+        values = ", ".join(f"{value:.4g}" for value in self.out)
+        raise Diverged(f"the controller's {self.parts.output} is not finite: [{values}]; smaller gains may help")
 
     def _happen(self) -> None:
         """Let happen what is due at the sample that is looked at."""

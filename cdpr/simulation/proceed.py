@@ -12,6 +12,7 @@ from cdpr.model.address import caller
 from cdpr.model.bound import ENTRY
 from cdpr.model.jit import any_width, kernel, threaded_kernel
 from cdpr.model.kinds import WHOLE
+from cdpr.model.lanes import choose, code
 from cdpr.model.robot import Array
 
 # What the compiled code returns beside the codes of acts, which are small: the goal is reached; Python's turn.
@@ -94,6 +95,16 @@ def entering_alone() -> Callable[[int, int], int]:
 def stamp(row: Array, time: float) -> None:
     """Write the time (s) of a sample into its row."""
     row[0] = time
+
+
+@any_width
+@kernel
+def not_finite(values: Array) -> int:
+    """Return whether one of the values (n,) is infinite or no number."""
+    found = 0.0
+    for i in range(values.shape[0]):
+        found += 0.0 * values[i]
+    return code(choose(found == 0.0, 0.0, 1.0))
 
 
 @kernel

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from cdpr.cables.lines import lines
-from cdpr.errors import BeyondLimits
+from cdpr.errors import BeyondLimits, Diverged
 from cdpr.log.beyond import beyond
 from cdpr.log.layout import Layout
 from cdpr.mechanics.reach import bounds_of
@@ -21,6 +21,7 @@ from cdpr.scenario.events import ScenarioEvent, broken, guarding, limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.observe import Body, Seen, Shown, acceleration_bounds, believe, exert, observing
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.proceed import not_finite
 from cdpr.tension.acts import Act
 from cdpr.tension.checks import true_margin
 from cdpr.tension.present import Cables, Present
@@ -111,7 +112,13 @@ class Sample:
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
         command: Do = partial(copy, self.live.tension, backend.command)
-        return [Act("backend", do) for do in (command, *tensions)], [Act("backend", do) for do in works]
+        reading = [Act("backend", do) for do in (command, *tensions)]
+        reading.append(Act("backend", partial(not_finite, tension), self._refuse_tension))
+        return reading, [Act("backend", do) for do in works]
+
+    def _refuse_tension(self, _: int) -> None:
+        values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
+        raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 
     def _believing(self, believed: Robot) -> Callable[[], int]:
         """Write the W that the stage works with."""

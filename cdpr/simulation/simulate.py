@@ -59,6 +59,6 @@ def simulate(
             tell(k, total)  # may raise Interrupted; the rows up to here are on disk
 
         loop.run(recorder.rows, flush, steps=total - 1, real_time=real_time)
-    except (Exception, SystemExit, KeyboardInterrupt) as stop:
+    except BaseException as stop:
         error = made.told(stop)
     return made.end(error)

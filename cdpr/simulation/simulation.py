@@ -293,7 +293,7 @@ class Simulation(Branches):
                 self._loop.go(k, self._pace)
             if self._loop.count < k or k == self._last:
                 self._go_watched(k, given)
-        except (Exception, SystemExit, KeyboardInterrupt) as error:
+        except BaseException as error:
             self._attempt.end(self._attempt.told(error))
 
     def _go_watched(self, k: int, given: Callable[[], None] | None) -> None:
@@ -313,7 +313,9 @@ class Simulation(Branches):
         try:
             for observer in self._observers:
                 observer(self._row)
-        except Exception as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise CdprError(f"t = {self.time:.6g} s: an observer raised {one_line(error)}") from error
 
     @contextmanager
@@ -321,5 +323,5 @@ class Simulation(Branches):
         """Whatever ends it, end the run with it."""
         try:
             yield
-        except (Exception, SystemExit, KeyboardInterrupt) as error:
+        except BaseException as error:
             self._attempt.end(self._attempt.told(error))

@@ -184,7 +184,9 @@ class TensionStage:
         """Call what may be anybody's; return its status."""
         try:
             status = solve()
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise PluginError(f"solver '{self._name}' raised {type(error).__name__}: {error}") from error
         if isinstance(status, np.ndarray):  # such as the tensions
             text = "`solve` writes into the array that it is given, and returns a status"

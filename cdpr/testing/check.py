@@ -84,7 +84,9 @@ class Check(Generic[S]):
             return "n/a", str(reason)
         except Failed as failure:
             return "failed", str(failure)
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             return "failed", f"raised {one_line(error)}"
 
 

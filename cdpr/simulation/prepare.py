@@ -1,0 +1,150 @@
+"""Checks of a scenario, and the parts of its loop, as far as no engine, program or FMU has to be started for them.
+
+`cdpr.simulation.build` goes through them for a run, `cdpr validate` for a file: what one rejects, so does the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar, cast, get_args
+
+import numpy as np
+
+from cdpr.columns import Column
+from cdpr.errors import CdprError, PluginError
+from cdpr.fmu.read.options import FmuFile
+from cdpr.link.options import PeerOptions
+from cdpr.model import Robot
+from cdpr.plugins import Controller, TensionSolver
+from cdpr.plugins.controller import Output
+from cdpr.plugins.registry import Registered, Role
+from cdpr.problems import Path
+from cdpr.scenario import Scenario
+from cdpr.simulation.cables import check_cables
+from cdpr.simulation.columns import chosen_plugins, columns_of
+from cdpr.trajectory import Trajectory
+
+T = TypeVar("T")
+
+# Options of controllers that start a program or run native code when they are made: only a run does that.
+STARTED = FmuFile, PeerOptions
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Parts of a loop without its plant."""
+
+    chosen: dict[Role, Registered]
+    controlled: Robot  # as controller and solver know it
+    trajectory: Trajectory
+    columns: tuple[Column, ...]
+    solver: TensionSolver
+    controller: Controller
+    output: Output
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What keeps a scenario from being built, and the path of the section that it concerns."""
+
+    path: Path
+    error: CdprError
+
+
+def prepare(scenario: Scenario, made: ExitStack) -> Prepared:
+    """Make controller and solver, which `made` closes; CdprError or PluginError where the scenario cannot be built."""
+    found = _Checks(scenario, made, start=True)
+    parts = found.run()
+    if found.faults:
+        raise found.faults[0].error
+    assert parts is not None
+    return parts
+
+
+def faults(scenario: Scenario) -> Iterator[Fault]:
+    """Yield all that keeps a scenario from being built, without starting anything."""
+    with ExitStack() as made:
+        found = _Checks(scenario, made, start=False)
+        found.run()
+    yield from found.faults
+
+
+class _Checks:
+    """The checks, each done whatever the others find; where nothing is to `start`, some parts are not made."""
+
+    def __init__(self, scenario: Scenario, made: ExitStack, *, start: bool) -> None:
+        self._scenario, self._made, self._start = scenario, made, start
+        self.faults: list[Fault] = []
+
+    def run(self) -> Prepared | None:
+        """Return the parts; None where one has a fault, or was not to be made."""
+        scenario = self._scenario
+        trajectory = self._try(("events",) if scenario.events else ("trajectory",), lambda: scenario.desired)
+        chosen = chosen_plugins(scenario)
+        usable = {role: self._try(path, partial(self._usable, chosen[role])) for role, path in _TYPES.items()}
+        columns = self._try((), lambda: columns_of(scenario))
+        self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
+        if scenario.actuators is not None:
+            self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
+        believed = scenario.believed
+        controlled = scenario.controlled if believed is None else replace(believed, dof=scenario.controlled.dof)
+        solver = (
+            self._try(("solver",), lambda: self._solver(chosen["solver"], controlled)) if usable["solver"] else None
+        )
+        controller = output = None
+        if usable["controller"] and (self._start or not isinstance(scenario.controller_options, STARTED)):
+            controller = self._try(("controller",), lambda: self._controller(chosen["controller"]))
+        if controller is not None:
+            made = controller
+            output = self._try(("controller",), lambda: output_of(chosen["controller"], made))
+        if trajectory is None or columns is None or solver is None or controller is None or output is None:
+            return None
+        return Prepared(chosen, controlled, trajectory, columns, solver, controller, output)
+
+    def _try(self, path: Path, do: Callable[[], T]) -> T | None:
+        try:
+            return do()
+        except CdprError as error:
+            self.faults.append(Fault(path, error))
+            return None
+
+    def _usable(self, entry: Registered) -> bool:
+        """Refuse a plugin whose requirements are not installed; in a run also one that cannot be imported."""
+        if self._start or entry.missing:
+            entry.load()
+        return True
+
+    def _actuators(self, backend: Registered) -> None:
+        from cdpr.simulation.actuators import check_actuators  # and with it all that runs FMUs
+
+        check_actuators(self._scenario, backend)
+
+    def _solver(self, entry: Registered, controlled: Robot) -> TensionSolver:
+        return cast("TensionSolver", entry.make(controlled, self._scenario.solver_options))
+
+    def _controller(self, entry: Registered) -> Controller:
+        scenario = self._scenario
+        robot, gravity = scenario.believed or scenario.robot, np.array(scenario.world.gravity)
+        step = scenario.simulation.control_step
+        controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
+        self._made.callback(controller.close)
+        return controller
+
+
+_TYPES: dict[Role, Path] = {
+    "solver": ("solver", "type"),
+    "controller": ("controller", "type"),
+    "backend": ("simulation", "backend"),
+}
+
+
+def output_of(entry: Registered, controller: Controller) -> Output:
+    """Return what a controller puts out; PluginError where it declares something else."""
+    declared = controller.output or entry.info.properties.get("output", "wrench")
+    for known in get_args(Output):
+        if declared == known:
+            return cast("Output", known)
+    raise PluginError(f"controller '{entry.info.name}' declares the output {declared!r}; known are wrench, command")
