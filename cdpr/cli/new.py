@@ -77,13 +77,17 @@ def robot(file: str, **given: Any) -> None:
 @sizes
 def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
-    from cdpr.scenario.template import RESTS, scenario_text
+    from cdpr.scenario.template import RESTS
+    from cdpr.simulation.tried import tried_scenario
 
     extra = [f"--{key}" for key, value in given.items() if value is not None]
     if source is not None and extra:
         raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
-    text = scenario_text(file, source, _sizes(given))
+    tried = tried_scenario(file, source, _sizes(given))
+    text = tried.text
     _write(file, text, f"cdpr run {shlex.quote(file)}")
+    if tried.note:
+        click.echo(tried.note, err=True)
     if RESTS in text and file != STDOUT:
         click.echo(f"{RESTS} 'cdpr info {shlex.quote(file)}' tells more; a trajectory can be written in", err=True)
 

@@ -13,7 +13,8 @@ from cdpr.plugins.registry import Registry
 from cdpr.scenario import load_robot
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.source import stem
-from cdpr.scenario.template import Sizes, commented, robot_text, scenario_text
+from cdpr.scenario.template import Sizes, commented, robot_text
+from cdpr.simulation.tried import tried_scenario
 
 KINDS = ("robot", "scenario")
 DURATION = 10.0  # s: to look at a robot, and to push it
@@ -39,9 +40,10 @@ def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> File
     if source is not None and given:
         raise CdprError(f"{', '.join(given)}: sizes are those of the robot file; leave them out, or robot")
     sizes = _sizes(given)
-    text = (
-        robot_text(name, sizes, stem(name)) if kind == "robot" else scenario_text(name, source and named(source), sizes)
-    )
+    if kind == "robot":
+        text = robot_text(name, sizes, stem(name))
+    else:
+        text = tried_scenario(name, source and named(source), sizes).text
     return File(name, text, first=text)
 
 

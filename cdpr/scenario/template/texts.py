@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from cdpr.plugins.registry import registry
@@ -33,8 +35,13 @@ def robot_text(file: str, sizes: Sizes, name: str) -> str:
     return text
 
 
-def scenario_text(file: str, source: str | None, sizes: Sizes) -> str:
-    """Return a new scenario for the robot in the file `source`, an example too, or for a new one that stands in it."""
+def scenario_text(
+    file: str, source: str | None, sizes: Sizes, changes: Mapping[str, float] = MappingProxyType({})
+) -> str:
+    """Return a new scenario for the robot in the file `source`, an example too, or for a new one that stands in it.
+
+    `changes` are values by dotted key, of a section and a key in it.
+    """
     section: str | dict[str, Any]
     if source is None:
         section = robot_data(sizes, "robot")
@@ -43,6 +50,9 @@ def scenario_text(file: str, source: str | None, sizes: Sizes) -> str:
         made = load_robot(source)
         section = seen_from(os.path.dirname(file), examples.resolve(source, "robot"))
     data = scenario_data(made, section, registry())
+    for key, value in changes.items():
+        section_name, _, name = key.partition(".")
+        data[section_name][name] = value
     head = f"{MOVES if 'trajectory' in data else RESTS} {WRITTEN}"
     text = commented(ScenarioSection, data, registry(), head)
     load_scenario(file, text=text)  # likewise

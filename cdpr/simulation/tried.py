@@ -1,0 +1,104 @@
+"""New scenarios that were tried: gains and steps with which the robot's cables do not swing up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cdpr import defaults
+from cdpr.errors import SimulationStopped
+from cdpr.log.run import Run
+from cdpr.model import Robot
+from cdpr.plugins.registry import registry
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.template import Sizes, scenario_text
+from cdpr.simulation.prepare import faults
+from cdpr.simulation.simulate import simulate
+
+HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
+STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005)  # s, physics steps that are tried
+LONGER = 2.0  # times the duration that is written, in which slow growth shows
+LARGEST = 0.05  # of the frame's extent: errors beyond are no control
+GROWTH = 1.1  # of the largest error from one part of the rest to the next; a loop that settles is below 1
+RESOLVED = 1e-5  # of the frame's extent: growth of smaller errors is not judged
+
+
+@dataclass(frozen=True)
+class Tried:
+    """The text of a scenario, and what is to be said of it; `stable` tells whether its loop is."""
+
+    text: str
+    note: str
+    stable: bool
+
+
+def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
+    """Return a new scenario, as `scenario_text` writes it, with gains that were tried in memory.
+
+    The default gains are kept where they are stable. Otherwise the bandwidth is halved: with elastic cables the
+    platform is moved through drums and springs, and fast feedback feeds their vibration.
+    """
+    plain = scenario_text(file, source, sizes)
+    scenario = load_scenario(file, text=plain)
+    if scenario.ideal_cables:
+        return Tried(plain, "", True)
+    best: tuple[float, str] | None = None
+    for changes in _candidates(scenario):
+        text = scenario_text(file, source, sizes, changes)
+        error, stable = _try(load_scenario(file, text=text))
+        if stable:
+            said = ", ".join(f"{key.rpartition('.')[2]} {value:g}" for key, value in changes.items())
+            note = f"tried: stable with {said}, errors up to {1e3 * error:.3g} mm" if changes else ""
+            return Tried(text, note, True)
+        if best is None or error < best[0]:
+            best = error, text
+    assert best is not None
+    return Tried(best[1], f"warning: no stable gains were found for these elastic cables: {_remedy(scenario)}", False)
+
+
+def _candidates(scenario: Scenario) -> Iterator[dict[str, float]]:
+    """Yield changes of gains and steps, the mildest first."""
+    options = registry().get("controller", defaults.CONTROLLER).info.options().model_dump()
+    step = next((step for step in STEPS if _fits(scenario, step)), STEPS[-1])
+    steps = {} if step == scenario.simulation.physics_step else {"simulation.physics_step": step}
+    for halving in range(HALVINGS):
+        share = 0.5**halving
+        gains = {"controller.kp": options["kp"] * share**2, "controller.kd": options["kd"] * share}
+        yield steps | (gains if halving else {})
+
+
+def _fits(scenario: Scenario, step: float) -> bool:
+    """Return whether a physics step is short enough for the cables."""
+    return not list(faults(scenario.with_changes({"simulation.physics_step": step})))
+
+
+def _try(scenario: Scenario) -> tuple[float, bool]:
+    """Return the largest error, m, in a longer run than is asked for, and whether its loop is stable."""
+    longer = {"simulation.duration": LONGER * scenario.simulation.duration}
+    try:
+        run = simulate(scenario, overrides=longer)
+    except SimulationStopped:
+        return np.inf, False
+    return float(run.summary()["position_error_m"]["max"]), _settles(run, scenario.robot)
+
+
+def _settles(run: Run, robot: Robot) -> bool:
+    """Return whether errors stay small and do not grow, and the cables' tensions are neither zero nor too large."""
+    figures = run.summary()
+    if figures["slack_samples"] or figures["beyond_limits_steps"]["tension_above_max"]:
+        return False
+    extent = float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
+    error = np.hypot(
+        np.linalg.norm(run.position_error, axis=1),
+        robot.characteristic_length * np.linalg.norm(run.orientation_error, axis=1),
+    )
+    before, after = (float(part.max()) for part in np.array_split(error[len(error) // 2 :], 2))
+    return bool(error.max() <= LARGEST * extent and after <= max(GROWTH * before, RESOLVED * extent))
+
+
+def _remedy(scenario: Scenario) -> str:
+    if all(not cable.damping for cable in scenario.robot.cables):
+        return "they have no damping; give robot.cable.damping (N s/m), or friction to robot.winch"
+    return "give more robot.cable.damping (N s/m), stiffer cables, or friction to robot.winch"
