@@ -18,7 +18,7 @@ from cdpr.simulation.prepare import faults
 from cdpr.simulation.simulate import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
-STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005)  # s, physics steps that are tried
+STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, physics steps that are tried
 LONGER = 2.0  # times the duration that is written, in which slow growth shows
 LARGEST = 0.05  # of the frame's extent: errors beyond are no control
 GROWTH = 1.1  # of the largest error from one part of the rest to the next; a loop that settles is below 1
@@ -45,7 +45,11 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
     if scenario.ideal_cables:
         return Tried(plain, "", True)
     best: tuple[float, str] | None = None
-    for changes in _candidates(scenario):
+    step = next((step for step in STEPS if _fits(scenario, step)), None)
+    if step is None:
+        note = f"warning: these cables need physics steps below {STEPS[-1]:g} s: {_reasons(scenario)}"
+        return Tried(plain, note, False)
+    for changes in _candidates(scenario, step):
         text = scenario_text(file, source, sizes, changes)
         error, stable = _try(load_scenario(file, text=text))
         if stable:
@@ -58,10 +62,9 @@ def tried_scenario(file: str, source: str | None, sizes: Sizes) -> Tried:
     return Tried(best[1], f"warning: no stable gains were found for these elastic cables: {_remedy(scenario)}", False)
 
 
-def _candidates(scenario: Scenario) -> Iterator[dict[str, float]]:
-    """Yield changes of gains and steps, the mildest first."""
+def _candidates(scenario: Scenario, step: float) -> Iterator[dict[str, float]]:
+    """Yield changes of gains, the mildest first, with this physics step, s."""
     options = registry().get("controller", defaults.CONTROLLER).info.options().model_dump()
-    step = next((step for step in STEPS if _fits(scenario, step)), STEPS[-1])
     steps = {} if step == scenario.simulation.physics_step else {"simulation.physics_step": step}
     for halving in range(HALVINGS):
         share = 0.5**halving
@@ -72,6 +75,12 @@ def _candidates(scenario: Scenario) -> Iterator[dict[str, float]]:
 def _fits(scenario: Scenario, step: float) -> bool:
     """Return whether a physics step is short enough for the cables."""
     return not list(faults(scenario.with_changes({"simulation.physics_step": step})))
+
+
+def _reasons(scenario: Scenario) -> str:
+    """Return why the shortest step is too long."""
+    found = faults(scenario.with_changes({"simulation.physics_step": STEPS[-1]}))
+    return "; ".join(str(fault.error) for fault in found)
 
 
 def _try(scenario: Scenario) -> tuple[float, bool]:

@@ -89,7 +89,7 @@ def test_random_elastic_robots_are_stable_or_said_not_to_be(tmp_path):
             friction=float(rng.choice([0.0, 10 ** rng.uniform(-4.0, -1.0)])),
         )
         if not tried.stable:
-            assert tried.note.startswith("warning: no stable gains were found")
+            assert tried.note.startswith(("warning: no stable gains were found", "warning: these cables need physics"))
             continue
         stable += 1
         run = longer(tmp_path, tried.text)
