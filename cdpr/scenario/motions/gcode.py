@@ -13,7 +13,9 @@ from cdpr.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3,
 from cdpr.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import gcode_path
-from cdpr.scenario.motions.gcode_program import IGNORABLE, Program, parse_program
+from cdpr.scenario.motions.gcode_program import parse_program
+from cdpr.scenario.motions.gcode_steps import Program
+from cdpr.scenario.motions.gcode_tables import IGNORABLE
 from cdpr.scenario.motions.gcode_words import MAX_BYTES
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.jerk_limited import Limits, bounds
@@ -54,7 +56,9 @@ class Gcode(Motion):
         json_schema_extra=unit("m"),
     )
     ignore: list[WordName] = Field(
-        [], description="words to pass over as if they moved nothing, such as G28 or A; with a G word its whole line"
+        [],
+        description="words to skip as if they moved nothing, such as G28, A or EXCLUDE_OBJECT_START; a G word with the "
+        "coordinates of its line, a command with its whole line",
     )
     sha256: str | None = Field(
         None, pattern="^[0-9a-f]{64}$", description="checksum; if given, the file must still have it"

@@ -14,7 +14,7 @@ from cdpr import trajectory
 from cdpr.fields import MAX_DISTANCE
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.scenario.motions.gcode_program import Program, Step
+from cdpr.scenario.motions.gcode_steps import Program, Step
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
 # A centre may be farther from one end of an arc than from the other by the larger of these, m and a share of the

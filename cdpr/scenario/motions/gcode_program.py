@@ -9,13 +9,30 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
 
 from cdpr.fields import MAX_DISTANCE
-from cdpr.model.frozen import Frozen
+from cdpr.scenario.motions.gcode_steps import Program, Step, Triple
+from cdpr.scenario.motions.gcode_tables import (
+    AXES,
+    BESIDE,
+    CANCEL,
+    CENTRE,
+    DEFAULT_FEED,
+    ENDS,
+    IDLE,
+    IGNORABLE,
+    KNOWN,
+    METRES,
+    MOTIONS,
+    OFFSETS,
+    PLANES,
+    REFUSED,
+    SILENT,
+    SPEED_FACTOR,
+    WAITS,
+    conflict,
+)
 from cdpr.scenario.motions.gcode_words import LINUXCNC, REPRAPFIRMWARE, LineError, Word, read_lines
 from cdpr.scenario.motions.table import MAX_FAULTS, TableError
 
@@ -23,102 +40,6 @@ MAX_MOVES = 100_000
 MAX_TURNS = 1000
 MAX_PAUSE = 1e6  # s
 SLOWEST = 1e-9  # m/s; a metre takes thirty years
-
-METRES = {"mm": 1e-3, "inch": 0.0254, "m": 1.0}
-DEFAULT_FEED = 0.05  # m/s, before the first F: RepRapFirmware's 3000 mm/min (its Configuration.h)
-
-AXES = "XYZ"
-CENTRE = "IJK"
-PLANES = {17.0: (0, 1, 2), 18.0: (2, 0, 1), 19.0: (1, 2, 0)}  # first and second axis, and that of the turn
-
-# G words that change nothing here: compensations and cycles off, the first coordinate system, of one dialect G94.
-IDLE = {
-    LINUXCNC: {40.0, 49.0, 50.0, 54.0, 69.0, 80.0, 97.0, 98.0, 99.0},
-    REPRAPFIRMWARE: {10.0, 11.0, 40.0, 54.0, 80.0, 94.0},
-}
-# G words beside which coordinates are a move as without them: ignored, they go alone, and others with their line.
-BESIDE = {LINUXCNC: {41.0, 42.0, 43.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3}, REPRAPFIRMWARE: set[float]()}
-OFFSETS = {10.0, 11.0}  # retraction, or the settings of a tool, of which its place is one
-KNOWN = {
-    LINUXCNC: {0.0, 1.0, 2.0, 3.0, 4.0, 17.0, 18.0, 19.0, 20.0, 21.0, 53.0, 61.0, 61.1, 64.0, 90.0, 90.1, 91.0, 91.1}
-    | {92.0, 92.1, 92.2, 92.3, 93.0, 94.0},
-    REPRAPFIRMWARE: {0.0, 1.0, 2.0, 3.0, 4.0, 17.0, 18.0, 19.0, 20.0, 21.0, 53.0, 90.0, 91.0, 92.0},
-}
-GROUPS = (
-    {0.0, 1.0, 2.0, 3.0, 80.0},
-    {17.0, 18.0, 19.0},
-    {20.0, 21.0},
-    {61.0, 61.1, 64.0},
-    {90.0, 91.0},
-    {90.1, 91.1},
-    {93.0, 94.0},
-)
-# M words that end the program, that wait, and that would move or change what is known here.
-ENDS = {LINUXCNC: {2.0, 30.0}, REPRAPFIRMWARE: {0.0, 1.0, 2.0, 30.0}}
-WAITS = {LINUXCNC: {0.0, 1.0, 60.0}, REPRAPFIRMWARE: {226.0, 400.0}}
-REFUSED = {
-    LINUXCNC: {70.0, 71.0, 72.0, 73.0, 98.0, 99.0},
-    REPRAPFIRMWARE: {24.0, 32.0, 98.0, 99.0, 120.0, 121.0, 206.0, 579.0},
-}
-SPEED_FACTOR = 220.0
-SILENT = {LINUXCNC: "STDHLQ", REPRAPFIRMWARE: "STE"}  # letters that move nothing
-
-IGNORABLE = r"G[0-9]+(\.[0-9]+)?|M[0-9]+|[A-EHLOQS-W]"  # words that may be passed over when it is said so
-
-Triple = tuple[float | None, float | None, float | None]
-
-
-class Step(NamedTuple):
-    """One thing that a line asks for, lengths in m as the file has them.
-
-    Attributes:
-        line: where it stands.
-        kind: "line", "arc", "offset" (G92), "forget" (G92.1), "suspend" (G92.2), "recall" (G92.3) or "stop".
-        target: x, y, z, None where left out.
-        relative: whether they count from where the motion is.
-        machine: whether they count from the file's origin without the offset, and never from where the motion is (G53).
-        plane: the two axes of an arc's plane, and that of its turn.
-        clockwise: the sense of an arc, seen against that axis.
-        centre: i, j, k, None where left out.
-        centre_relative: whether they count from an arc's beginning.
-        radius: of an arc, None where it has a centre; negative for the longer way round.
-        turns: of an arc, begun.
-        speed: wanted, m/s; infinite for as fast as possible.
-        duration: at the speed that is wanted, in place of it, s (G93).
-        tolerance: by which a corner may be missed, m; None for what the scenario says.
-        pause: s.
-    """
-
-    line: int
-    kind: str
-    target: Triple = (None, None, None)
-    relative: bool = False
-    machine: bool = False
-    plane: tuple[int, int, int] = PLANES[17.0]
-    clockwise: bool = False
-    centre: Triple = (None, None, None)
-    centre_relative: bool = True
-    radius: float | None = None
-    turns: int = 1
-    speed: float = math.inf
-    tolerance: float | None = None
-    pause: float = 0.0
-    duration: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Program(Frozen):
-    """Contents of a file.
-
-    Attributes:
-        steps: in their order.
-        passed_over: words that move nothing, or that are to be ignored.
-        sha256: checksum of the file.
-    """
-
-    steps: tuple[Step, ...] = field(repr=False)
-    passed_over: tuple[str, ...]
-    sha256: str
 
 
 @lru_cache(maxsize=4)  # the cases of a study name the same file
@@ -142,8 +63,14 @@ def parse_program(content: bytes, dialect: str, unit: str, ignore: tuple[str, ..
         faults.append((1, 0, "no move is in it: G0, G1, G2 or G3 with coordinates"))
     if faults:
         raise TableError(faults)
-    passed_over = sorted(reader.passed_over, key=lambda name: (name[0], float(name[1:] or 0.0)))
+    passed_over = sorted(reader.passed_over, key=_order)
     return Program(tuple(reader.steps), tuple(passed_over), hashlib.sha256(content).hexdigest())
+
+
+def _order(name: str) -> tuple[str, float]:
+    """Return the sort key of a word: by letter, then by number."""
+    number = re.fullmatch(r"([A-Z])([0-9.]+)", name)
+    return (number[1], float(number[2])) if number else (name, 0.0)
 
 
 class _Reader:
@@ -156,6 +83,7 @@ class _Reader:
         self.passed_over: set[str] = set()
         self.moves = 0
         self.ended = False
+        self.program_number: float | None = None
         self.metres = METRES[unit]
         self.feed = None if dialect == LINUXCNC else DEFAULT_FEED
         self.inverse = False  # whether F is of each move, 1/min
@@ -167,9 +95,13 @@ class _Reader:
 
     def line(self, number: int, words: list[Word]) -> None:
         """Take one line."""
-        codes, others, machine_words = self._sorted(words)
-        if codes is None:
+        if len(words[0].letter) > 1:
+            self._command(words[0].letter)
             return
+        if words[0].letter == "O" and self.dialect == LINUXCNC:
+            self._program_number(words[0])
+            return
+        codes, others, machine_words = self._sorted(words)
         self._modes(codes, others)
         if self.inverse:
             self.feed = others.pop("F", 0.0) / 60.0
@@ -197,17 +129,28 @@ class _Reader:
             elif not machine_words:  # to which it may belong
                 raise LineError(f"{name}{value:g} means nothing here{self._way_out(name)}")
 
-    def _sorted(self, words: Iterable[Word]) -> tuple[set[float] | None, dict[str, float], list[Word]]:
-        """Return the line's G codes, its numbers by their letters, and the M words; no codes where it is ignored."""
+    def _command(self, name: str) -> None:
+        """Skip a command of other firmware that `ignore` names."""
+        if name not in self.ignore:
+            raise LineError(f"{name} is a command of other firmware, which is not known here{self._way_out(name)}")
+        self.passed_over.add(name)
+
+    def _program_number(self, word: Word) -> None:
+        """Skip the number of the program. A second one begins a subprogram, which only a call would run."""
+        if self.program_number is not None or self.moves:
+            raise LineError(
+                f"{word.name} begins a subprogram, and these are not run here: a program number is expected once, "
+                "before the first move; write out the moves of the subprogram where it is called, or remove it"
+            )
+        self.program_number = word.value
+        self.passed_over.add(word.name)
+
+    def _sorted(self, words: list[Word]) -> tuple[set[float], dict[str, float], list[Word]]:
+        """Return the line's G codes, its numbers by their letters, and the M words."""
         codes: set[float] = set()
         others: dict[str, float] = {}
         machine: list[Word] = []
-        words = list(words)
-        for word in words:
-            if word.letter == "G" and word.name in self.ignore:
-                self.passed_over.add(word.name)
-                if word.value not in BESIDE[self.dialect]:
-                    return None, {}, []
+        skipped = False  # an ignored word takes the coordinates
         for k, word in enumerate(words):
             letter, value = word
             if letter == "M" and self.dialect == REPRAPFIRMWARE:
@@ -216,14 +159,13 @@ class _Reader:
             if letter == "M":
                 machine.append(word)
                 continue
-            if letter in self.ignore:
-                self.passed_over.add(letter)
+            if letter in self.ignore or (letter == "G" and word.name in self.ignore):
+                self.passed_over.add(word.name if letter == "G" else letter)
+                skipped = skipped or (letter == "G" and value not in BESIDE[self.dialect])
                 continue
-            if letter == "G" and word.name in self.ignore:
-                continue
-            if value is None:
-                raise LineError(f"{letter}: a number is expected after it")
             if letter == "G":
+                if value is None:
+                    raise LineError("G: a number is expected after it")
                 if value in codes:
                     raise LineError(f"{word.name} stands here twice")
                 self._known(word, value)
@@ -231,13 +173,20 @@ class _Reader:
             elif letter in others:
                 raise LineError(f"{letter} stands here twice")
             else:
-                others[letter] = value
+                others[letter] = math.nan if value is None else value
+        if skipped:
+            others = {letter: value for letter, value in others.items() if letter == "F"}
+        bare = [letter for letter, value in others.items() if math.isnan(value)]
+        if bare:
+            raise LineError(f"{bare[0]}: a number is expected after it")
         if codes & OFFSETS:
-            self._retraction(others)
-            return None, {}, []
-        for group in GROUPS:
-            if len(codes & group) > 1:
-                raise LineError(f"{' and '.join(f'G{code:g}' for code in sorted(codes & group))} exclude each other")
+            self._retraction(codes, others)
+            return codes - OFFSETS, {}, machine
+        excluded = conflict(codes, self.dialect, "P" in others)
+        if excluded:
+            raise LineError(excluded)
+        if codes & MOTIONS:
+            codes.discard(CANCEL)
         return codes, others, machine
 
     def _known(self, word: Word, value: float) -> None:
@@ -245,8 +194,10 @@ class _Reader:
             known = ", ".join(f"G{code:g}" for code in sorted(KNOWN[self.dialect]))
             raise LineError(f"{word.name} is not known here, only {known}{self._way_out(word.name)}")
 
-    def _retraction(self, others: dict[str, float]) -> None:
+    def _retraction(self, codes: set[float], others: dict[str, float]) -> None:
         """Pass over G10 and G11 where they retract filament or set temperatures, not where they move coordinates."""
+        if codes - OFFSETS:
+            raise LineError("G10 or G11 beside other G words: give it a line of its own")
         moved = [name for name in ("L", *AXES) if name in others]
         if moved:
             raise LineError(f"G10 with {moved[0]} moves the coordinates, which is not known here{self._way_out('G10')}")

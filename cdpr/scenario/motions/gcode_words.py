@@ -28,10 +28,15 @@ EXPONENT = re.compile(r"[A-Z]?\s*[-+0-9.]*[0-9.]E[-+]?[0-9]+")
 TEXTS = {23.0, 28.0, 30.0, 32.0, 36.0, 37.0, 38.0, 98.0, 117.0, 118.0}
 COMPUTED = re.compile(r"(IF|ELIF|ELSE|WHILE|BREAK|CONTINUE|VAR|GLOBAL|SET|ABORT)\b")
 SAID = re.compile(r"ECHO\b")
+# A command with a name, as Klipper's firmware and slicers for it write them: EXCLUDE_OBJECT_START NAME=a.
+COMMAND = "[A-Z_]{3,}[A-Z0-9_]*"
+LEADING_COMMAND = re.compile(rf"({COMMAND})(?=\s|$)")
+# The number of a program, alone in its line: O0001, in ISO's code :0001.
+PROGRAM_NUMBER = re.compile(r"(?:N[0-9]+)?[O:]([0-9]+)")
 
 
 class Word(NamedTuple):
-    """A letter and its number; None where there is none, which few words may have."""
+    """A letter and its number, None where there is none; or a command with a name and no number."""
 
     letter: str
     value: float | None
@@ -81,6 +86,9 @@ def read_lines(content: bytes, dialect: str) -> Iterator[tuple[int, list[Word] |
 def _words(text: str, dialect: str) -> list[Word]:
     """Return the words of a line, without its number."""
     line = text.partition(";")[0]
+    command = LEADING_COMMAND.match(line.strip().upper())
+    if command and (dialect == LINUXCNC or not (SAID.match(command[1]) or COMPUTED.match(command[1]))):
+        return [Word(command[1], None)]
     if "(" in line:
         line = COMMENT.sub(" ", line)
     line = line.strip().upper()
@@ -97,6 +105,9 @@ def _words(text: str, dialect: str) -> list[Word]:
     if dialect == LINUXCNC:
         _plain_numbers(line)
         line = line.replace(" ", "").replace("\t", "")
+        program = PROGRAM_NUMBER.fullmatch(line)
+        if program:
+            return [Word("O", float(program[1]))]
         if line[0] == "O" or "#" in line or "[" in line:
             raise LineError("parameters, expressions and O words are not computed here: write out what they come to")
         return _split(line)
