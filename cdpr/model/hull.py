@@ -5,6 +5,8 @@ After Barber, Dobkin and Huhdanpaa, "The quickhull algorithm for convex hulls", 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,11 +27,12 @@ PIECE = 4096  # points that are looked at together
 Indices = NDArray[np.int64]
 
 
-def convex_hull(points: Array) -> tuple[Array, Indices]:
+def convex_hull(points: Array, check: Callable[[], None] = lambda: None) -> tuple[Array, Indices]:
     """Return the corners (k, 3) of the convex hull of points (n, 3), of these, and its triangles (t, 3), outwards.
 
     Points that stand out by less than `FLAT` of the size are left out. Raises ValueError where all points lie in a
-    plane, where the corners are more than `MOST_CORNERS`, and where round-off leaves no sound hull.
+    plane, where the corners are more than `MOST_CORNERS`, and where round-off leaves no sound hull,
+    and whatever `check` raises, which is called for each corner.
     """
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     flat = FLAT * size
@@ -48,6 +51,7 @@ def convex_hull(points: Array) -> tuple[Array, Indices]:
 
     left, over, far = outside(np.arange(len(points)), np.arange(len(faces)))
     while len(left):
+        check()
         # Of the farthest those at the rim: between them are others that would be no corners in the end.
         point = int(left[np.argmax(np.where(far >= far.max() - flat, away[left], -1.0))])
         seen = alive & (normals @ points[point] - heights > BELOW * size)

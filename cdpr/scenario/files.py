@@ -4,15 +4,29 @@ from __future__ import annotations
 
 import os
 import stat
+import time
 
 from cdpr.nearest import did_you_mean
 
 MAX_BYTES = 256 * 1024
+SECONDS = 10.0  # of CPU time that reading a file may take
 CHUNK = 2**18  # bytes: a read of the whole limit at once would take as much memory for a small file
 
 
 class UnreadableError(Exception):
     """A file cannot be read; the text says why and goes after the place that named it."""
+
+
+class CpuBudget:
+    """CPU time of this thread that reading one file may take."""
+
+    def __init__(self, path: str) -> None:
+        self._path, self._start = path, time.thread_time()
+
+    def check(self) -> None:
+        """Raise UnreadableError where it is used up."""
+        if time.thread_time() - self._start > SECONDS:
+            raise UnreadableError(f"'{self._path}': reading it takes more than {SECONDS:g} s of CPU time: simplify it")
 
 
 def read(path: str, limit: int = MAX_BYTES, endings: tuple[str, ...] = (".yaml", ".yml")) -> bytes:

@@ -10,7 +10,7 @@ import numpy as np
 from cdpr.fields import MAX_DISTANCE
 from cdpr.model.hull import convex_hull, deepest
 from cdpr.model.robot import Array
-from cdpr.scenario.files import UnreadableError, read
+from cdpr.scenario.files import CpuBudget, UnreadableError, read
 
 ENDINGS = (".stl", ".obj")
 MAX_BYTES = 32 * 2**20  # half a million triangles in STL
@@ -22,6 +22,7 @@ Corners = tuple[Point, Point]
 HEAD = 84
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
 
+EACH = 10_000  # lines between two checks of the CPU time
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # some editors put it before text
 
 
@@ -62,9 +63,10 @@ def _box(path: str, stamp: tuple[int, int]) -> Corners:
 
 @lru_cache(maxsize=64)
 def _hull(path: str, stamp: tuple[int, int]) -> tuple[tuple[Point, ...], float]:
+    budget = CpuBudget(path)
     points = _corners(path)
     try:
-        corners, triangles = convex_hull(points)
+        corners, triangles = convex_hull(points, budget.check)
     except ValueError as error:
         raise UnreadableError(f"'{path}' is no obstacle: {error}") from None
     return tuple((x, y, z) for x, y, z in corners.tolist()), deepest(points, corners, triangles)
@@ -76,7 +78,8 @@ def _corners(path: str) -> Array:
     if len(content) > MAX_BYTES:
         raise UnreadableError(f"'{path}' is larger than {MAX_BYTES // 2**20} MiB: draw a coarser mesh")
     try:
-        corners = _obj(content) if path.lower().endswith(".obj") else _stl(content)
+        budget = CpuBudget(path)
+        corners = _obj(content, budget) if path.lower().endswith(".obj") else _stl(content, budget)
     except ValueError as error:
         raise UnreadableError(f"'{path}' is no mesh: {error}") from None
     if not len(corners):
@@ -86,7 +89,7 @@ def _corners(path: str) -> Array:
     return corners
 
 
-def _stl(content: bytes) -> Array:
+def _stl(content: bytes, budget: CpuBudget) -> Array:
     """Corners (k, 3) of an STL file, binary or text; the comment of a binary one may begin as a text does."""
     count = int.from_bytes(content[80:HEAD], "little")
     length = HEAD + count * TRIANGLE.itemsize
@@ -101,21 +104,29 @@ def _stl(content: bytes) -> Array:
         raise ValueError(f"it holds bytes that no text has, and is no binary STL {told}: it has {len(content)} bytes")
     if b"endsolid" not in text.lower():
         raise ValueError("it is text that does not end with 'endsolid': a part of it is missing")
-    return _vectors(text, b"vertex")
+    return _vectors(text, b"vertex", budget)
 
 
-def _obj(content: bytes) -> Array:
+def _obj(content: bytes, budget: CpuBudget) -> Array:
     """Corners (k, 3) of a Wavefront OBJ file; a line that ends with a backslash goes on in the next."""
-    return _vectors(content.removeprefix(BYTE_ORDER_MARK), b"v", goes_on=b"\\")
+    return _vectors(content.removeprefix(BYTE_ORDER_MARK), b"v", budget, goes_on=b"\\")
 
 
-def _vectors(content: bytes, word: bytes, goes_on: bytes = b"") -> Array:
+def _vectors(content: bytes, word: bytes, budget: CpuBudget, goes_on: bytes = b"") -> Array:
     """The three numbers behind `word`, in small letters or capitals, in each line that begins with it, (k, 3)."""
     found = []
     lines = iter(enumerate(content.splitlines(), 1))
     for number, line in lines:
-        while goes_on and line.rstrip().endswith(goes_on):
-            line = line.rstrip()[: -len(goes_on)] + b" " + next(lines, (0, b""))[1]
+        if number % EACH == 0:
+            budget.check()
+        if goes_on and line.rstrip().endswith(goes_on):
+            parts = list[bytes]()  # joined once: a file of such lines would else take the square of its length
+            while line.rstrip().endswith(goes_on):
+                if len(parts) % EACH == 0:
+                    budget.check()
+                parts.append(line.rstrip()[: -len(goes_on)])
+                line = next(lines, (0, b""))[1]
+            line = b" ".join([*parts, line])
         words = line.split()
         if words and words[0].lower() == word:
             try:

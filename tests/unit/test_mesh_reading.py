@@ -1,0 +1,21 @@
+"""Time that reading a mesh may take."""
+
+from __future__ import annotations
+
+import pytest
+
+from cdpr.scenario import mesh
+from cdpr.scenario.files import UnreadableError
+
+
+def test_a_line_of_an_obj_file_may_go_on_for_long(tmp_path, monkeypatch):
+    """It is joined once: the square of its length would be minutes. Time is counted in checks, not measured."""
+    path = tmp_path / "long.obj"
+    corners = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v \\\n" + "\\\n" * 200_000 + "0 0 1"]
+    path.write_text("\n".join(corners) + "\n")
+    assert mesh.box_around(str(path)) == ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    times = iter(range(0, 1000, 4))
+    monkeypatch.setattr("cdpr.scenario.files.time.thread_time", lambda: float(next(times)))
+    path.write_text("\n".join(corners) + "\n\n")
+    with pytest.raises(UnreadableError, match=r"reading it takes more than 10 s of CPU time: simplify it"):
+        mesh.box_around(str(path))
