@@ -40,9 +40,13 @@ def sizes(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option("--mass", type=AnyReal(), metavar="KG", help="Mass of the platform (kg): 20."),
         click.option(
-            "--cables", type=AnyWhole(), metavar="N", help="8 or 7 in space; 3 or 4 of a point that hangs; planar 4."
+            "--cables",
+            type=AnyWhole(),
+            metavar="N",
+            help="8 or 7 from all sides; suspended 8 or 6, or 3 or 4 of a point; planar 4. Default: 8, planar 4.",
         ),
-        click.option("--crossed/--straight", default=None, help="Whether cables cross at the platform: they do."),
+        click.option("--suspended", is_flag=True, default=None, help="Eight cables from above; 3, 4 and 6 always are."),
+        click.option("--crossed/--straight", default=None, help="Let cables cross at the platform, the default."),
         click.option("--planar", is_flag=True, default=None, help="A robot in the plane of x and z."),
     ]
     for option in reversed(options):
@@ -59,14 +63,17 @@ def command() -> None:
 @click.argument("file", default="robot.yaml", type=click.Path())
 @sizes
 def robot(file: str, **given: Any) -> None:
-    """Write a robot FILE (robot.yaml unless said; - prints it): a box in a frame, held by a cable from each corner.
+    """Write a robot FILE (default: robot.yaml; - prints it): a box in a frame, on cables from its corners.
 
-    Tension limits follow from the mass. What these sizes cannot hold is refused.
+    Tension limits follow from the mass. Sizes at which the cables cannot hold the platform are refused. Cables touch
+    neither each other nor the platform in most of the static workspace; a warning reports sizes at which they do.
     """
-    from cdpr.scenario.template import robot_text
+    from cdpr.scenario import load_robot
+    from cdpr.scenario.template import crowded, robot_text
 
-    text = robot_text(file, _sizes(given), _stem(file, "robot"))
-    _write(file, text, f"cdpr info {shlex.quote(file)}")
+    chosen = _sizes(given)
+    text = robot_text(file, chosen, _stem(file, "robot"))
+    _write(file, text, f"cdpr info {shlex.quote(file)}", crowded(load_robot(file, text=text), chosen))
 
 
 @command.command("scenario")
@@ -77,15 +84,18 @@ def robot(file: str, **given: Any) -> None:
 @sizes
 def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (scenario.yaml unless said; - prints it): a gentle move that its robot can hold."""
-    from cdpr.scenario.template import RESTS
+    from cdpr.scenario import load_scenario
+    from cdpr.scenario.template import RESTS, crowded
     from cdpr.simulation.tried import tried_scenario
 
     extra = [f"--{key}" for key, value in given.items() if value is not None]
     if source is not None and extra:
         raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
-    tried = tried_scenario(file, source, _sizes(given))
+    chosen = _sizes(given)
+    tried = tried_scenario(file, source, chosen)
     text = tried.text
-    _write(file, text, f"cdpr run {shlex.quote(file)}")
+    told = None if source is not None else crowded(load_scenario(file, text=text).robot, chosen)
+    _write(file, text, f"cdpr run {shlex.quote(file)}", told)
     if tried.note:
         click.echo(tried.note, err=True)
     if RESTS in text and file != STDOUT:
@@ -104,9 +114,11 @@ def _stem(file: str, otherwise: str) -> str:
     return otherwise if file == STDOUT else stem(file)
 
 
-def _write(file: str, text: str, then: str) -> None:
+def _write(file: str, text: str, then: str, warning: str | None) -> None:
     """Write a new file, or print it; what is there stays."""
     if file == STDOUT:
+        if warning:
+            click.echo(f"warning: {warning}", err=True)
         click.echo(text, nl=False)
         return
     try:
@@ -120,4 +132,6 @@ def _write(file: str, text: str, then: str) -> None:
 
     click.echo(file)
     load_told(file, ())  # sizes that are seldom meant
+    if warning:
+        click.echo(f"warning: {file}: {warning}", err=True)
     click.echo(f"next: {then}", err=True)

@@ -120,12 +120,14 @@ def command(
             failure = _write_report(run, least)
             stop = stop or failure
         from cdpr.report.text.reservations import fallback, lost, reservations
+        from cdpr.workspace.path import touched
 
+        touch = touched(loaded.robot, run, loaded.obstacles)
         if strict and stop is None and (far := list(lost(run))):
             stop = ScenarioError(far)
         if as_json:
             told = {
-                "reservations": [*reservations(run), *fallback(run), *lost(run)],
+                "reservations": [*reservations(run), *fallback(run), *lost(run), *([touch] if touch else [])],
                 "loop": loop(run),
                 "message": run.message,
                 "folder": run.folder,
@@ -133,7 +135,7 @@ def command(
             figures = {**run.summary(), **told, **({"least": least} if statics else {})}
             click.echo(json.dumps(plain(figures), indent=2, allow_nan=False))
         else:
-            _print(run, least)
+            _print(run, least, touch)
     if stop is not None:
         if os.environ.get(DEBUG):
             raise stop
@@ -250,7 +252,7 @@ def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]]) -> OutputErr
     return None
 
 
-def _print(run: Run, least: Mapping[str, Mapping[str, Any]]) -> None:
+def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) -> None:
     """Print the summary for people, the folder last."""
     header = run.header
     click.echo(
@@ -259,6 +261,8 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]]) -> None:
     )
     for line in _lines(run, least):
         click.echo(f"  {line}")
+    if touch:
+        click.echo(f"  {'WARNING':<20}{touch}")
     for event in run.events:
         until = f" to {event.until:.6g}" if event.until is not None else ""
         click.echo(f"  at {event.time:.6g}{until} s: {event.text}")

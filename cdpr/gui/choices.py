@@ -9,6 +9,8 @@ FIELDS = (
     (r"\(--cable-set\)", "(the field Cable set)"),
     (r"\(--trajectory\)", "(the field Trajectory)"),
     (r"\(--crossed\)", "(the field Cables at the platform)"),
+    (r"\(--straight\)", "(the field Cables at the platform)"),
+    (r"\(--suspended\)", "(the field Suspended)"),
     (r"\(--planar\)", "(the field Planar)"),
     (r"\(--pulleys-as-points\)", "(the field Pulleys)"),
     (r"\(--set\b[^()]*\)", "(in the form)"),

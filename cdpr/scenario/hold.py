@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
@@ -59,6 +60,27 @@ def holds(robot: Robot, position: Array, attitude: Array, gravity: Array) -> boo
                 return True
             tension = np.clip(tension, low + MARGIN * (high - low), high - MARGIN * (high - low))
     return False
+
+
+def held(robot: Robot, positions: Array, attitude: Array, gravity: Array) -> NDArray[np.bool_]:
+    """Return whether `holds` at each of many positions (K, 3), m, with one attitude: (K,), for all at once."""
+    matrices = np.array([wrench_matrix(robot, position, attitude) for position in positions])
+    wanted = weight(robot, attitude, gravity)[:, None]
+    sizes = np.linalg.svd(matrices, compute_uv=False)
+    sound = (sizes[:, -1] > REGULAR * sizes[:, 0]) & (robot.m >= robot.n)
+    low, high = robot.tension_min[:, None], robot.tension_max[:, None]
+    edge = MARGIN * (high - low)
+    found = np.zeros(len(positions), dtype=bool)
+    for share in np.geomspace(1e-3, 0.9, STARTS):
+        left = np.flatnonzero(sound & ~found)
+        W = matrices[left]
+        inverse = np.linalg.pinv(W)
+        tension = np.tile(low + share * (high - low), (len(left), 1, 1))
+        for _ in range(PROJECTIONS):
+            tension = tension + inverse @ (wanted - W @ tension)
+            found[left] |= ((low <= tension) & (tension <= high)).all(axis=(1, 2))
+            tension = np.clip(tension, low + edge, high - edge)
+    return found
 
 
 def unheld(robot: Robot, position: Array, attitude: Array, gravity: Array) -> float:

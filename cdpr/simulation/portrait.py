@@ -10,6 +10,7 @@ from cdpr import defaults
 from cdpr.distribution.portrait import describe_motion, describe_pose, describe_robot
 from cdpr.distribution.survey import Survey, survey
 from cdpr.log.run_json import plain
+from cdpr.mechanics.touching import assumption, least_clearance
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import registry
@@ -34,6 +35,11 @@ def portrait(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -
         "robot": describe_robot(robot),
         "pose": {"source": source, **describe_pose(robot, at, gravity, solver(robot, options).solve)},
     }
+    if robot.unilateral:
+        obstacles = loaded.obstacles if isinstance(loaded, Scenario) else ()
+        least = least_clearance(robot, at, obstacles)
+        gap, names = least or (None, None)
+        figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{assumption(robot)}"}
     if not isinstance(loaded, Scenario):
         return plain(figures), None
     asked = loaded.controlled

@@ -11,6 +11,8 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.mechanics.clearance import clearance
+from cdpr.mechanics.closest import Closest
+from cdpr.mechanics.touching import assumption, with_diameters
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
@@ -33,17 +35,37 @@ def along(
         gravity: (3,), m/s^2, world.
         obstacles: what else cables may touch.
 
-    "margin" is the capacity margin at rest, N. "clearance", m, is there where the diameters of all cables are known,
-    and "stiffness", N/m with moments divided by the characteristic length, where their axial stiffness is.
+    "margin" is the capacity margin at rest, N. "clearance", m, assumes diameters that the robot does not give, and says
+    so. "stiffness", N/m with moments divided by the characteristic length, is there where all axial stiffness is known.
     """
+    found = _forces(robot, time, poses, gravity)
+    among = clearance(with_diameters(robot), obstacles)
+    values, which = among.at(poses)
+    least = _least(time, values, [f"{among.name(n)}{assumption(robot)}" for n in which.tolist()])
+    return found if least is None else {**found, "clearance": least}
+
+
+def touched(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()) -> str | None:
+    """Return which cables touch in a run of a robot that does not give their diameters, None where none do."""
+    if all(cable.diameter is not None for cable in robot.cables) or not robot.unilateral:
+        return None  # the summary has it, and rigid legs are no cables
+    rows = _some(run)
+    closest = Closest(clearance(with_diameters(robot), obstacles), run.header.broken)
+    if len(rows):
+        closest.add(rows[:, 0], rows[:, run.header.layout.span("position", "orientation")])
+    least = closest.least
+    if least is None or least.clearance >= 0.0:
+        return None
+    gap = f"their clearance falls to {1e3 * least.clearance:.4g} mm at {least.time:.4g} s"
+    return f"{closest.name(least)} touch: {gap}{assumption(robot)}"
+
+
+def _forces(robot: Robot, time: Array, poses: Array, gravity: Array) -> dict[str, dict[str, Any]]:
+    """Return margin and stiffness, as `along` does."""
     question, found = Question(gravity=gravity), {}
     measured = answers.margin(robot, poses, question)
     names = dict(enumerate(directions(robot)))
     found["margin"] = _least(time, measured.value, [names.get(n, "") for n in measured.limit.tolist()])
-    if all(cable.diameter is not None for cable in robot.cables):
-        among = clearance(robot, obstacles)
-        values, which = among.at(poses)
-        found["clearance"] = _least(time, values, [among.name(n) for n in which.tolist()])
     if all(cable.axial_stiffness is not None for cable in robot.cables):
         found["stiffness"] = _least(time, answers.stiff(robot, poses, question).value, [""] * len(time))
     return {name: least for name, least in found.items() if least is not None}
@@ -55,20 +77,25 @@ def flown(robot: Robot, run: Run) -> dict[str, dict[str, Any]]:
     A cable is no more from when it broke on. `robot` has the directions that the cables control. (The clearance is in
     the run's summary, of all samples.)
     """
-    count, head = len(run.rows), run.header
-    rows = run.rows[np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST)).round().astype(np.int64))]
+    head, rows = run.header, _some(run)
     time, poses = rows[:, 0], np.ascontiguousarray(rows[:, head.layout.span("position", "orientation")])
     cuts, found = sorted({-math.inf, *(since for _, since in head.broken)}), dict[str, dict[str, Any]]()
     for since, until in zip(cuts, [*cuts[1:], math.inf], strict=True):
         now = (time >= since) & (time < until) & np.isfinite(poses).all(axis=1)
         gone = {cable for cable, at in head.broken if at <= since}
-        left = tuple(replace(each, diameter=None) for i, each in enumerate(robot.cables) if i not in gone)
+        left = tuple(each for i, each in enumerate(robot.cables) if i not in gone)
         if left and now.any():
-            these = along(replace(robot, cables=left), time[now], poses[now], np.array(head.gravity))
+            these = _forces(replace(robot, cables=left), time[now], poses[now], np.array(head.gravity))
             for name, least in these.items():
                 if name not in found or least["value"] < found[name]["value"]:
                     found[name] = least
     return found
+
+
+def _some(run: Run) -> Array:
+    """Return `MOST` rows of a run, evenly spread."""
+    count = len(run.rows)
+    return np.asarray(run.rows[np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST)).round().astype(np.int64))])
 
 
 def _least(time: Array, values: Array, limits: Sequence[str]) -> dict[str, Any] | None:

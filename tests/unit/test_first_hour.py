@@ -35,6 +35,9 @@ SIZES = [
     "--planar --straight --frame 4,1,3 --platform 0.4,0.1,0.2",
     "--cables 3",
     "--cables 4",
+    "--cables 6",
+    "--suspended",
+    "--suspended --straight",
     "--cables 7 --frame 3,2.5,2 --platform 0.3,0.25,0.2 --mass 8",
 ]
 
@@ -62,7 +65,7 @@ def test_a_new_robot_holds_its_weight_and_passes_all_checks(here, sizes):
     assert warnings == []
     assert robot.name == "a-robot"
     assert cdpr.distribute(robot, robot.home[None]).feasible.all()
-    if robot.m > robot.n and "--cables" not in sizes:  # those hang
+    if robot.m > robot.n and "--cables" not in sizes and "--suspended" not in sizes:  # those hang
         rows = wrench_rows(robot)
         assert np.linalg.matrix_rank(rows) == robot.n
         assert positive_null_vector(rows) is not None
@@ -175,8 +178,9 @@ def test_what_is_there_stays(here):
         ("--cables 0", "got 0"),
         ("--planar --cables 0", "got 0"),
         ("--platform 5,0.3,0.2", "must be smaller than the frame"),
-        ("--cables 6", "8 or 7 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot"),
-        ("--cables 7 --straight", "try crossed cables (--crossed)"),
+        ("--cables 5", "8 or 7 cables hold a platform from all sides; suspended (--suspended), 8 or 6 move it in space"),
+        ("--cables 7 --suspended", "got 7 suspended"),
+        ("--planar --suspended", "a planar robot has 4 cables, one at each corner, got 4 suspended"),
         ("--planar --cables 8", "a planar robot has 4 cables"),
         ("--planar --straight --frame 4,1,4 --platform 0.4,0.1,0.4", "try crossed cables (--crossed)"),
     ],
@@ -202,7 +206,7 @@ def test_a_scenario_without_a_move_says_so(here):
     """Four cables hold the weight of a box at home, and nothing against pushes."""
     run("new", "robot", "r.yaml", "--straight", "--frame", "4,3,2.5", "--platform", "0.4,0.3,0.2")
     text = (here / "r.yaml").read_text()
-    lower = text.index("- {frame: [-2.0, -1.5, 0.0]")
+    lower = text.index("- {frame: [-2.0, -1.5, 0.0]")  # the first of the lower cables
     home = "home:\n  position: [0.0, 0.0, 1.0]\n"
     (here / "four.yaml").write_text(text[:lower] + ("" if "\nhome:" in text[:lower] else home))
     done = CliRunner().invoke(cli, ["new", "scenario", "s.yaml", "--robot", "four.yaml"])

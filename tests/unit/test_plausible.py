@@ -23,11 +23,12 @@ def test_nothing_is_said_of_what_ships(path):
 
 
 def box(width, *, mass=20.0, platform=0.1, inertia=None, **more):
-    """A robot in a cube with cables from all corners to a small cube, crossed: all sizes follow from these."""
+    """A robot in a cube with cables from all corners to a small cube, crossed in height: all sizes follow from these."""
     half, small = 0.5 * width, 0.5 * platform * width
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    shares = {1: [1, 0.25, -1], -1: [0.25, 1, -1]}  # of upper and lower cables, so that they do not touch
     cables = [
-        {"frame": (half * s + [0, 0, half]).tolist(), "platform": (small * s * [1, 1, -1]).tolist()} for s in signs
+        {"frame": (half * s + [0, 0, half]).tolist(), "platform": (small * s * shares[s[2]]).tolist()} for s in signs
     ]
     moment = mass * (platform * width) ** 2 / 6.0
     body = {"mass": mass, "inertia": inertia or [moment] * 3 + [0, 0, 0], "shape": {"box": [2.0 * small] * 3}}

@@ -25,8 +25,8 @@ NO_FILE = "this scenario was made to show the robot and has no file: save it as 
 def new_file(kind: str, arguments: Mapping[str, Any], plugins: Registry) -> File:
     """Return a new file, named `file` in the arguments, robot.yaml or scenario.yaml unless said.
 
-    The others are those of `cdpr new`: frame and platform (three lengths, m), mass (kg), cables, crossed, planar, and
-    of a scenario `robot`, the file of its robot. Raises CdprError where nothing can be made of them.
+    The others are those of `cdpr new`: frame and platform (three lengths, m), mass (kg), cables, crossed, planar,
+    suspended, and of a scenario `robot`, the file of its robot. Raises CdprError where nothing can be made of them.
     """
     if kind not in KINDS:
         raise CdprError(f"robot or scenario is expected, got {kind!r:.40}")
@@ -57,7 +57,7 @@ def _sizes(given: Mapping[str, Any]) -> Sizes:
     except (TypeError, ValueError, OverflowError):
         text = "frame and platform: three lengths (m) each are expected; mass: a number (kg); cables: a whole number"
         raise CdprError(text) from None
-    flags = {key: bool(given[key]) for key in ("crossed", "planar") if key in given}
+    flags = {key: bool(given[key]) for key in ("crossed", "planar", "suspended") if key in given}
     made: dict[str, Any] = {**parts, **mass, **count, **flags}
     return Sizes(**made)
 

@@ -64,15 +64,16 @@ class Files {
     const sizes = (label, usual) => ["width", "depth", "height"].map((size, i) => numberBox(`${label} ${size}, m`,
       { placeholder: `${size} ${usual[i]}` }));
     const frame = sizes("Frame", [4, 3, 2.5]), platform = sizes("Platform", [0.4, 0.3, 0.2]), mass = numberBox(null, { placeholder: "20" });
-    const cables = numberBox(null, { placeholder: "8, or 7; of a point 3 or 4; planar 4" });
+    const cables = numberBox(null, { placeholder: "8, or 7; suspended 8, 6, of a point 4, 3; planar 4" });
     const crossed = make("select", {}, option("", "crossed"), option("false", "straight"));
     const planar = make("input", { type: "checkbox" });
+    const suspended = make("input", { type: "checkbox" });
     const three = (text, inputs) => make("p", { className: "row", role: "group", "aria-label": text }, span("", text),
       make("span", { className: "vector of3" }, ...inputs));
     const all = (inputs) => (inputs.some((input) => input.value.trim()) ? inputs.map((input) => reading(input.value)) : "");
     const act = () => {
       const given = { kind: kind.value, file: file.value.trim(), frame: all(frame), platform: all(platform), mass: reading(mass.value),
-        cables: reading(cables.value), crossed: crossed.value && false, planar: planar.checked || "",
+        cables: reading(cables.value), crossed: crossed.value && false, planar: planar.checked || "", suspended: suspended.checked || "",
         robot: kind.value === "scenario" ? robot.value.trim() : "" };
       this.live.send({ do: "new", ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== "")) });
     };
@@ -81,14 +82,15 @@ class Files {
       const made = kind.value === "robot", there = !made && robot.value.trim() !== "";
       file.placeholder = `${kind.value}.yaml`;
       robot.disabled = made;
-      for (const input of [...frame, ...platform, mass, cables, crossed, planar]) input.disabled = there;
+      for (const input of [...frame, ...platform, mass, cables, crossed, planar, suspended]) input.disabled = there;
     };
     kind.addEventListener("change", fit);
     robot.addEventListener("input", fit);
     fit();
     return this.dialog("New from a template", "Make", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
       three("Platform (m)", platform), this.row("Mass (kg)", mass), this.row("Cables", cables),
-      this.row("Cables at the platform", crossed), this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));
+      this.row("Cables at the platform", crossed), this.row("Suspended (all from above)", suspended),
+      this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));
   }
 
   // What comes with the program and can be opened.

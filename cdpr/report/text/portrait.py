@@ -65,6 +65,9 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         t = unrounded(pose["static_tension_N"])
         span = f"{min(t):.5g} to {max(t):.5g} N"
         yield row("static tensions", f"{span} (qp), smallest margin {pose['static_margin_N']:.4g} N")
+    if pose.get("clearance_m") is not None:
+        gap = pose["clearance_m"]
+        yield row("least clearance", f"{gap:.4g} m{': TOUCHING' if gap < 0.0 else ''}, {pose['clearance_by']}")
     yield from _cables(robot["cables"], pose)
     if "motion" in figures:
         yield from _motion(figures["motion"], robot["dof"])

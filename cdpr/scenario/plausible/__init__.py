@@ -14,6 +14,7 @@ from cdpr.problems import Path, Problem
 from cdpr.scenario.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
 from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
+from cdpr.scenario.plausible.interference import touching
 from cdpr.scenario.plausible.places import beyond_reach, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
@@ -31,6 +32,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     outside,
     beyond_reach,
     too_weak,
+    touching,
     gravity,
     after_the_end,
     of_the_motion,

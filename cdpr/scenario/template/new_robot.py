@@ -1,22 +1,23 @@
-"""A robot from a few sizes: a box as frame, a box as platform, and a layout of cables that is known to hold."""
+"""New robots from a few sizes: a box as frame, a box as platform, and a cable layout free of interference."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cdpr.errors import CdprError
+from cdpr.model import Robot
 from cdpr.model.rotations import from_rpy
 from cdpr.scenario.hold import holds, pulls_against_itself
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import World
+from cdpr.scenario.template import layouts
+from cdpr.scenario.template.free_share import FreeShare, free_share
 
-Rows = list[tuple[list[float], list[float]]]  # A_i and B_i of each cable, m
-
-CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 DIGITS = 6  # micrometres
 
 # What a robot may be made from: anchors that micrometres tell apart, and inertias that files may hold.
@@ -26,6 +27,9 @@ MASSES = (1e-9, 1e6)  # kg
 # Of the weight: low enough to be found, high enough to keep cables straight, and room for what moves the platform.
 LOWEST = 0.05
 HIGHEST = (2.0, 5.0, 10.0, 20.0)
+
+# Share of the static workspace to be free of interference; less is reported. 0.8 is meant: the grid is coarse.
+FREE = 0.85
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,9 @@ class Sizes:
         platform: the same of the platform, m.
         mass: of the platform, kg.
         cables: how many: see `layouts`.
-        crossed: whether cables cross at the platform; straight ones hold it less firmly and leave more room around it.
+        crossed: whether cables cross at the platform; straight ones hold it less firmly.
         planar: whether it moves in the plane of x and z alone.
+        suspended: whether eight cables come from above; three, four and six always do.
     """
 
     frame: tuple[float, float, float] = (4.0, 3.0, 2.5)
@@ -47,6 +52,7 @@ class Sizes:
     cables: int | None = None
     crossed: bool = True
     planar: bool = False
+    suspended: bool = False
 
 
 def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
@@ -59,7 +65,53 @@ def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
     if any(part >= around for part, around in zip(sizes.platform, sizes.frame, strict=True)):
         raise CdprError(f"the platform, {sizes.platform} m, must be smaller than the frame, {sizes.frame} m")
     count = (4 if sizes.planar else 8) if sizes.cables is None else sizes.cables
-    dof, rows = _layout(sizes, count)
+    best, most = None, -1.0
+    for rows in _layouts(sizes, count):
+        data = _robot(sizes, name, rows, count)
+        if data is None:
+            continue
+        share = share_of(_section(data).to_robot(), sizes)
+        free = share.value if share.home else 0.0
+        if free > most:
+            best, most = data, free
+        if free >= FREE:
+            break
+    if best is None:
+        remedy = "a smaller platform or a higher frame" if sizes.crossed else "crossed cables (--crossed)"
+        raise CdprError(
+            f"{count} cables of these sizes do not hold the platform in the middle of the frame: try {remedy}"
+        )
+    return best
+
+
+def share_of(robot: Robot, sizes: Sizes) -> FreeShare:
+    """Return how much of the static workspace of a new robot is free of interference."""
+    (x, y, z), (X, Y, Z) = (0.5 * np.array(size) for size in (sizes.platform, sizes.frame))
+    low, high = np.array([x - X, y - Y, z]), np.array([X - x, Y - y, 2.0 * Z - z])
+    if sizes.planar:
+        low[1] = high[1] = 0.0
+    return free_share(robot, low, high, np.array(World().gravity))
+
+
+def crowded(robot: Robot, sizes: Sizes) -> str | None:
+    """Return a warning where less than `FREE` of the static workspace of a new robot is free of interference."""
+    share = share_of(robot, sizes)
+    if share.value >= FREE and share.home:
+        return None
+    remedy = "a deeper platform" if sizes.planar else "a larger platform"
+    if sizes.crossed:
+        remedy += ", or straight cables (--straight)"
+    where = "" if share.home else "at home, and "
+    return (
+        f"cables of {1e3 * share.diameter:.3g} mm touch each other or the platform {where}at "
+        f"{share.static - share.free} of the {share.static} upright poses at which they hold it, of {share.poses} "
+        f"on a grid within the frame: try {remedy}"
+    )
+
+
+def _robot(sizes: Sizes, name: str, rows: layouts.Rows, count: int) -> dict[str, Any] | None:
+    """Return the data of a robot with these cables and the lowest limits that hold it, None where none do."""
+    dof = layouts.PLANE if sizes.planar else layouts.POINT if count < 6 else layouts.SPACE
     weight = sizes.mass * float(np.linalg.norm(World().gravity))
     home = [0.0, 0.0, _tidy(0.5 * sizes.frame[2])]
     body: dict[str, Any] = {"mass": sizes.mass}
@@ -74,49 +126,45 @@ def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
     }
     for highest in HIGHEST:
         limits = {"min": _rounded(LOWEST * weight), "max": _rounded(highest * weight)}
-        robot = RobotSection.model_validate_json(json.dumps({**data, "tension": limits})).to_robot()
+        robot = _section({**data, "tension": limits}).to_robot()
         at = np.array(home), from_rpy(0.0, 0.0, 0.0)
         hangs = np.ptp(robot.anchors[:, 2]) == 0.0
         sound = hangs or pulls_against_itself(robot, *at)
         if sound and holds(robot, *at, np.array(World().gravity)):
             return {**{key: data[key] for key in ("name", "dof", "platform")}, "tension": limits, **data}
-    remedy = "a smaller platform or a higher frame" if sizes.crossed else "crossed cables (--crossed)"
-    raise CdprError(f"{count} cables of these sizes do not hold the platform in the middle of the frame: try {remedy}")
+    return None
 
 
-def _layout(sizes: Sizes, count: int) -> tuple[list[str], Rows]:
-    """Degrees of freedom, and the cables."""
-    (X, Y, Z), (x, y, z) = (0.5 * np.array(size) for size in (sizes.frame, sizes.platform))
+def _section(data: dict[str, Any]) -> RobotSection:
+    return RobotSection.model_validate_json(json.dumps(data))
+
+
+def _layouts(sizes: Sizes, count: int) -> Iterable[layouts.Rows]:
+    """Return the layouts to try, in order of preference."""
+    frame, platform, crossed = sizes.frame, sizes.platform, sizes.crossed
     if sizes.planar:
-        if count != 4:
-            raise CdprError(f"a planar robot has 4 cables, one at each corner, got {count}")
-        turned = -1.0 if sizes.crossed else 1.0
-        return ["x", "z", "ry"], [
-            ([a * X, 0.0, Z + b * Z], [a * x, 0.0, turned * b * z]) for a, b in ((-1, 1), (1, 1), (1, -1), (-1, -1))
-        ]
-    if count == 3:  # two corners and the middle of the edge between the others
-        return ["x", "y", "z"], [([a * X, b * Y, 2.0 * Z], [0.0, 0.0, 0.0]) for a, b in ((-1, -1), (1, -1), (0, 1))]
-    if count == 4:
-        return ["x", "y", "z"], [([a * X, b * Y, 2.0 * Z], [0.0, 0.0, 0.0]) for a, b in CORNERS]
-    if count == 7:  # four from above, two corners and the middle of an edge below; crossed, they hold it fast
-        turned = -1.0 if sizes.crossed else 1.0
-        above = [([a * X, b * Y, 2.0 * Z], [turned * a * x, b * y, z]) for a, b in CORNERS]
-        below = [([a * X, b * Y, 0.0], [turned * a * x, b * y, z]) for a, b in ((-1, -1), (1, -1), (0, 1))]
-        return ["x", "y", "z", "rx", "ry", "rz"], [*above, *below]
-    if count != 8:
-        text = (
-            "8 or 7 cables move a platform in space, 3 or 4 a point that hangs from them, 4 a planar robot (--planar)"
-        )
-        raise CdprError(f"{text}, got {count}; to have others, write one of these and change its cables")
-    rows: Rows = []
-    for level in (1.0, -1.0):
-        for a, b in CORNERS:
-            if sizes.crossed:  # the upper ones to the lower corners across x, the lower ones to the upper across y
-                end = [-level * a * x, level * b * y, -level * z]
-            else:  # to the middles of the edges: at the corners, similar boxes could not be turned about z
-                end = [a * x * (level > 0), b * y * (level < 0), level * z]
-            rows.append(([a * X, b * Y, Z + level * Z], end))
-    return ["x", "y", "z", "rx", "ry", "rz"], rows
+        if count != 4 or sizes.suspended:
+            raise CdprError(f"a planar robot has 4 cables, one at each corner, got {_asked(sizes, count)}")
+        return [layouts.planar(frame, platform, crossed=crossed)]
+    if count in (3, 4):
+        return [layouts.point(frame, platform, count)]
+    if count == 6:
+        return [layouts.six(frame, platform)]
+    if count == 7 and not sizes.suspended:
+        return layouts.seven(frame, platform, crossed=crossed)
+    if count == 8 and sizes.suspended:
+        return layouts.crossed_suspended(frame, platform) if crossed else [layouts.suspended(frame, platform)]
+    if count == 8:
+        return layouts.eight(frame, platform, crossed=crossed)
+    raise CdprError(
+        "8 or 7 cables hold a platform from all sides; suspended (--suspended), 8 or 6 move it in space, and 3 or 4 a "
+        f"point; a planar robot (--planar) has 4; got {_asked(sizes, count)}; to have others, write one of these and "
+        "change its cables"
+    )
+
+
+def _asked(sizes: Sizes, count: int) -> str:
+    return f"{count} suspended" if sizes.suspended else f"{count}"
 
 
 def _inertia(sizes: Sizes) -> list[float]:

@@ -1,0 +1,31 @@
+"""Cables that touch each other, their platform or an obstacle where a run begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cdpr import tolerances
+from cdpr.mechanics.touching import assumption, least_clearance
+from cdpr.model.rotations import matrix
+from cdpr.scenario.plausible.setup import Finding, Setup
+from cdpr.scenario.plausible.sizes import THICKEST
+
+
+def touching(setup: Setup) -> Iterator[Finding]:
+    """Starts at which a cable touches something.
+
+    Not for rigid legs, whose shape is not known, and cables too thick to be meant, which `cable_sizes` reports.
+    """
+    robot = setup.robot
+    if not robot.unilateral or any((cable.diameter or 0.0) > THICKEST for cable in robot.cables):
+        return
+    for path, position, attitude in setup.starts():
+        chords = robot.anchors[:, :3] - position - robot.anchors[:, 3:] @ matrix(attitude).T
+        if np.linalg.norm(chords, axis=1).min() < tolerances.LENGTH:
+            continue
+        least = least_clearance(robot, np.concatenate([position, attitude]), setup.obstacles)
+        if least is not None and least[0] < 0.0:
+            gap, names = least
+            yield path, f"{names} touch here: their clearance is {1e3 * gap:.4g} mm{assumption(robot)}"
