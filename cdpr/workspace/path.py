@@ -39,6 +39,8 @@ def along(
     so. "stiffness", N/m with moments divided by the characteristic length, is there where all axial stiffness is known.
     """
     found = _forces(robot, time, poses, gravity)
+    if not robot.unilateral and any(cable.diameter is None for cable in robot.cables):
+        return found  # rigid legs are no cables
     among = clearance(with_diameters(robot), obstacles)
     values, which = among.at(poses)
     least = _least(time, values, [f"{among.name(n)}{assumption(robot)}" for n in which.tolist()])

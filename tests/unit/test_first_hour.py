@@ -178,7 +178,10 @@ def test_what_is_there_stays(here):
         ("--cables 0", "got 0"),
         ("--planar --cables 0", "got 0"),
         ("--platform 5,0.3,0.2", "must be smaller than the frame"),
-        ("--cables 5", "8 or 7 cables hold a platform from all sides; suspended (--suspended), 8 or 6 move it in space"),
+        (
+            "--cables 5",
+            "8 or 7 cables hold a platform from all sides; suspended (--suspended), 8 or 6 move it",
+        ),
         ("--cables 7 --suspended", "got 7 suspended"),
         ("--planar --suspended", "a planar robot has 4 cables, one at each corner, got 4 suspended"),
         ("--planar --cables 8", "a planar robot has 4 cables"),

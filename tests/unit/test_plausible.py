@@ -23,7 +23,7 @@ def test_nothing_is_said_of_what_ships(path):
 
 
 def box(width, *, mass=20.0, platform=0.1, inertia=None, **more):
-    """A robot in a cube with cables from all corners to a small cube, crossed in height: all sizes follow from these."""
+    """A robot in a cube with cables from all corners to a small cube, crossed in height: sizes follow from these."""
     half, small = 0.5 * width, 0.5 * platform * width
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     shares = {1: [1, 0.25, -1], -1: [0.25, 1, -1]}  # of upper and lower cables, so that they do not touch

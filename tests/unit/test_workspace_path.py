@@ -39,9 +39,15 @@ def test_they_are_the_least_of_all_samples():
     assert found["clearance"]["by"] == clearance(robot).name(clearance(robot).at(poses)[1][int(np.argmin(values))])
 
 
-def test_what_is_not_known_of_the_cables_is_left_out():
+def test_unknown_stiffness_is_left_out_and_unknown_diameters_are_assumed():
     scenario = load_scenario(SCENARIOS / "caroca.yaml")
-    assert list(along(scenario.robot, *way(scenario), GRAVITY)) == ["margin"]
+    found = along(scenario.robot, *way(scenario), GRAVITY)
+    assert list(found) == ["margin", "clearance"]
+    assert found["clearance"]["by"].endswith(", with an assumed cable diameter of 10 mm")
+    known = load_scenario(SCENARIOS / "caroca.yaml", overrides={"robot.cable.diameter": 0.01})
+    assert found["clearance"]["value"] == along(known.robot, *way(known), GRAVITY)["clearance"]["value"]
+    legs = load_scenario(SCENARIOS / "caroca.yaml", overrides={"robot.unilateral": False})
+    assert list(along(legs.robot, *way(legs), GRAVITY)) == ["margin"]
 
 
 def test_beyond_the_workspace_the_margin_is_below_zero():

@@ -1,0 +1,52 @@
+"""Cables that touch are reported by `validate`, `info` and `run`, with the diameter that is assumed."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from command_line import cdpr_here
+
+# Mirrored at the plane x = 0, so that the cables of each pair meet in it.
+CABLES = [
+    {"frame": [2.0 * a, 1.5 * b, 1.25 + 1.25 * level], "platform": [-0.2 * level * a, 0.15 * level * b, -0.1 * level]}
+    for level in (1, -1)
+    for a in (-1, 1)
+    for b in (-1, 1)
+]
+ROBOT = {
+    "platform": {"mass": 20, "inertia": [0.2, 0.3, 0.4, 0, 0, 0], "shape": {"box": [0.4, 0.3, 0.2]}},
+    "tension": {"min": 10, "max": 400},
+    "home": {"position": [0, 0, 1.25]},
+    "cables": CABLES,
+}
+TOUCH = "touch here: their clearance is -{} mm"
+ASSUMED = "with an assumed cable diameter of 10 mm"
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    (tmp_path / "robot.yaml").write_text(json.dumps(ROBOT))
+    data = {"robot": "robot.yaml", "simulation": {"duration": 0.02, "control_step": 0.001}}
+    (tmp_path / "scenario.yaml").write_text(json.dumps(data))
+    return tmp_path / "scenario.yaml"
+
+
+def test_touching_cables_are_reported_with_the_assumed_diameter(scenario):
+    robot = scenario.with_name("robot.yaml")
+    said = cdpr_here("validate", robot).stderr
+    assert "home.position: cable_" in said  # which of four pairs, round-off decides
+    assert f"{TOUCH.format(10)}, {ASSUMED}" in said
+    assert "m: TOUCHING, cable_" in cdpr_here("info", robot).stdout
+    told = cdpr_here("validate", scenario, "--set", "robot.cable.diameter=0.004").stderr
+    assert TOUCH.format(4) in told
+    assert "assumed" not in told
+    cdpr_here("validate", robot, "--strict", code=2)
+
+
+def test_a_run_reports_cables_that_touch(scenario):
+    done = cdpr_here("run", scenario, "--out", scenario.with_name("run"), "--no-report")
+    assert "touch: their clearance falls to -10 mm at " in done.stdout
+    assert ASSUMED in done.stdout
+    figures = cdpr_here("run", scenario, "--out", scenario.with_name("more"), "--no-report", "--json")
+    assert ASSUMED in json.loads(figures.stdout)["reservations"][-1]
