@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from cdpr.checksums import sealed
 from cdpr.design.ask import FIRST, Row
 from cdpr.design.plan import Design, told
 from cdpr.design.rank import best, dominance, front, missed
@@ -133,7 +134,7 @@ class Designed:
             make_folder(folder / FRONT)
         for row in self.front:
             self._robot(row, folder / FRONT / f"{row.number}.yaml")
-        replace(folder / NAME, json.dumps(self.plain(), indent=1, allow_nan=False) + "\n")
+        replace(folder / NAME, json.dumps(sealed(self.plain()), indent=1, allow_nan=False) + "\n")
 
     def _robot(self, row: Row, path: Path) -> None:
         comment = f"Evaluation {row.number} of the design {self.design.name}, by cdpr design."

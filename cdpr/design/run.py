@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from importlib.metadata import version
 
+from pydantic import TypeAdapter
+
 from cdpr import __version__
+from cdpr.checksums import opened
 from cdpr.design.ask import Evaluations
 from cdpr.design.plan import Design
 from cdpr.design.result import KIND, NAME, Designed
@@ -17,6 +20,16 @@ from cdpr.errors import CdprError, LogError, OutputError
 from cdpr.jobs.folder import JobFolder
 from cdpr.log.run_folder import folder_name
 from cdpr.model import kernel_cache
+
+
+@dataclass(frozen=True)
+class Computed:
+    """What is read of design.json before a design goes on."""
+
+    versions: Mapping[str, str]
+
+
+COMPUTED = TypeAdapter(Computed)
 
 
 def run_design(
@@ -77,10 +90,11 @@ def _expect(folder: JobFolder, versions: Mapping[str, str]) -> None:
     """Refuse to go on with other versions: they would ask for other candidates, or find other figures."""
     path = folder.path / NAME
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))["versions"]
-        differ = [f"{name} {before.get(name, 'none')}, here {here}" for name, here in versions.items()]
-        differ = [text for text, name in zip(differ, versions, strict=True) if before.get(name) != versions[name]]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        before = opened(path.read_bytes(), COMPUTED).versions
+    except (OSError, ValueError) as error:
         raise LogError(f"{path}: cannot be read ({error}); choose another --out") from error
+    differ = [
+        f"{name} {before.get(name, 'none')}, here {here}" for name, here in versions.items() if before.get(name) != here
+    ]
     if differ:
         raise OutputError(f"{folder.path}: was computed by other versions: {'; '.join(differ)}; choose another --out")

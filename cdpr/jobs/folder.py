@@ -7,12 +7,13 @@ import json
 import os
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
+from cdpr.checksums import opened, sealed
 from cdpr.errors import LogError, OutputError
 from cdpr.jobs.cases import Outcome
 from cdpr.locks import Lock, lock, open_to_lock
@@ -25,6 +26,18 @@ LEDGER_NAME = "cases.jsonl"
 RESULTS = (*FORESEEN, "diverged")  # what need not be run again
 
 LINE = TypeAdapter(Outcome)
+
+
+@dataclass(frozen=True)
+class Described:
+    """The part of a description that all kinds of folders have; other keys are ignored."""
+
+    name: str
+    cases: int
+    digest: str
+
+
+DESCRIBED = TypeAdapter(Described)
 
 
 class JobFolder:
@@ -43,6 +56,7 @@ class JobFolder:
         """
         self.path, self._kind, self._option = path, kind, option
         self._description = description = path / f"{kind}.json"
+        self._digest = str(content["digest"])
         try:
             path.mkdir(parents=True, exist_ok=True)
             self._refuse_others()
@@ -58,7 +72,7 @@ class JobFolder:
             if description.is_file():  # perhaps written by who had the lock
                 self._expect(content)
             else:
-                replace(description, json.dumps(content, indent=1) + "\n")
+                replace(description, json.dumps(sealed(content), indent=1) + "\n")
             self.rows = self._read()
         except BaseException:
             self.close()
@@ -70,7 +84,8 @@ class JobFolder:
 
     def record(self, outcome: Outcome) -> None:
         """Keep how a case ended: one line, in one write, which a kill leaves out or whole."""
-        line = json.dumps(plain(asdict(outcome)), ensure_ascii=False, allow_nan=False) + "\n"
+        content = sealed(plain(asdict(outcome)), self._digest)
+        line = json.dumps(content, ensure_ascii=False, allow_nan=False) + "\n"
         try:
             rest = memoryview(line.encode())
             while rest:
@@ -89,13 +104,12 @@ class JobFolder:
     def _expect(self, content: Mapping[str, Any]) -> None:
         """Refuse a folder that holds another one."""
         try:
-            known: Mapping[str, Any] = json.loads(self._description.read_text(encoding="utf-8"))
-            digest = known["digest"]
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            known = opened(self._description.read_bytes(), DESCRIBED)
+        except ValueError as error:
             raise LogError(f"{self._description}: cannot be read ({error}); choose another {self._option}") from error
-        if digest != content["digest"]:
+        if known.digest != content["digest"]:
             raise OutputError(
-                f"{self.path}: holds another {self._kind}, '{known.get('name')}' of {known.get('cases')} cases; this "
+                f"{self.path}: holds another {self._kind}, '{known.name}' of {known.cases} cases; this "
                 f"is '{content['name']}' of {content['cases']}, or its files have changed since; choose another "
                 f"{self._option}"
             )
@@ -108,19 +122,17 @@ class JobFolder:
         whole = found[: found.rfind(b"\n") + 1]
         if len(whole) < len(found):
             os.ftruncate(self._ledger, len(whole))
-        return read_rows(whole, self.path / LEDGER_NAME)
+        return read_rows(whole, self.path / LEDGER_NAME, self._digest)
 
 
-def read_rows(lines: bytes, path: Path) -> dict[str, Outcome]:
-    """Return the last line of each case. Raises LogError."""
+def read_rows(lines: bytes, path: Path, digest: str) -> dict[str, Outcome]:
+    """Return the last line of each case; `digest` is that of the folder's description. Raises LogError."""
     rows: dict[str, Outcome] = {}
-    for number, line in enumerate(lines.splitlines(), 1):
+    for number, line in enumerate(lines.split(b"\n")[:-1], 1):
         try:
-            row = LINE.validate_json(line)
-        except ValidationError as error:
-            first = error.errors()[0]
-            what = ": ".join([*map(str, first["loc"]), first["msg"]])
-            text = f"cannot be read ({what}); remove that line, and its case is run again"
+            row = opened(line, LINE, digest)
+        except ValueError as error:
+            text = f"cannot be read ({error}); remove that line, and its case is run again"
             raise LogError(f"{path}:{number}: {text}") from error
         rows[row.key] = row
     return rows

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -14,12 +13,11 @@ from typing import Any
 import numpy as np
 
 from cdpr import tolerances
-from cdpr.errors import CdprError, LogError, OutputError
+from cdpr.errors import CdprError
 from cdpr.jobs.cases import Outcome
 from cdpr.jobs.cluster import spread
-from cdpr.jobs.folder import RESULTS, JobFolder
+from cdpr.jobs.folder import JobFolder
 from cdpr.jobs.threads import beside
-from cdpr.log.files import unwritable
 from cdpr.log.run_folder import folder_name
 from cdpr.model.robot import Array, read_only
 from cdpr.nearest import did_you_mean
@@ -29,6 +27,7 @@ from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.problems import shown
 from cdpr.rollouts.case import Plan, layout_of
 from cdpr.rollouts.chunk import Chunk, run_chunk
+from cdpr.rollouts.kept import THINNER, KeptInFolder, KeptInMemory
 from cdpr.rollouts.result import Rollouts
 from cdpr.rollouts.vary import check_count, values_of
 from cdpr.scenario import Scenario
@@ -40,7 +39,6 @@ from cdpr.simulation.loop import Loop
 from cdpr.simulation.start import chosen_scenario
 
 KIND = "rollout"
-ROWS_NAME = "rows.npy"
 
 COLUMNS = ("position", "orientation", "tension")  # that are kept unless others are asked for
 SAMPLES = 100  # of a case that are kept, about, unless it is said
@@ -83,7 +81,8 @@ def rollout(
         columns: which columns of a run are kept.
         threads: how many; one a core where backend, controller and solver run as compiled code, else one.
         scheduler: address of a Dask cluster that runs the cases instead, such as tcp://host:8786.
-        out: a folder for what was computed; the same call goes on with what it holds.
+        out: a folder for what was computed; the same call goes on with what it holds. Damaged cases are computed
+            again, with a warning.
         progress: called with the number of cases that have ended, and their total.
 
     A case that ends early (diverged, infeasible, ...) is a result, and one whose values the scenario does not take is
@@ -117,17 +116,14 @@ def rollout(
         folder = None if out is None else JobFolder(folder_name(out), KIND, _about(plan, values, n))
         if folder is not None:
             opened.callback(folder.close)
-        rows = _room(plan, n, folder)
-        ended = {} if folder is None else {key: row for key, row in folder.rows.items() if row.status in RESULTS}
+        kept = _kept_in_memory(plan, n) if folder is None else KeptInFolder(folder, _shape(plan, n))
+        opened.callback(kept.close)
+        ended = kept.ended
         progress(len(ended), n)
 
         def done(found: list[Outcome], computed: Array) -> None:
             for outcome, row in zip(found, computed, strict=True):
-                rows[int(outcome.key)] = row
-                ended[outcome.key] = outcome
-            if folder is not None:
-                for outcome in found:
-                    folder.record(outcome)
+                kept.keep(outcome, row)
             progress(len(ended), n)
 
         chunks = _chunks(plan, values, [i for i in range(n) if str(i) not in ended])
@@ -136,6 +132,7 @@ def rollout(
             beside(chunks, run_chunk, several, lambda found: done(*found), KIND)
         else:
             _on_cluster(chunks, scheduler, done)
+        rows = kept.rows()
     layout = plan.layout
     return Rollouts(
         name=base.name,
@@ -202,30 +199,17 @@ def _about(plan: Plan, values: Mapping[str, Sequence[Any]], n: int) -> dict[str,
     return {"name": scenario.name, "cases": n, "digest": digest, **shape, "versions": versions}
 
 
-def _room(plan: Plan, n: int, folder: JobFolder | None) -> Array:
-    """Return where the rows go, (n, K, W): in memory, or a file in the folder."""
-    shape = (n, len(plan.kept), len(plan.places))
+def _shape(plan: Plan, n: int) -> tuple[int, int, int]:
+    return n, len(plan.kept), len(plan.places)
+
+
+def _kept_in_memory(plan: Plan, n: int) -> KeptInMemory:
+    shape = _shape(plan, n)
     need = 8 * int(np.prod(shape, dtype=object))
-    thin = "thin them by every=, or keep fewer columns="
-    if folder is None:
-        have = MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        if need > have:
-            raise CdprError(f"rollout: the rows need {need / 2**30:.3g} GiB of memory: give a folder, out=, {thin}")
-        return np.full(shape, np.nan)
-    path = folder.path / ROWS_NAME
-    try:
-        if not path.exists() and not folder.rows:
-            if need > shutil.disk_usage(folder.path).free:
-                raise OutputError(f"{path}: the rows need {need / 2**30:.3g} GiB, more than its disk has: {thin}")
-            np.lib.format.open_memmap(path, "w+", np.float64, shape)
-        rows: Array = np.lib.format.open_memmap(path, "r+")
-    except OSError as error:
-        raise unwritable(path, error) from error
-    except ValueError as error:
-        raise LogError(f"{path}: cannot be read ({error}); choose another folder, out=") from error
-    if rows.shape != shape or rows.dtype != np.float64:
-        raise LogError(f"{path}: rows of shape {shape} are expected, got {rows.shape}; choose another folder, out=")
-    return rows
+    have = MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if need > have:
+        raise CdprError(f"rollout: the rows need {need / 2**30:.3g} GiB of memory: give a folder, out=, {THINNER}")
+    return KeptInMemory(shape)
 
 
 def _chunks(plan: Plan, values: Mapping[str, Sequence[Any]], waiting: Sequence[int]) -> Iterator[Chunk]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pydantic import TypeAdapter
 
+from cdpr.checksums import opened
 from cdpr.errors import LogError
 from cdpr.jobs.folder import LEDGER_NAME, RESULTS, JobFolder, clear, read_rows
 from cdpr.study.plan import Checked, Study
@@ -16,7 +16,16 @@ from cdpr.study.plan import Checked, Study
 KIND = "study"
 RUNS_NAME = "runs"
 
-CHECKED = TypeAdapter(Checked)
+
+@dataclass(frozen=True)
+class Described:
+    """What is read of study.json before the study itself is."""
+
+    digest: str
+    checked: Mapping[str, Checked]
+
+
+DESCRIBED = TypeAdapter(Described)
 
 
 class StudyFolder(JobFolder):
@@ -40,10 +49,9 @@ def ended(path: Path) -> dict[str, tuple[Checked, Mapping[str, str]]]:
     What is wrong with the folder is told by StudyFolder.
     """
     try:
-        checked = json.loads((path / f"{KIND}.json").read_text(encoding="utf-8"))["checked"]
-        found = (path / LEDGER_NAME).read_bytes()
-        rows = read_rows(found[: found.rfind(b"\n") + 1], path / LEDGER_NAME)
-        known = {key: CHECKED.validate_python(checked[key]) for key in rows if key in checked}
-    except (OSError, ValueError, KeyError, TypeError, RecursionError, LogError):
+        known = opened((path / f"{KIND}.json").read_bytes(), DESCRIBED)
+        rows = read_rows((path / LEDGER_NAME).read_bytes(), path / LEDGER_NAME, known.digest)
+    except (OSError, ValueError, LogError):
         return {}
-    return {key: (known[key], row.versions) for key, row in rows.items() if key in known and row.status in RESULTS}
+    checked = known.checked
+    return {key: (checked[key], row.versions) for key, row in rows.items() if key in checked and row.status in RESULTS}

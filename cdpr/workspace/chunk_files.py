@@ -11,7 +11,6 @@ Values have all their digits: so what is loaded is the workspace that memory wou
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import os
@@ -24,15 +23,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import TypeAdapter
 
+from cdpr.checksums import checksum, opened, unsealed, validated
 from cdpr.errors import LogError, OutputError
 from cdpr.jobs.cases import Outcome
 from cdpr.jobs.folder import LEDGER_NAME, read_rows
+from cdpr.workspace import schema
 from cdpr.workspace.octree import Asked
 from cdpr.workspace.regions import MOST_CELLS, Region
 from cdpr.workspace.tally import Tally
 
 KIND = "workspace"
-FORMAT = "cdpr workspace chunks 1"
+FORMAT = "cdpr workspace chunks 2"
 CHUNKS, SUMMARY, MANIFEST = "chunks", "summary.json", f"{KIND}.json"
 
 MEMORY = 0.5  # of the machine's that tables may take
@@ -83,11 +84,6 @@ def chunk_path(folder: Path, number: int) -> Path:
     return folder / CHUNKS / f"{number:06d}.npz"
 
 
-def checksum(content: bytes) -> str:
-    """Return by what a damaged file is found."""
-    return hashlib.sha256(content).hexdigest()
-
-
 def read_chunk(folder: Path, number: int, row: Outcome) -> bytes | None:
     """Return the content of a chunk's file; None where it is not there or not what was written."""
     try:
@@ -113,7 +109,7 @@ def plain(value: Any) -> Any:
 def digest(content: Mapping[str, Any]) -> str:
     """Return what tells workspaces apart."""
     asked = {name: content[name] for name in ASKED}
-    return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+    return checksum(json.dumps(asked, sort_keys=True).encode())
 
 
 def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:
@@ -143,22 +139,25 @@ class Folder(NamedTuple):
 def read_folder(folder: Path) -> Folder:
     """Read a folder in which all chunks are. Raises LogError where it cannot be read, or is too large."""
     known = _manifest(folder)
+    there = known["region"]
+    lower, upper, attitudes = (np.array(there[name], dtype=float) for name in ("lower", "upper", "orientations"))
+    place = Region(lower, upper, tuple(there["cells"]), attitudes)
+    chunk, count = known["chunk"], known["cases"]
+    about = {name: known[name] for name in ("kind", "question", "over", "method", "notes", "source")}
+    about["robot"] = known["robot"]["name"]
     try:
-        there = known["region"]
-        lower, upper, attitudes = (np.array(there[name]) for name in ("lower", "upper", "orientations"))
-        place = Region(lower, upper, tuple(there["cells"]), attitudes)
-        chunk, count = int(known["chunk"]), int(known["cases"])
-        lines = (folder / LEDGER_NAME).read_bytes()
-        about = {name: known[name] for name in ("kind", "question", "over", "method", "notes", "source")}
-        about["robot"] = known["robot"]["name"]
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise LogError(f"{folder}: is no workspace that can be read ({error})") from error
-    rows = read_rows(lines[: lines.rfind(b"\n") + 1], folder / LEDGER_NAME)
-    try:
-        about["limited_by"] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["limited_by"]
-    except (OSError, KeyError, TypeError, ValueError):
+        rows = read_rows((folder / LEDGER_NAME).read_bytes(), folder / LEDGER_NAME, known["digest"])
+        summary = (folder / SUMMARY).read_bytes() if (folder / SUMMARY).exists() else None
+    except OSError as error:
+        raise LogError(f"{error.filename}: cannot be read: {error.strerror or error}") from error
+    if summary is None:
         text = f"{len(rows)} of {count} chunks are there; the command that began it goes on with --resume"
-        raise LogError(f"{folder}: is not finished: {text}") from None
+        raise LogError(f"{folder}: is not finished: {text}")
+    try:
+        about["limited_by"] = dict(opened(summary, schema.SUMMARY, known["digest"]).limited_by)
+    except ValueError as error:
+        text = f"cannot be read ({error}); the command that wrote it makes it again with --resume"
+        raise LogError(f"{folder / SUMMARY}: {text}") from error
     _check_room(folder, place)
     value, limit = np.empty(place.cells), np.empty(place.cells, dtype=np.int64)
     tables = Asked(value, limit, np.empty(place.cells, dtype=bool), np.empty(place.cells, dtype=bool))
@@ -187,12 +186,15 @@ def _check_room(folder: Path, region: Region) -> None:
 
 def _manifest(folder: Path) -> dict[str, Any]:
     try:
-        known = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        if known["format"] != FORMAT:
+        known = unsealed((folder / MANIFEST).read_bytes())
+        if known.get("format") != FORMAT:
             raise ValueError("another format")
-        return dict(known)
-    except (OSError, KeyError, TypeError, ValueError, RecursionError) as error:
+        validated(known, schema.MANIFEST)
+        if digest(known) != known["digest"]:
+            raise ValueError("its digest is of another workspace")
+    except (OSError, ValueError) as error:
         raise LogError(f"{folder / MANIFEST}: is no workspace in chunks that can be read ({error})") from error
+    return known
 
 
 def _differences(name: str, there: Any, here: Any) -> Iterator[tuple[str, Any, Any]]:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cdpr.checksums import checksum, sealed
 from cdpr.errors import CdprError, Interrupted, LogError, OutputError
 from cdpr.jobs.cases import Outcome
 from cdpr.jobs.cluster import spread
@@ -162,7 +163,7 @@ def run_chunk(chunk: Chunk, stopped: Callable[[], bool] = lambda: False) -> Foun
         )
         counted.append(tally(cells, region.shape, parts[-1]))
     content = packed(Asked(*(np.concatenate(each) for each in zip(*parts, strict=True))))
-    return Found(chunk.number, content, chunk_files.checksum(content), total(counted))
+    return Found(chunk.number, content, checksum(content), total(counted))
 
 
 def _content(task: Task, chunk: int, source: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -244,5 +245,6 @@ def _finish(folder: JobFolder, task: Task, content: Mapping[str, Any]) -> dict[s
         evaluated=region.cells,
         components=pieces.pieces,
     )
-    write(folder.path / chunk_files.SUMMARY, json.dumps(told | {"limited_by": named}, indent=1) + "\n")
+    summary = sealed(told | {"limited_by": named}, content["digest"])
+    write(folder.path / chunk_files.SUMMARY, json.dumps(summary, indent=1) + "\n")
     return told

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import zipfile
@@ -15,13 +14,15 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.checksums import check_archive, seal_archive, validated
 from cdpr.errors import CdprError, LogError
 from cdpr.log.files import unwritable
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
+from cdpr.model.arrays import shape_text
 from cdpr.model.robot import Array
-from cdpr.workspace import answers
+from cdpr.workspace import answers, schema
 from cdpr.workspace.ask import Over, ask_positions, checked_question, inside_of
 from cdpr.workspace.certify import INSIDE, NEITHER, UNDECIDED, Proofs, certify
 from cdpr.workspace.chunk_files import read_folder
@@ -35,7 +36,7 @@ from cdpr.workspace.regions import MOST_CELLS, Region
 from cdpr.workspace.tally import figures, tally, total
 from cdpr.workspace.turns import Turns, check_turns, turns
 
-FORMAT = "cdpr workspace 4"
+FORMAT = "cdpr workspace 5"
 Method = Literal["grid", "octree", "hull", "rays", "turns", "certify"]
 METHODS: tuple[Method, ...] = get_args(Method)
 Detail = Proofs | Hull | Rays | Turns
@@ -140,8 +141,9 @@ class Workspace:
             **({} if self.detail is None else self.detail.plain()),
         }
         try:
-            with part.open("wb") as file:
-                np.savez_compressed(file, allow_pickle=False, digest=np.array(_digest(tables)), **tables)
+            with part.open("w+b") as file:
+                np.savez_compressed(file, allow_pickle=False, **tables)
+                seal_archive(file)
             part.replace(target)
         except OSError as error:
             part.unlink(missing_ok=True)
@@ -153,37 +155,41 @@ def load_workspace(path: str | os.PathLike[str]) -> Workspace:
     if os.path.isdir(path):
         return _of_folder(Path(path))
     try:
-        with open(path, "rb") as file, np.load(file, allow_pickle=False) as members:
-            found = {**members}
-            about = json.loads(str(found["about"]))
-            if about.pop("format", None) != FORMAT:
-                raise ValueError("another format")
-            if str(found.pop("digest")) != _digest(found):
-                raise ValueError("changed since it was written")
-            value, *tables = (found[name] for name in ("value", "inside", "boundary", "limit", "evaluated"))
-            inside, boundary, limit, evaluated = tables
-            region = Region(found["lower"], found["upper"], value.shape, found["orientations"])
-            kind_of_detail = DETAILS.get(about["method"])
-            detail = None if kind_of_detail is None else kind_of_detail.from_plain(region, found)
-        if value.ndim != 3 or any(each.shape != value.shape for each in tables):
+        with open(path, "rb") as file:
+            check_archive(file)
+            with np.load(file, allow_pickle=False) as members:
+                found = {**members}
+        about = json.loads(str(found["about"]))
+        if about.pop("format", None) != FORMAT:
+            raise ValueError("another format")
+        validated(about, schema.ABOUT)
+        value, inside, boundary, limit, evaluated = (
+            _table(found, name, kind, (None, None, None))
+            for name, kind in (("value", "f"), ("inside", "b"), ("boundary", "b"), ("limit", "i"), ("evaluated", "b"))
+        )
+        if any(each.shape != value.shape for each in (inside, boundary, limit, evaluated)):
             raise ValueError("arrays of different shapes")
+        lower, upper = (_table(found, name, "f", (3,)) for name in ("lower", "upper"))
+        region = Region(lower, upper, value.shape, _table(found, "orientations", "f", (None, 4)))
+        kind_of_detail = DETAILS.get(about["method"])
+        detail = None if kind_of_detail is None else kind_of_detail.from_plain(region, found)
         name, robot = about.pop("kind"), about.pop("robot")
         kind = combined(name) if "of" in about else kind_of(name)
-        read = Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about, detail)
-        read.summary()  # all that it needs is there
-        return read
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, CdprError, zipfile.BadZipFile, EOFError) as error:
+        return Workspace(kind, robot, region, value, inside, boundary, limit, evaluated, about, detail)
+    except OSError as error:
+        raise LogError(f"{os.fspath(path)}: cannot be read: {error.strerror or error}") from error
+    except (ValueError, LookupError, CdprError, zipfile.BadZipFile) as error:
         raise LogError(f"{os.fspath(path)}: is no workspace that can be read ({error})") from error
 
 
-def _digest(tables: Mapping[str, NDArray[Any]]) -> str:
-    """What says that all tables are as they were written: SHA-256 of their names, kinds, shapes and bytes."""
-    found = hashlib.sha256()
-    for name in sorted(tables):
-        table = np.ascontiguousarray(tables[name])
-        found.update(f"{name} {table.dtype.str} {table.shape}\n".encode())
-        found.update(table.tobytes())
-    return found.hexdigest()
+def _table(found: Mapping[str, NDArray[Any]], name: str, kind: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
+    """Return an array of a file; ValueError where it is missing or has another kind of numbers or another shape."""
+    table = found.get(name)
+    if table is None or table.dtype.kind != kind or table.ndim != len(shape):
+        raise ValueError(f"{name}: an array of {len(shape)} dimensions and kind '{kind}' is expected")
+    if any(want not in (None, got) for want, got in zip(shape, table.shape, strict=True)):
+        raise ValueError(f"{name}: an array of shape {shape_text(shape)} is expected, got {table.shape}")
+    return table
 
 
 def _silent(done: int, total: int) -> None:

@@ -12,8 +12,10 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 from design_cases import BOX, ONE, TWO, design_of, kept, write_design
+from sealed_files import edit_file, edit_lines
 
 import cdpr
+from cdpr.checksums import sealed
 from cdpr.design import load_design, run_design
 from cdpr.design.rank import Score, front
 from cdpr.design.search import look, spread
@@ -54,7 +56,7 @@ def records(folder):
 
 def test_what_a_design_leaves(found):
     told = json.loads((found.folder / "design.json").read_text())
-    assert told == json.loads(json.dumps(found.plain()))
+    assert told == sealed(found.plain())
     rows = records(found.folder)
     assert [int(row["number"]) for row in rows] == list(range(41))
     feasible = [row for row in rows[1:] if row["feasible"] == "true"]
@@ -160,8 +162,7 @@ def test_other_versions_do_not_go_on(tmp_path):
     design = design_of(tmp_path, optimizer="evaluations: 6")
     run_design(design, tmp_path / "out")
     path = tmp_path / "out" / "design.json"
-    told = json.loads(path.read_text())
-    path.write_text(json.dumps({**told, "versions": {**told["versions"], "scipy": "0.1"}}))
+    edit_file(path, lambda told: told["versions"].update(scipy="0.1"))
     with pytest.raises(OutputError, match=r"other versions: scipy 0.1, here \d"):
         run_design(design, tmp_path / "out", resume=True)
 
@@ -170,14 +171,14 @@ def test_a_ledger_of_other_candidates_is_refused(tmp_path):
     design = design_of(tmp_path, optimizer="evaluations: 6")
     run_design(design, tmp_path / "out")
     ledger = tmp_path / "out" / "cases.jsonl"
-    first, second, *rest = ledger.read_text().splitlines()
-    row = json.loads(second)
-    row["summary"]["values"][0] += 1e-9
-    ledger.write_text("\n".join([first, json.dumps(row), *rest]) + "\n")
+
+    def another(row):
+        row["summary"]["values"][0] += 1e-9
+
+    edit_lines(ledger, another, 1)
     with pytest.raises(LogError, match="evaluation 1 is of another candidate than the search asks for now"):
         run_design(design, tmp_path / "out", resume=True)
-    del row["summary"]["values"]
-    ledger.write_text("\n".join([first, json.dumps(row), *rest]) + "\n")
+    edit_lines(ledger, lambda row: row["summary"].pop("values"), 1)
     with pytest.raises(LogError, match="evaluation 1 cannot be read"):
         run_design(design, tmp_path / "out", resume=True)
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
+from sealed_files import edit_lines
 from study_cases import TABLES, tables, write_study
 
 import cdpr
@@ -184,11 +185,8 @@ def test_the_reason_is_the_first_line():
 
 def test_other_versions_are_told(results, tmp_path):
     ledger = tmp_path / "out" / "cases.jsonl"
-    rows = [json.loads(line) for line in ledger.read_text().splitlines()]
-    numpy = rows[0]["versions"]["numpy"]
-    for row in rows[:2]:
-        row["versions"]["numpy"] = "1.0"
-    ledger.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    numpy = json.loads(ledger.read_text().splitlines()[0])["versions"]["numpy"]
+    edit_lines(ledger, lambda row: row["versions"].update(numpy="1.0"), 0, 1)
     said = []
     run_study(results.study, tmp_path / "out", say=said.append)
     assert len(said) == 1

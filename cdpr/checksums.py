@@ -1,0 +1,112 @@
+"""Checksums and schemas of the files that cdpr writes and later reads back.
+
+Every such file holds the SHA-256 of its content, so that damage, a manual edit or a mix-up of files is reported
+instead of being used. It detects accidents; it is no protection against an attacker, who can compute a new checksum.
+
+JSON files and lines of a ledger keep it under the key "checksum". A line also covers the digest of the job that it
+belongs to: lines of another job do not fit. Archives (NPZ) keep it as their comment, which other programs ignore.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+T = TypeVar("T")
+
+KEY = "checksum"
+LENGTH = 2 * hashlib.sha256().digest_size  # characters of a checksum
+BLOCK = 1 << 20  # bytes that are read at a time
+COMMENT = struct.Struct("<H")  # number of bytes of the comment, the last entry of that record
+CHANGED = "it was changed since it was written: its checksum differs"
+
+
+def checksum(content: bytes | memoryview) -> str:
+    """Return the SHA-256 of bytes, in hexadecimal digits."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def sealed(content: Mapping[str, Any], job: str = "") -> dict[str, Any]:
+    """Return plain JSON data with its checksum added, which also covers the digest of its `job`, if any."""
+    content = json.loads(json.dumps(content))  # as it will be read: keys are texts
+    content.pop(KEY, None)
+    return {**content, KEY: _of(content, job)}
+
+
+def unsealed(text: str | bytes, job: str = "") -> dict[str, Any]:
+    """Undo `sealed` of a JSON text.
+
+    Raises ValueError, with the reason, where the text is damaged, was edited or belongs to another job.
+    """
+    try:
+        content = json.loads(text)
+        if not isinstance(content, dict):
+            raise ValueError(f"a JSON object is expected, got {type(content).__name__}")
+        found = content.pop(KEY, None)
+        if found is None:
+            raise ValueError("it has no checksum: an older version wrote it, or it was edited")
+        if found != _of(content, job):
+            raise ValueError(CHANGED)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
+    return content
+
+
+def validated(content: object, schema: TypeAdapter[T]) -> T:
+    """Return data as a schema has it. Raises ValueError, with the first problem, where it does not match."""
+    from pydantic import ValidationError  # takes long to import
+
+    try:
+        return schema.validate_python(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ValueError(f"{where}: {first['msg']}" if where else first["msg"]) from None
+
+
+def opened(text: str | bytes, schema: TypeAdapter[T], job: str = "") -> T:
+    """Undo `sealed` of a JSON text and validate it by a schema. Raises ValueError as `unsealed` and `validated`."""
+    return validated(unsealed(text, job), schema)
+
+
+def seal_archive(file: BinaryIO) -> None:
+    """Add the checksum of a finished zip archive, open to be read and written, as its comment."""
+    file.seek(-COMMENT.size, 2)
+    if file.read() != COMMENT.pack(0):
+        raise ValueError("an archive without a comment is expected")
+    file.seek(-COMMENT.size, 2)
+    file.write(COMMENT.pack(LENGTH))
+    text = _of_bytes(file, file.seek(0, 2))
+    file.seek(0, 2)
+    file.write(text.encode())
+
+
+def check_archive(file: BinaryIO) -> None:
+    """Raise ValueError where an archive is not as `seal_archive` left it; leave the file at its start."""
+    size = file.seek(0, 2) - LENGTH
+    file.seek(max(0, size))
+    text = file.read()
+    if size < 0 or text != _of_bytes(file, size).encode():
+        raise ValueError("it was changed since it was written, or an older version wrote it: its checksum differs")
+    file.seek(0)
+
+
+def _of_bytes(file: BinaryIO, size: int) -> str:
+    """Return the checksum of the first bytes of a file."""
+    found = hashlib.sha256()
+    file.seek(0)
+    while size > 0 and (block := file.read(min(size, BLOCK))):
+        found.update(block)
+        size -= len(block)
+    return found.hexdigest()
+
+
+def _of(content: Mapping[str, Any], job: str) -> str:
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return checksum(f"{job}\n{text}".encode())
