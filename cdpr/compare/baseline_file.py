@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
+from cdpr.checksums import KEY, sealed, unsealed
 from cdpr.compare.baseline import FIELDS, STATE, Baseline
 from cdpr.errors import CdprError
 from cdpr.fields import NonNegative, Section
@@ -64,7 +65,8 @@ def write(baseline: Baseline, folder: Path) -> Path:
     texts = ",\n".join(f"  {json.dumps(line, ensure_ascii=False)}" for line in scenario.splitlines())
     text = json.dumps(data, indent=1, allow_nan=False)[:-2]
     text += f',\n "indices": {json.dumps(indices.tolist())}'
-    text += f',\n "samples": [\n{lines}\n ],\n "scenario_yaml": [\n{texts}\n ]\n}}\n'
+    text += f',\n "samples": [\n{lines}\n ],\n "scenario_yaml": [\n{texts}\n ]'
+    text += f',\n "{KEY}": "{sealed(json.loads(text + "}"))[KEY]}"\n}}\n'
     make_folder(folder)
     path = folder / baseline.name
     replace(path, text)
@@ -74,14 +76,14 @@ def write(baseline: Baseline, folder: Path) -> Path:
 def read(path: Path) -> Baseline:
     """Read a baseline; CdprError where it cannot be read or is none."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = unsealed(path.read_bytes())
         content = Content.model_validate(data)
     except OSError as error:
         raise CdprError(f"{path}: cannot be read: {error.strerror or error}") from error
     except ValidationError as error:
         first = explain(error, Content, data)[0]
         raise _none(path, ": ".join([*map(str, first.path), first.text])) from None
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise _none(path, str(error)) from None
     columns = np.split(np.array(content.samples), np.cumsum([1, *content.columns.values()])[:-1], axis=1)
     samples = {"time": columns[0][:, 0], **dict(zip(FIELDS, columns[1:], strict=True))}

@@ -57,6 +57,8 @@ def load_run(path: str | Path) -> Run:
     known = None if folder is None else run_json.read(folder)
     if known is None:
         known = {"status": "finished" if found.problem is None else "running"}
+    elif folder is not None:
+        run_json.check_log(known, folder, found.header, found.rows if found.problem is None else None)
     try:
         return Run(
             header=_amended(found.header, known),

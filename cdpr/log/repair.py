@@ -7,7 +7,7 @@ import itertools
 import os
 import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -199,7 +199,12 @@ def _interrupt_unbegun(folder: Path, room: Reserved | None) -> RepairReport:
 
 def _interrupt(folder: Path, found: Scan, room: Reserved | None) -> bool:
     known = run_json.read(folder)
-    if known is None or known.get("status") != "running":
+    if known is None:
+        return False
+    if known["status"] != "running":
+        if found.problem is not None:  # it has other rows now
+            bound = {"log": asdict(run_json.log_of(found.header, found.rows))}
+            _write(folder, room, known | bound)
         return False
     run = Run(found.header, found.rows, "interrupted", f"killed while it ran; {len(found.rows)} rows kept")
     told = ("argv", "started", "finished", "events", "timings", "unused")

@@ -4,16 +4,57 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from cdpr.checksums import checksum, sealed, unsealed, validated
 from cdpr.errors import LogError
+from cdpr.log.event import Event
 from cdpr.log.files import replace
-from cdpr.log.run import Run
+from cdpr.log.run import Header, Run
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 NAME = "run.json"
+WITHOUT = "without that file the log still loads"
+
+
+@dataclass(frozen=True)
+class LogOf:
+    """The log that a run.json belongs to.
+
+    Attributes:
+        scenario: checksum of the resolved scenario in its header.
+        rows: number of its rows.
+        last_row: checksum of the last one, which depends on all before it; None where there is none.
+    """
+
+    scenario: str
+    rows: int
+    last_row: str | None
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Schema of run.json; other keys are ignored."""
+
+    status: str
+    message: str
+    summary: dict[str, Any]
+    events: tuple[Event, ...]
+    plugins: dict[str, Any]
+    header: dict[str, Any]
+    log: LogOf
+    timings: dict[str, float | None] = field(default_factory=dict)
+    unused: tuple[str, ...] = ()
+    loop: dict[str, Any] | None = None
 
 
 def describe(run: Run) -> dict[str, Any]:
@@ -30,7 +71,28 @@ def describe(run: Run) -> dict[str, Any]:
         "unused": list(run.unused),
         "plugins": run.plugins,
         "header": header,
+        "log": asdict(log_of(run.header, run.rows)),
     }
+
+
+def log_of(header: Header, rows: Any) -> LogOf:
+    """Return what binds run.json to a log with these rows."""
+    try:
+        last = checksum(np.ascontiguousarray(rows[-1], dtype="<f8").tobytes()) if len(rows) else None
+    except LogError:  # the log has changed meanwhile
+        last = None
+    return LogOf(checksum(header.scenario_yaml.encode(errors="backslashreplace")), len(rows), last)
+
+
+def check_log(known: Mapping[str, Any], folder: Path, header: Header, rows: Any | None) -> None:
+    """Raise LogError where run.json belongs to another log; `rows` are None of a log that is not complete."""
+    found = log_of(header, () if rows is None else rows)
+    there = known["log"]
+    same = there["scenario"] == found.scenario
+    if rows is not None and known["status"] != "running":
+        same = same and there["rows"] == found.rows and there["last_row"] in (None, found.last_row)
+    if not same:
+        raise LogError(f"{folder / NAME}: belongs to another log than the one beside it; {WITHOUT}")
 
 
 def loop(run: Run) -> dict[str, Any] | None:
@@ -45,7 +107,7 @@ def now() -> datetime:
 
 def encode(content: dict[str, Any]) -> bytes:
     """Return the bytes of run.json. Numbers that are not finite become null."""
-    text = json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(sealed(plain(content)), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode(errors="backslashreplace")  # \udcff is such an escape in JSON, too
 
 
@@ -58,14 +120,20 @@ def read(folder: Path) -> dict[str, Any] | None:
     """Return the content of run.json, None where there is none."""
     path = folder / NAME
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(content, dict):
-            raise ValueError("not an object")
+        content = unsealed(path.read_bytes())
+        validated(content, _schema())
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, RecursionError) as error:
-        raise LogError(f"{path}: cannot be read: {error}; without that file the log still loads") from error
+    except (OSError, ValueError) as error:
+        raise LogError(f"{path}: cannot be read: {error}; {WITHOUT}") from error
     return content
+
+
+@cache
+def _schema() -> TypeAdapter[Recorded]:
+    from pydantic import TypeAdapter  # takes long to import
+
+    return TypeAdapter(Recorded)
 
 
 def plain(value: Any) -> Any:

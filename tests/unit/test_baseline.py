@@ -10,6 +10,7 @@ import pytest
 from command_line import cdpr_here
 from compare_cases import ENGINES, SCENARIOS
 
+from cdpr.checksums import sealed
 from cdpr.compare import baseline, baseline_check, baseline_file
 from cdpr.errors import CdprError, OutputError
 
@@ -37,7 +38,7 @@ def edit(home, change):
     (path,) = (home / "kept").iterdir()
     data = json.loads(path.read_text())
     change(data)
-    path.write_text(json.dumps(data))
+    path.write_text(json.dumps(sealed(data)))
     (found,) = baseline_check.check(home / "kept")
     return found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 from log_cases import make_header, make_rows, same_bits, write_log
 from long_log_cases import CAROCA, END, EVERY, THINNED, all_on_disk, log_of, simulate_whole, told
+from sealed_files import edit_file
 
 import cdpr
 from cdpr.compare.finished import compare_finished
@@ -128,9 +128,8 @@ def test_a_thinned_run_that_stops_keeps_the_sample_that_tells_why(tmp_path: Path
 
 def test_a_killed_thinned_run_counts_what_is_in_its_log(tmp_path: Path) -> None:
     run = cdpr.simulate(CAROCA, overrides=THINNED, out=tmp_path / "run")
-    about = json.loads((tmp_path / "run" / "run.json").read_text())
-    about |= {"status": "running", "summary": {"samples": 0, "simulated_s": 0.0, "infeasible_steps": 0}}
-    (tmp_path / "run" / "run.json").write_text(json.dumps(about))
+    begun = {"status": "running", "summary": {"samples": 0, "simulated_s": 0.0, "infeasible_steps": 0}}
+    edit_file(tmp_path / "run" / "run.json", lambda about: about.update(begun))
     log_of(run).write_bytes(log_of(run).read_bytes()[:-2000])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
