@@ -34,9 +34,9 @@ def checksum(content: bytes | memoryview) -> str:
 
 def sealed(content: Mapping[str, Any], job: str = "") -> dict[str, Any]:
     """Return plain JSON data with its checksum added, which also covers the digest of its `job`, if any."""
-    content = json.loads(json.dumps(content))  # as it will be read: keys are texts
-    content.pop(KEY, None)
-    return {**content, KEY: _of(content, job)}
+    plain: dict[str, Any] = json.loads(json.dumps(content))  # as it will be read: keys are texts
+    plain.pop(KEY, None)
+    return {**plain, KEY: _of(plain, job)}
 
 
 def unsealed(text: str | bytes, job: str = "") -> dict[str, Any]:

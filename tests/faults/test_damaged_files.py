@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import json
 import random
+import resource
 import shutil
 import warnings
+from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
@@ -19,7 +21,7 @@ from damage import SCALE, damage_json, damaged, forge_json
 import cdpr
 from cdpr import load_robot
 from cdpr.compare import baseline, baseline_file
-from cdpr.errors import CdprError, LogError
+from cdpr.errors import CdprError, ExitCode, LogError, OutputError
 from cdpr.jobs.folder import JobFolder
 from cdpr.log.reader import load_run
 from cdpr.rollouts.kept import KeptInFolder
@@ -31,6 +33,16 @@ from cdpr.workspace.result import load_workspace, workspace
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.02}
 CASES = 6
+
+
+@contextmanager
+def file_size_limit(size):
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
 
 
 def copied(source, target):
@@ -231,3 +243,28 @@ def test_baselines(runs, tmp_path):
         found = read_or_refused(partial(baseline_file.read, path), path)
         assert found is None or (found.digest, found.bounds, found.scenario_yaml) == same_as
         path.write_bytes(content)
+
+
+def test_rows_have_their_room_on_the_disk_from_the_start(tmp_path):
+    """In a file with holes, a full disk ends the process while it writes to mapped memory."""
+    seen = []
+
+    def progress(done, total):
+        found = (tmp_path / "ro" / "rows.npy").stat()
+        seen.append(512 * found.st_blocks >= found.st_size)
+
+    vary = {"controller.kp": np.linspace(50.0, 90.0, CASES)}
+    cdpr.rollout(CAROCA, CASES, vary=vary, overrides=SHORT, out=tmp_path / "ro", every=1, progress=progress)
+    assert all(seen)
+
+
+@pytest.mark.parametrize("name", ["rows.npy", "cases.jsonl"])
+def test_a_full_disk_is_one_clear_error(tmp_path, name):
+    vary = {"controller.kp": np.linspace(50.0, 90.0, CASES)}
+    room = 1000 if name == "rows.npy" else 3500  # of any file; the rows take 3 kB, the ledger 4 kB
+    with (
+        pytest.raises(OutputError, match=f"{name}: .*(more than its disk has|cannot be written)") as caught,
+        file_size_limit(room),
+    ):
+        cdpr.rollout(CAROCA, CASES, vary=vary, overrides=SHORT, out=tmp_path / "ro", every=10, threads=1)
+    assert caught.value.exit_code == ExitCode.NOT_WRITABLE
