@@ -22,6 +22,7 @@ from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from cdpr import ownership
 from cdpr.errors import OutputError
 
 PACKAGES = ("cdpr", "cdpr_backends", "cdpr_controllers", "cdpr_solvers")
@@ -118,23 +119,24 @@ def user_cache() -> Path:
 def folder() -> str:
     """Return the folder for compiled kernels, made if need be.
 
-    It lies in NUMBA_CACHE_DIR or the user's cache; where neither can be written, in the fallback, with a warning.
+    It lies in NUMBA_CACHE_DIR or the user's cache; where that cannot be written, or others may write there, in the
+    fallback, with a warning.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     root = Path(chosen) if chosen else user_cache()
     path = root / f"kernels-{digest()}"
     try:
-        _make_writable(path)
+        _make_writable(path, path if chosen else root)
     except OSError as error:
         root = fallback()
+        reason = f"cannot be written ({error.strerror})" if error.strerror else f"is not used: {error}"
         warnings.warn(
-            f"{path} cannot be written ({error.strerror}): compiled kernels are kept in {root}; "
-            "NUMBA_CACHE_DIR names another folder",
+            f"{path} {reason}: compiled kernels are kept in {root}; NUMBA_CACHE_DIR names another folder",
             stacklevel=2,
         )
         path = root / path.name
         try:
-            _make_writable(path)
+            _make_writable(path, root)
         except OSError as second:
             raise unwritable(path, second) from error
     for old in _used_before(root, time.time() - UNUSED)[KEPT:]:
@@ -187,12 +189,30 @@ def unwritable(path: Path, error: OSError) -> OutputError:
     )
 
 
-def _make_writable(path: Path) -> None:
-    """Make a folder where there is none; OSError where it cannot be written."""
-    path.mkdir(parents=True, exist_ok=True)
+def read(name: str) -> bytes | None:
+    """Return the content of a file of compiled kernels; None where there is none, or it may not be used."""
+    try:
+        return ownership.read_private(kept() / name)
+    except PermissionError as error:
+        warn_rebuilt(f"{error}")
+    except OSError:
+        pass
+    return None
+
+
+def warn_rebuilt(reason: str) -> None:
+    """Warn that compiled code of the cache is not used."""
+    warnings.warn(f"{reason}: it is not used, and compiled again", stacklevel=3)
+
+
+def _make_writable(path: Path, own: Path) -> None:
+    """Make a folder where there is none; OSError where it cannot be written, or others may write there."""
+    ownership.make_private(path, own)
     os.utime(path)
     with tempfile.TemporaryFile(dir=path):
         pass
+    if found := ownership.fault(path):
+        raise PermissionError(found)
 
 
 def _used_before(root: Path, moment: float) -> list[Path]:

@@ -53,12 +53,12 @@ class KernelStore(_Cache):  # type: ignore[misc]
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
         """Return the compiled function, or None where it is not there or not whole."""
-        try:
-            content = (kernel_cache.kept() / self.key(sig)).read_bytes()
-        except OSError:
+        content = kernel_cache.read(self.key(sig))
+        if content is None:
             return None
         checksum, payload = content[:CHECKSUM], content[CHECKSUM:]
         if hashlib.sha256(payload).digest() != checksum:
+            kernel_cache.warn_rebuilt(f"{kernel_cache.kept() / self.key(sig)} is damaged")
             return None
         needed, kernel = pickle.loads(payload)
         if not all(map(linking.link, needed)):  # before its code is seen: without an address, that ends the process

@@ -142,11 +142,14 @@ def _whole(folder: Path, name: str, *, ours: bool) -> Iterator[Library]:
     """Yield the files that are whole; those of `ours` that are not are removed."""
     for path in sorted(folder.glob(pattern(name))):
         with contextlib.suppress(OSError):
-            content = path.read_bytes()
-            entries = index(content) if hashlib.sha256(content).hexdigest() == path.stem.rpartition("-")[2] else None
+            content = kernel_cache.read(path.name) if ours else path.read_bytes()
+            whole = content is not None and hashlib.sha256(content).hexdigest() == path.stem.rpartition("-")[2]
+            entries = index(content) if whole and content is not None else None
             if entries is not None:
                 yield Library(path, entries, ours)
             elif ours:
+                if content is not None:
+                    kernel_cache.warn_rebuilt(f"{path} is damaged")
                 path.unlink()  # what uses it now keeps what it has mapped
 
 

@@ -201,11 +201,23 @@ def test_a_damaged_file_is_compiled_again(store, stranger, damage):
     whole = file.read_bytes()
     file.write_bytes(damage(whole))
     again = fresh()
-    assert again(np.ones(1)) == 2.0
+    with pytest.warns(UserWarning, match="is damaged: it is not used, and compiled again"):
+        assert again(np.ones(1)) == 2.0
     assert not again.stats.cache_hits
     kept = fresh()
     assert kept(np.ones(1)) == 2.0
     assert kept.stats.cache_hits  # it is whole again
+
+
+@compiled
+@pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
+def test_a_file_of_another_user_is_compiled_again(store, stranger):
+    fresh()(np.ones(1))
+    (file,) = store.glob("stranger.first-*")
+    os.chown(file, 12345, 12345)
+    with pytest.warns(UserWarning, match="belongs to another user: it is not used, and compiled again"):
+        assert fresh()(np.ones(1)) == 2.0
+    assert file.stat().st_uid == 0
 
 
 @compiled
@@ -321,6 +333,7 @@ def test_processes_at_once_keep_kernels_and_what_they_call_apart(store, tmp_path
 
 
 @compiled
+@pytest.mark.filterwarnings("ignore:.* is damaged")
 @pytest.mark.parametrize("damage", [lambda file: file.write_bytes(b"?"), lambda file: file.unlink()])
 def test_what_is_called_apart_is_compiled_again_where_its_file_is_damaged(store, apart, damage):
     apart(2.0)(np.ones(1))

@@ -7,11 +7,13 @@ import hashlib
 import io
 import os
 import uuid
+import warnings
 import zipfile
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from cdpr import ownership
 from cdpr.errors import CdprError, OutputError
 from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
@@ -74,17 +76,28 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
     """
     content = fmu_bytes(model, fmi)
     path = fmu_cache() / f"{hashlib.sha256(content).hexdigest()}.fmu"
-    if not path.is_file() or path.read_bytes() != content:
-        _write(path, content)
+    try:
+        whole = ownership.read_private(path) == content
+        reason = f"{path} is damaged"
+    except FileNotFoundError:
+        whole, reason = False, ""
+    except OSError as error:
+        whole, reason = False, str(error)
+    if not whole:
+        if reason:
+            warnings.warn(f"{reason}: it is not used, and made again", stacklevel=2)
+        _write(path, content, 0o600)
         keep_newest(path.parent, ".fmu", KEPT)
     return path
 
 
-def _write(out: Path, content: bytes) -> None:
+def _write(out: Path, content: bytes, mode: int | None = None) -> None:
     temporary = out.with_name(f"{out.name}.{os.getpid()}.tmp")  # so that no half-written file ever bears the name
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         temporary.write_bytes(content)
+        if mode is not None:
+            temporary.chmod(mode)
         os.replace(temporary, out)
     except OSError as error:
         with contextlib.suppress(OSError):

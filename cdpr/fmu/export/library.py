@@ -11,10 +11,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from cdpr import ownership
+from cdpr.checksums import checksum
 from cdpr.errors import OutputError, PluginError
 from cdpr.fmu.export.control import NOBODY
 from cdpr.fmu.export.description import IDENTIFIER
@@ -112,25 +115,55 @@ def library(files: Mapping[str, bytes], flags: Sequence[str] = FLAGS, goal: Targ
     for name, content in files.items():
         digest.update(name.encode() + b"\0" + content)
     folder = fmu_cache()
-    cached = folder / f"{IDENTIFIER}-{digest.hexdigest()[:32]}{goal.ending}"
-    if not cached.is_file():
-        with tempfile.TemporaryDirectory(dir=folder) as place:
-            os.replace(_compile(command, files, Path(place), goal.ending), cached)
-        keep_newest(folder, goal.ending, KEPT)
-    return cached.read_bytes()
+    begin = f"{IDENTIFIER}-{digest.hexdigest()[:32]}-"
+    for cached in folder.glob(f"{begin}*{goal.ending}"):
+        if (known := _cached(cached)) is not None:
+            return known
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        made = _compile(command, files, Path(place), goal.ending)
+        made.chmod(0o600)
+        content = made.read_bytes()
+        os.replace(made, folder / f"{begin}{checksum(content)}{goal.ending}")
+    keep_newest(folder, goal.ending, KEPT)
+    return content
+
+
+def _cached(path: Path) -> bytes | None:
+    """Return the content of a library, whose name ends in its checksum; None, with a warning, where it is not used."""
+    try:
+        content = ownership.read_private(path)
+    except FileNotFoundError:  # another process has removed it
+        return None
+    except OSError as error:
+        reason = str(error)
+    else:
+        if checksum(content) == path.stem.rpartition("-")[2]:
+            return content
+        reason = f"{path} is damaged"
+    warnings.warn(f"{reason}: it is not used, and compiled again", stacklevel=2)
+    with contextlib.suppress(OSError):
+        path.unlink()
+    return None
 
 
 def fmu_cache() -> Path:
-    """Return the folder for libraries and FMUs in the user's cache, made if need be."""
-    folder = user_cache() / "fmu"
+    """Return the folder for libraries and FMUs in the user's cache, made if need be.
+
+    Raises OutputError where it cannot be written, or others may write there: what lies in it is executed.
+    """
+    root = user_cache()
+    folder = root / "fmu"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        ownership.make_private(folder, root)
         with tempfile.TemporaryFile(dir=folder):
             pass
+        found = ownership.fault(folder)
     except OSError as error:
         raise OutputError(
             f"{folder}: cannot be written: {error.strerror}; set XDG_CACHE_HOME to a folder that can"
         ) from error
+    if found:
+        raise OutputError(f"{folder}: is not used: {found}; or set XDG_CACHE_HOME to a folder of your own")
     return folder
 
 

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
+from cdpr import ownership
 from cdpr.errors import FmuError, OutputError
 from cdpr.fmu.read.archive import Archive
 from cdpr.locks import Lock, lock, open_to_lock
@@ -101,7 +102,7 @@ def _lines(path: Path) -> list[str]:
     """Return the lines of the list, none where there is none; what was opened is what is checked and read."""
     try:
         with open(path, "rb", opener=_without_waiting) as file:
-            if fault := _fault(os.fstat(file.fileno()), os.stat(path.parent)):
+            if fault := _fault(os.fstat(file.fileno()), path.parent):
                 raise FmuError(f"{path}: {fault}; nobody else may say whose code runs: mend or remove it")
             content = file.read(MOST + 1)
         if len(content) > MOST:
@@ -118,16 +119,11 @@ def _without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_NONBLOCK)  # a FIFO would wait for a writer
 
 
-def _fault(about: os.stat_result, folder: os.stat_result) -> str:
-    """Say what is wrong with the list and its folder, "" if nothing."""
+def _fault(about: os.stat_result, folder: Path) -> str:
+    """Say what is wrong with the list and the folders on the way to it, "" if nothing."""
     if not stat.S_ISREG(about.st_mode):
         return "the list of trusted FMUs is not a regular file"
-    for what, each in (("the list of trusted FMUs", about), ("the folder of the list of trusted FMUs", folder)):
-        if each.st_uid not in (0, os.geteuid()):
-            return f"{what} belongs to another user"
-        if each.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-            return f"others may write to {what} (chmod go-w)"
-    return ""
+    return ownership.fault_of(about, "the list of trusted FMUs") or ownership.fault(folder)
 
 
 @contextmanager
@@ -135,7 +131,7 @@ def _locked() -> Iterator[Path]:
     """Keep other processes from writing the list, whose path this gives, until the end of the block."""
     path = list_path()
     try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        ownership.make_private(path.parent, path.parent)
         # A file of its own: the list is replaced, and a lock on a folder is not to be had on NFS.
         file = open_to_lock(path.with_name(f"{path.name}.lock"), mode=0o600)
     except OSError as error:

@@ -13,6 +13,7 @@ from contextlib import suppress
 from functools import cache
 from weakref import finalize
 
+from cdpr import ownership
 from cdpr.errors import OutputError
 from cdpr.locks import Lock, lock, open_to_lock
 
@@ -36,6 +37,9 @@ class Folder:
                 "can be written"
             ) from None
         self.remove = finalize(self, _remove, self.path, file)
+        if found := ownership.fault(self.path):
+            self.remove()
+            raise OutputError(f"{self.path}: is not used for an FMU: {found}; or set TMPDIR to a folder of your own")
 
 
 def sweep(root: str) -> None:

@@ -1,0 +1,119 @@
+"""Compiled code in caches is used only where nobody else may have written it, and where it is whole."""
+
+from __future__ import annotations
+
+import os
+import stat
+
+import pytest
+
+from cdpr import ownership
+from cdpr.errors import OutputError
+from cdpr.fmu.export import archive
+from cdpr.fmu.export import library as exported
+from cdpr.model import kernel_cache
+
+STRANGER = 12345
+ROOT_ONLY = pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
+SOURCE = {"cdpr.c": b"int cdpr(void) { return 1; }\n"}
+
+
+def given_away(path):
+    os.chown(path, STRANGER, STRANGER)
+
+
+def open_to_all(path):
+    path.chmod(0o666)
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:1000])
+
+
+def replaced_by_a_link(path):
+    path.unlink()
+    path.symlink_to("/dev/null")
+
+
+SPOILT = [pytest.param(given_away, marks=ROOT_ONLY), open_to_all, cut, replaced_by_a_link]
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "cdpr" / "fmu"
+
+
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_a_library_that_is_not_ours_or_not_whole_is_compiled_again(cache, spoil):
+    whole = exported.library(SOURCE)
+    (path,) = cache.glob("*.so")
+    spoil(path)
+    with pytest.warns(UserWarning, match=r"\.so.*: it is not used, and compiled again"):
+        assert exported.library(SOURCE) == whole
+    assert exported.library(SOURCE) == whole
+    (path,) = cache.glob("*.so")
+    assert ownership.fault(path) == ""
+
+
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_an_fmu_that_is_not_ours_or_not_whole_is_made_again(cache, monkeypatch, spoil):
+    monkeypatch.setattr(archive, "fmu_bytes", lambda model, fmi: bytes(5000))
+    path = archive.cached_fmu(None)
+    spoil(path)
+    with pytest.warns(UserWarning, match=r"\.fmu.*: it is not used, and made again"):
+        assert archive.cached_fmu(None).read_bytes() == bytes(5000)
+    assert ownership.fault(path) == ""
+
+
+@ROOT_ONLY
+@pytest.mark.parametrize("which", ["cdpr", "cdpr/fmu"])
+def test_a_folder_of_another_user_is_no_cache(cache, tmp_path, which):
+    exported.library(SOURCE)
+    given_away(tmp_path / which)
+    with pytest.raises(OutputError, match=r"belongs to another user.*XDG_CACHE_HOME"):
+        exported.library(SOURCE)
+
+
+def test_a_folder_on_the_way_that_others_may_write_to_is_no_cache(cache, tmp_path):
+    tmp_path.chmod(0o777)
+    with pytest.raises(OutputError, match=r"others may write to .* \(chmod go-w\)"):
+        exported.library(SOURCE)
+    tmp_path.chmod(0o1777)  # as /tmp: others cannot replace what is in it
+    assert exported.library(SOURCE)
+
+
+def test_our_own_folders_become_private(cache):
+    exported.library(SOURCE)
+    cache.chmod(0o777)
+    exported.library(SOURCE)
+    assert stat.S_IMODE(cache.stat().st_mode) == 0o755
+
+
+def test_folders_are_private_whatever_the_umask(tmp_path):
+    before = os.umask(0)
+    try:
+        ownership.make_private(tmp_path / "a" / "b" / "c", tmp_path / "a")
+    finally:
+        os.umask(before)
+    assert ownership.fault(tmp_path / "a" / "b" / "c") == ""
+
+
+def test_a_link_is_as_good_as_where_it_leads(tmp_path):
+    open_folder = tmp_path / "open"
+    open_folder.mkdir()
+    (open_folder / "file").touch()
+    open_folder.chmod(0o777)
+    (tmp_path / "link").symlink_to(open_folder)
+    assert "others may write to" in ownership.fault(tmp_path / "link" / "file")
+
+
+@ROOT_ONLY
+def test_kernels_are_kept_elsewhere_where_others_may_write(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kernels"))
+    monkeypatch.setattr(kernel_cache, "fallback", lambda: tmp_path / "mine")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "kernels").mkdir()
+    given_away(tmp_path / "kernels")
+    with pytest.warns(UserWarning, match="belongs to another user: compiled kernels are kept in .*mine"):
+        assert kernel_cache.folder().startswith(str(tmp_path / "mine"))
