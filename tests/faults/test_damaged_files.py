@@ -9,6 +9,7 @@ import json
 import random
 import resource
 import shutil
+import sys
 import warnings
 from contextlib import contextmanager
 from functools import partial
@@ -37,12 +38,15 @@ CASES = 6
 
 @contextmanager
 def file_size_limit(size):
-    old = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, old[1]))
+    """Limit the size of all files; no bytecode is written meanwhile, for Python would leave a part of it."""
+    before, unwritten = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
         yield
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        sys.dont_write_bytecode = unwritten
 
 
 def copied(source, target):
