@@ -1,8 +1,8 @@
 """Builds the packages: hatchling's, and into wheels the compiled kernels, so that no first run has to compile them.
 
-Shared objects of them are made by running examples with what the wheel is made of, for any processor of this kind;
-where there is no C compiler or no numba, or on another system than Linux, the wheel is as good without. An editable
-install has none: there sources change.
+Shared objects of them are made by running examples with what the wheel is made of, for any processor of this kind.
+The build fails where that is not possible; HATCH_BUILD_NO_HOOKS=true builds a wheel without kernels, which compiles
+them in its first run. An editable install and a wheel for another system than Linux have none.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import sysconfig
 import tempfile
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from hatchling import build as hatchling
 from hatchling.build import *  # noqa: F403
@@ -25,7 +25,7 @@ ROOT = Path(__file__).parent
 SECONDS = 1200.0  # after which the compiler hangs: it takes a minute or two
 
 # What a first run may need: each example, and each solver and controller, for an instant.
-RUNS = """
+RUNS = '''
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -41,14 +41,19 @@ assert Path(cdpr.__file__).is_relative_to(root), cdpr.__file__
 
 
 def run(name, **more):
+    """Return whether it ran."""
     short = {"simulation.duration": 0.02, "simulation.ends_early": True}
     try:
         with TemporaryDirectory() as out:  # logs hold pictures, which have kernels of their own
             cdpr.simulate(root / "scenarios" / f"{name}.yaml", overrides=short, out=out, **more)
+        return True
     except CdprError as error:  # an engine or a solver that is not installed here
         print(f"{name} {more}: {error}", file=sys.stderr)
+        return False
 
 
+if not run("caroca", backend="reference"):
+    sys.exit("the example caroca does not run")
 for path in sorted((root / "scenarios").glob("*.yaml")):
     run(path.stem)
     run(path.stem, backend="reference")
@@ -59,7 +64,7 @@ for solver in registry().names("solver"):
 for controller in registry().names("controller"):
     run("caroca", controller=controller)
 print(objects.fingerprint(), version("numba"))
-"""
+'''
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
@@ -73,16 +78,14 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
     """Puts kernels into a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile them, unless it is an editable install."""
-        if version == "editable" or sys.platform != "linux" or shutil.which(os.environ.get("CC") or "cc") is None:
+        """Compile them, unless it is an editable install. Ends the build with a message where that fails."""
+        if version == "editable" or sys.platform != "linux":
             return
         self._place = tempfile.TemporaryDirectory()
-        kernels = compiled(Path(self._place.name))
-        for path, name in kernels.items():
+        for path, name in compiled(Path(self._place.name)).items():
             build_data["force_include"][str(path)] = f"cdpr/kernels/{name}"
-        if kernels:
-            build_data["pure_python"] = False
-            build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         """Remove what has been packed."""
@@ -91,29 +94,57 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
 
 
 def compiled(place: Path) -> dict[Path, str]:
-    """Compile kernels in a folder; return the files and their names in the package, none where that cannot be done."""
+    """Compile kernels in a folder; return the files and their names in the package."""
+    compiler = os.environ.get("CC") or "cc"
+    if shutil.which(compiler) is None:
+        fail(f"there is no C compiler: '{compiler}' is not found; install one or set CC")
     env = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    # Behind ours: pip's build environment, which has the dependencies.
+    path = [str(ROOT), str(described(place)), *filter(None, [os.environ.get("PYTHONPATH")])]
     env |= {
         "NUMBA_CACHE_DIR": str(place),
         "NUMBA_CPU_NAME": "generic",
         "NUMBA_CPU_FEATURES": "",
-        "PYTHONPATH": str(ROOT),
+        "PYTHONPATH": os.pathsep.join(path),
     }
     words = [sys.executable, "-P", "-c", RUNS, str(ROOT)]
     try:
         done = subprocess.run(words, env=env, cwd=place, capture_output=True, text=True, timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
-        print(f"no kernels for the wheel: they took longer than {SECONDS:g} s", file=sys.stderr)
-        return {}
+        fail(f"compiling them took longer than {SECONDS:g} s")
     if done.returncode != 0:
-        print(f"no kernels for the wheel: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
-        return {}
+        fail(f"compiling them failed:\n{done.stderr.strip()[-2000:]}")
     portable, numba = done.stdout.split()[-2:]
     made = {
         path: f"{path.parent.name}/objects-{portable}-{path.stem.rpartition('-')[2]}.so"
         for path in place.glob("kernels-*/objects-*.so")
     }
+    if not made:
+        fail(f"none were compiled:\n{done.stderr.strip()[-2000:]}")
     for folder in {path.parent for path in made}:
         (folder / "numba").write_text(numba)
         made[folder / "numba"] = f"{folder.name}/numba"
     return made
+
+
+def described(place: Path) -> Path:
+    """Return a folder with the metadata by which cdpr finds its own plugins: it is not installed where it is built."""
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        project = tomllib.load(file)["project"]
+    folder = place / "metadata"
+    about = folder / f"{project['name']}-{project['version']}.dist-info"
+    about.mkdir(parents=True)
+    head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+    (about / "METADATA").write_text(head)
+    groups = project["entry-points"].items()
+    lines = [line for group, points in groups for line in (f"[{group}]", *(f"{k} = {v}" for k, v in points.items()))]
+    (about / "entry_points.txt").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def fail(reason: str) -> NoReturn:
+    """End the build."""
+    sys.exit(
+        f"cdpr: a wheel must contain compiled kernels: {reason}\n"
+        "Set HATCH_BUILD_NO_HOOKS=true to build a wheel without them; its first run then compiles them."
+    )

@@ -121,9 +121,12 @@ def _write(file: str, text: str, then: str, warning: str | None) -> None:
             click.echo(f"warning: {warning}", err=True)
         click.echo(text, nl=False)
         return
+    from pathlib import Path
+
+    from cdpr.log.files import create
+
     try:
-        with open(file, "x", encoding="utf-8") as stream:
-            stream.write(text)
+        create(Path(file), text)
     except FileExistsError:
         raise OutputError(f"'{file}' is there already: it is not written over; choose another name") from None
     except OSError as error:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.errors import CdprError
+from cdpr.model.masks import MASKED, masked
 from cdpr.model.robot import Array
 
 REAL = "iuf"  # kinds of numpy's numbers that are real; text, truth values and complex numbers are mistakes
@@ -33,9 +32,8 @@ def checked(values: ArrayLike, shape: tuple[int | None, ...], name: str, *, fini
 
 def real(values: ArrayLike, name: str) -> Array:
     """Return `values` as C-contiguous, writeable float64 of any shape; CdprError where they are no real numbers."""
-    # Where nobody has imported numpy.ma, which takes as long as to load a scenario's robot, nothing is masked.
-    if "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray) and np.ma.getmaskarray(values).any():
-        raise CdprError(f"{name}: some numbers are masked, which means that there are none; fill them in")
+    if masked(values):
+        raise CdprError(f"{name}: {MASKED}")
     try:
         found = np.asarray(values)
     except (TypeError, ValueError) as error:

@@ -11,8 +11,10 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.errors import CdprError
 from cdpr.lazy import late
 from cdpr.model.frozen import Frozen
+from cdpr.model.masks import MASKED, masked
 from cdpr.model.shapes import Frame, Shape
 
 Array = NDArray[np.float64]
@@ -23,7 +25,9 @@ DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) -> Array:
-    """Return a read-only, C-contiguous float64 copy of `values`."""
+    """Return a read-only, C-contiguous float64 copy of `values`. Raises CdprError where some are masked."""
+    if masked(values):
+        raise CdprError(MASKED)
     array = np.array(values, dtype=np.float64, order="C")
     array.flags.writeable = False
     return array

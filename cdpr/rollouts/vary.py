@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from cdpr.errors import CdprError, ScenarioError
 from cdpr.jobs.draw import MAX_COUNT, Random, drawn
+from cdpr.model.masks import MASKED, masked
 from cdpr.problems import Mark, Path, dotted, shown
 from cdpr.scenario.messages import explain
 from cdpr.scenario.overrides import Overrides, marked_changes, plain_value, read_overrides
@@ -62,7 +63,9 @@ def values_of(vary: object, n: int, seed: object, overrides: Overrides) -> dict[
 
 
 def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
-    """Return n values; ValueError where there are not so many, or some are no numbers."""
+    """Return n values; ValueError where there are not so many, or some are masked or no numbers."""
+    if masked(given):
+        raise ValueError(MASKED)
     if isinstance(given, Mapping):
         try:
             asked = Random.model_validate_json(json.dumps({**plain_value(given), "count": n}))

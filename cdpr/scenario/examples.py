@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any, Literal
 import yaml
 
 from cdpr.errors import CdprError, OutputError
+from cdpr.log.files import create
 from cdpr.nearest import did_you_mean
 
 Kind = Literal["scenario", "robot", "study", "design"]
@@ -114,12 +115,17 @@ def copy(name: str, to: Path) -> list[Path]:
     for path in copies.values():
         if path.exists():
             raise OutputError(f"{path}: exists already; choose another --to or remove it")
+    written: list[Path] = []
     try:
         for path, target in copies.items():
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, target)
+            create(target, path.read_bytes())
+            written.append(target)
     except OSError as error:
-        raise OutputError(f"{error.filename or to}: cannot be written: {error.strerror}") from error
+        for copied in written:  # a part of an example is of no use
+            with contextlib.suppress(OSError):
+                copied.unlink()
+        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from error
     return list(copies.values())
 
 

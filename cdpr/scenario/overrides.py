@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.errors import CdprError
+from cdpr.model.masks import MASKED, masked
 from cdpr.problems import Mark, Path, shown
 from cdpr.scenario.document import Document
 from cdpr.scenario.problems import Problems
@@ -150,6 +151,8 @@ def plain_value(value: Any, depth: int = 1) -> Any:
     if depth > MAX_DEPTH:
         raise ValueError(f"nested more than {MAX_DEPTH} deep")
     if hasattr(value, "tolist"):  # a numpy array or scalar
+        if masked(value):
+            raise ValueError(MASKED)
         value = value.tolist()
     if isinstance(value, os.PathLike):
         value = os.fspath(value)

@@ -14,7 +14,8 @@ from cdpr import tolerances
 from cdpr.errors import CdprError
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
-from cdpr.model.arrays import checked
+from cdpr.model.arrays import checked, real
+from cdpr.model.masks import MASKED, masked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
 from cdpr.model.rotations import held_upright
 
@@ -132,7 +133,7 @@ def region(
 
 def checked_quaternions(given: ArrayLike) -> Array:
     """Return unit quaternions (k, 4); CdprError where they are none."""
-    found = np.atleast_2d(np.asarray(given, dtype=np.float64))
+    found = np.atleast_2d(real(given, "orientations"))
     found = checked(found, (None, 4), "orientations", finite=True)
     lengths = np.linalg.norm(found, axis=1)
     if not len(found) or np.abs(lengths - 1.0).max() > tolerances.UNIT:
@@ -142,6 +143,8 @@ def checked_quaternions(given: ArrayLike) -> Array:
 
 def _shape(cells: int | Sequence[int] | None, extent: Array) -> tuple[int, int, int]:
     """Number of cells along x, y, z."""
+    if masked(cells):
+        raise CdprError(f"cells: {MASKED}")
     several = np.atleast_1d(CELLS if cells is None else cells)
     if several.shape not in ((1,), (3,)) or several.dtype.kind not in "iu" or several.min() < 1:
         raise CdprError(f"cells: one or three whole numbers from 1 on are expected, got {cells!r}")

@@ -34,6 +34,10 @@ def installed(folder, more):
     build = BUILD.format(str(ROOT), str(folder))
     words, env = [sys.executable, "-c", build], {**os.environ, **more}
     wheel = subprocess.run(words, env=env, capture_output=True, text=True, check=True).stdout.strip()
+    return unpacked(folder, wheel)
+
+
+def unpacked(folder, wheel):
     venv = folder / "venv"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", venv], check=True)
     (site,) = (venv / "lib").glob("python*/site-packages")
@@ -41,6 +45,25 @@ def installed(folder, more):
     inherited = [path for path in sys.path if path.endswith("site-packages")]
     (site / "dependencies.pth").write_text("\n".join(inherited) + "\n")
     return venv / "bin" / "python", site
+
+
+def built_by_pip(folder, **more):
+    """Run CONTRIBUTING's command without a network: dependencies are on PYTHONPATH, as pip's isolation has them.
+
+    cdpr itself is not among them, and not installed.
+    """
+    needed = folder / "needed"
+    needed.mkdir(exist_ok=True)
+    for place in (path for path in sys.path if path.endswith("site-packages")):
+        for entry in os.scandir(place):
+            if not entry.name.endswith(".pth") and "cdpr" not in entry.name and not (needed / entry.name).exists():
+                (needed / entry.name).symlink_to(entry.path)
+    venv = folder / "builder"
+    if not venv.exists():
+        subprocess.run([sys.executable, "-m", "venv", venv], check=True)
+    words = [venv / "bin" / "python", "-m", "pip", "wheel", "--no-deps", "--no-index", "--no-build-isolation"]
+    env = {**os.environ, "PYTHONPATH": str(needed), "PIP_DISABLE_PIP_VERSION_CHECK": "1", **more}
+    return subprocess.run([*words, "-w", folder, ROOT], env=env, capture_output=True, text=True, check=False)
 
 
 def run(python, *arguments, cwd, code=0, **more):
@@ -96,8 +119,27 @@ WITHOUT_NUMBA = "import sys; sys.modules |= {'numba': None, 'llvmlite': None}; f
 def compiled(tmp_path_factory):
     """The same with the kernels that a wheel brings."""
     if shutil.which("cc") is None:
-        pytest.skip("there is no C compiler: wheels bring no kernels")
-    return installed(tmp_path_factory.mktemp("compiled"), {})
+        pytest.skip("there is no C compiler: such a wheel cannot be built")
+    folder = tmp_path_factory.mktemp("compiled")
+    done = built_by_pip(folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (wheel,) = folder.glob("cdpr-*-py3-none-linux_*.whl")
+    return unpacked(folder, wheel)
+
+
+@pytest.mark.slow
+def test_the_wheel_of_the_documented_command_has_kernels(compiled):
+    assert "`pip wheel --no-deps .`" in (ROOT / "CONTRIBUTING.md").read_text()
+    assert len(objects_of(compiled[1])) == 1
+
+
+@pytest.mark.slow
+def test_a_wheel_that_could_have_no_kernels_is_not_built(tmp_path):
+    done = built_by_pip(tmp_path, CC="no-such-compiler")
+    assert done.returncode != 0
+    assert "there is no C compiler: 'no-such-compiler' is not found" in done.stdout + done.stderr
+    assert "HATCH_BUILD_NO_HOOKS=true" in done.stdout + done.stderr
+    assert not list(tmp_path.glob("*.whl"))
 
 
 def objects_of(site):

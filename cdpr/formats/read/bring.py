@@ -24,7 +24,7 @@ from cdpr.formats.read.imported import Imported, Motion
 from cdpr.formats.read.limits import SECONDS, bounded
 from cdpr.formats.read.unread import report
 from cdpr.formats.read.xml import parse
-from cdpr.log.files import unwritable
+from cdpr.log.files import create, replace, unwritable
 from cdpr.scenario.files import UnreadableError
 from cdpr.scenario.files import read as read_bytes
 from cdpr.scenario.loader import load_robot, load_scenario
@@ -186,12 +186,17 @@ def write(taken: Taken, folder: Path, *, force: bool, otherwise: str = "choose a
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in taken.files.items():
             written.append(folder / name)
-            written[-1].write_text(text, encoding="utf-8")
-    except OSError as error:
+            if name in there:
+                replace(written[-1], text)
+            else:
+                create(written[-1], text)
+    except (OSError, OutputError) as error:
         for path in written:
             if path.name not in there:
                 with suppress(OSError):
                     path.unlink(missing_ok=True)
+        if isinstance(error, OutputError):
+            raise
         raise unwritable(folder, error) from error
     return written
 

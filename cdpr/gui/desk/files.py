@@ -10,7 +10,7 @@ from pathlib import Path
 
 import cdpr
 from cdpr.errors import CdprError, OutputError
-from cdpr.log.files import is_name
+from cdpr.log.files import create, is_name
 from cdpr.problems import shown
 from cdpr.scenario.files import UnreadableError, read
 
@@ -131,23 +131,13 @@ def write(name: str, text: str, *, new: bool) -> None:
     content = text.encode("utf-8")
     try:
         if new:
-            _create(Path(name), content)
+            create(Path(name), content)
         else:
             _replace(Path(os.path.realpath(name)), content)
     except FileExistsError:
         raise OutputError(f"'{name}' is there already: it is not written over; choose another name") from None
     except OSError as error:
         raise OutputError(f"cannot write '{name}': {error.strerror or error}") from None
-
-
-def _create(path: Path, content: bytes) -> None:
-    with path.open("xb") as stream:
-        try:
-            stream.write(content)
-            stream.flush()
-        except OSError:  # the disk is full: no half of it stays
-            path.unlink()
-            raise
 
 
 def _replace(path: Path, content: bytes) -> None:
