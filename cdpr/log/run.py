@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.cables import COMMANDED, read_exits
+from cdpr.cables import COMMANDED, ideal, read_exits
 from cdpr.columns import BELIEVED, FIRST, Column
 from cdpr.errors import CdprError
 from cdpr.lazy import late
@@ -85,7 +85,7 @@ class Header:
     @property
     def ideal_cables(self) -> bool:
         """Whether the tensions of all cables are their commands."""
-        return self.cable_model == COMMANDED
+        return ideal(self.cable_model)
 
     @property
     def true_tension(self) -> str:

@@ -90,7 +90,8 @@ def check_log(known: Mapping[str, Any], folder: Path, header: Header, rows: Any 
     there = known["log"]
     same = there["scenario"] == found.scenario
     if rows is not None and known["status"] != "running":
-        same = same and there["rows"] == found.rows and there["last_row"] in (None, found.last_row)
+        last = there["last_row"], found.last_row  # None: damaged, which is reported where rows are read
+        same = same and there["rows"] == found.rows and (None in last or last[0] == last[1])
     if not same:
         raise LogError(f"{folder / NAME}: belongs to another log than the one beside it; {WITHOUT}")
 

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from cdpr import tolerances
-from cdpr.cables import immediate, model_of
+from cdpr.cables import ideal, model_of
 from cdpr.errors import PluginError
 from cdpr.fmu.read.options import FMU
 from cdpr.lazy import late
@@ -199,7 +199,7 @@ class Scenario:
     @property
     def ideal_cables(self) -> bool:
         """Whether the tensions of all cables are their commands."""
-        return self.actuators is None and immediate(self.robot)
+        return ideal(self.cable_model)
 
     @property
     def log_every(self) -> int:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.errors import Infeasible
+from cdpr.errors import CdprError, Infeasible
 from cdpr.model.bound import Bound, bound
 from cdpr.model.jit import bind
 from cdpr.model.robot import Array
@@ -112,6 +112,9 @@ class Program:
 
     @rows.setter
     def rows(self, rows: Array) -> None:
+        width = len(self._row)  # compiled code writes so many numbers, whatever the table has room for
+        if not isinstance(rows, np.ndarray) or rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] < width:
+            raise CdprError(f"rows: a float64 table of at least {width} columns is expected, got {np.shape(rows)}")
         self._rows = rows
         whole: Callable[[], int] = partial(proceed, self._table, self._place, self._time, self._row, rows, self._period)
         packed = bound(whole)

@@ -14,7 +14,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.errors import Infeasible
+from cdpr.errors import CdprError, Infeasible
 from cdpr.model.jit import kernel
 from cdpr.plugins import CompiledSolver, Controller
 from cdpr.simulation import program
@@ -288,3 +288,12 @@ def test_a_strangers_solver_joins_without_compiling_the_block():
     assert run.interpreted == ()
     assert len(proceed.overloads) == known
     assert (run.solver_status == Status.NOT_FOUND).all()  # it balances nothing
+
+
+def test_a_table_narrower_than_a_row_is_refused():
+    """Compiled code would write beyond it."""
+    program = Program([], [], np.zeros(5), 1.0)
+    program.rows = np.zeros((256, 5))
+    for rows in (np.zeros((256, 4)), np.zeros(256), np.zeros((256, 5), dtype=np.float32)):
+        with pytest.raises(CdprError, match="a float64 table of at least 5 columns is expected"):
+            program.rows = rows
