@@ -39,7 +39,7 @@ class Comparison:
     groups: tuple[Group, ...]
 
     def __repr__(self) -> str:
-        verdict = {True: "the engines agree", False: "the engines disagree", None: "nothing could be judged"}
+        verdict = {True: "the engines agree", False: "the engines disagree", None: "differences not judged"}
         return f"<Comparison of {self.figures['scenario']}: {verdict[self.figures['agrees']]}>"
 
 

@@ -21,6 +21,16 @@ DESIRED = (0, (3.5, 2.5))
 CABLES = tuple(pair.light for pair in colours.CABLES)
 DASHES: tuple[Any, ...] = ("-", (0, (7.0, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)), (0, (3.0, 1.0)))
 
+# Looks of several runs over one another: where lines coincide, each is seen below the next, narrower or broken one.
+# The widest is less than three times the narrowest, so that none seems to matter more.
+OVERLAID: tuple[tuple[float, Any], ...] = (
+    (2.6, "-"),
+    (2.0, (0, (4.0, 2.0))),
+    (1.6, (0, (1.4, 2.0))),
+    (1.0, "-"),
+    (1.0, (0, (7.0, 2.0, 1.4, 2.0))),
+)
+
 # What a status is called where it is shaded.
 SHADES = {status: status.name.lower().replace("_", " ") for status in colours.SHADES}
 
@@ -38,8 +48,20 @@ def paired(pair: colours.Pair) -> str:
 
 def cable_looks(cables: Sequence[str]) -> list[dict[str, Any]]:
     """Return colour and dashes of each cable, given their names."""
-    looks = cycle({"color": colour, "linestyle": dashes} for dashes in DASHES for colour in CABLES)
-    return [look for _, look in zip(cables, looks, strict=False)]
+    looks = cycle((colour, dashes) for dashes in DASHES for colour in CABLES)
+    return [
+        {"color": colour, "linestyle": dashes, "thing": f"cable:{name}"}
+        for name, (colour, dashes) in zip(cables, looks, strict=False)
+    ]
+
+
+def overlaid_looks(kind: str, names: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return colour, dashes and width of each of several runs, by name; `kind` tells what the names are of."""
+    looks = zip(names, cycle(CABLES), cycle(OVERLAID), strict=False)
+    return {
+        name: {"color": colour, "linewidth": width, "linestyle": dashes, "thing": f"{kind}:{name}"}
+        for name, colour, (width, dashes) in looks
+    }
 
 
 def shorten(name: str, length: int = 26) -> str:

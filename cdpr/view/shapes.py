@@ -85,3 +85,15 @@ def radius_around(shape: dict[str, Any] | None, anchors: Array) -> float:
     if body is not None:
         corners = np.concatenate([anchors, body.vertices])
     return float(np.linalg.norm(corners, axis=1).max())
+
+
+def world_origin(fixed: Array) -> Array:
+    """Return the world's origin (1, 3), where its axes are drawn, to be kept in view with the fixed points (k, 3), m.
+
+    Return (0, 3) if it is so far away that the robot would be drawn small. Of a plane, return the origin's projection.
+    """
+    low, high = fixed.min(axis=0), fixed.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    origin = np.where(high - low < 1e-6 * size, low, 0.0)
+    near = float(np.linalg.norm(origin - 0.5 * (low + high))) <= size
+    return origin[None] if near else np.empty((0, 3))

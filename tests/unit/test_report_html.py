@@ -170,7 +170,7 @@ def test_figures_of_the_summary_are_in_human_units() -> None:
 def test_each_cable_has_its_limits_and_extremes() -> None:
     run = make_run()
     text = render(run)
-    key = f'<span class="key paired" style="{paired(colours.CABLES[2])}"></span>'
+    key = f'<span class="key paired" style="{paired(colours.CABLES[2])}" data-thing="cable:cable_3"></span>'
     tension, length = run.tension[:, 2], run.length[:, 2]
     ends = (20.0, 650.0, tension.min(), tension.max(), length.min(), length.max())
     assert row(text, f"{key}cable_3") == [number(x) for x in ends]

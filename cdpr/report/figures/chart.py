@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,11 @@ from numpy.typing import ArrayLike
 from cdpr.model.robot import Array
 from cdpr.report.figures.canvas import Axes, Chart, Line2D, MaxNLocator, Path, PathPatch
 from cdpr.report.figures.surface import LABEL, STEPS, SUPERSCRIPT, Box, Look
+
+
+def plain(look: Look) -> dict[str, Any]:
+    """Return a look without what matplotlib does not know: the thing that a line stands for."""
+    return {key: value for key, value in look.items() if key != "thing"}
 
 
 class OnChart:
@@ -25,7 +31,7 @@ class OnChart:
 
     def line(self, x: Sequence[float], y: Sequence[float], look: Look) -> None:
         """A line that no frame cuts."""
-        self.chart.add_artist(Line2D(x, y, transform=self.chart.dpi_scale_trans, **look))
+        self.chart.add_artist(Line2D(x, y, transform=self.chart.dpi_scale_trans, **plain(look)))
 
     def text(self, x: float, y: float, text: str, look: Look) -> None:
         """Text outside frames."""
@@ -53,7 +59,7 @@ class OnAxes:
 
     def line(self, x: ArrayLike, y: ArrayLike, look: Look, across: str = "") -> None:
         """A line through points."""
-        self.axes.add_artist(Line2D(x, y, transform=self._transforms[across], **look))
+        self.axes.add_artist(Line2D(x, y, transform=self._transforms[across], **plain(look)))
 
     def area(self, rings: Sequence[Array], look: Look, across: str = "") -> None:
         """An area between closed rings."""

@@ -15,10 +15,10 @@ MARGIN = 0.12  # in, between the axes and the legend
 LEAST = 18  # letters: our own texts are no longer than this
 
 
-def legend_width(cables: Sequence[str]) -> float:
-    """Width, given the cables' names, to keep free for the legend at the right, in."""
+def legend_width(cables: Sequence[str], least: int = LEAST) -> float:
+    """Return the width (in) to keep free at the right for a legend of these names, of at least so many letters."""
     longest = max((len(shorten(name)) for name in cables), default=0)
-    return MARGIN + SAMPLE + 0.1 + LETTER * max(longest, LEAST)
+    return MARGIN + SAMPLE + 0.1 + LETTER * max(longest, least)
 
 
 def write_legend(sheet: Sheet, entries: Sequence[Entry], corner: tuple[float, float]) -> None:

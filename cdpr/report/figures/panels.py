@@ -70,9 +70,11 @@ def draw_panel(frame: Frame, run: Run | None, panel: Panel, beside: float, ticks
     dot = {"marker": "o", "markersize": 3.0} if run is not None and len(run.rows) <= FEW else {}
     for curves in panel.curves:
         columns = curves.points.time.T, shown(panel, curves).T
-        looks = zip(cycle(curves.colours), cycle(curves.dashes), *columns, strict=False)
-        for colour, dashes, t, values in looks:
-            frame.line(t, values, {"color": colour, "linestyle": dashes, "linewidth": curves.width, **dot})
+        names = [*curves.names, *([""] * len(columns[0]))]
+        looks = zip(names, cycle(curves.colours), cycle(curves.dashes), *columns, strict=False)
+        for name, colour, dashes, t, values in looks:
+            look = {"color": colour, "linestyle": dashes, "linewidth": curves.width, **dot, **curves.thing(name)}
+            frame.line(t, values, look)
     frame.scale(y=(low, high))
     frame.time_axis(ticks)
     frame.value_axis(panel.label, beside, powers=panel.log)

@@ -20,7 +20,7 @@ from cdpr.report.marks import AXES, DESIRED, INK, PALE, SOFT, cable_looks, short
 from cdpr.report.plots.decimate import extrema
 from cdpr.report.plots.panel import Entry
 from cdpr.view import Pictures, Subject, colours, solid
-from cdpr.view.shapes import CUBE, EDGES, radius_around
+from cdpr.view.shapes import CUBE, EDGES, radius_around, world_origin
 
 LOWEST, HIGHEST = 2.4, 4.8  # in, height of the figure
 # Of the eye. In a truly isometric view corners of a symmetric frame would hide one another.
@@ -52,7 +52,8 @@ def draw(scene: Pictures) -> OnPage:
     shown = np.linalg.norm(scene.position - middle, axis=1) < size  # false also where not finite
     rows = [int(k) for k in np.flatnonzero(shown & np.isfinite(scene.orientation).all(axis=1))]
     ends_of_frame = subject.frame.reshape(-1, 3)
-    inside = np.concatenate([A, ends_of_frame, scene.position[rows]])
+    fixed = np.concatenate([A, ends_of_frame])
+    inside = np.concatenate([fixed, scene.position[rows]])
     low, high = inside.min(axis=0), inside.max(axis=0)
     view = _projection(high - low)
     box = (low + high) / 2 + CUBE * (high - low)
@@ -61,7 +62,8 @@ def draw(scene: Pictures) -> OnPage:
 
     ends = scene.position[rows[:1] + rows[-1:]]
     far = radius_around(subject.shape, subject.anchors[:, 3:])
-    hull = np.concatenate([box @ view[:2].T, *(ends @ view[:2].T + s * far for s in (-1.0, 1.0))])
+    corners = np.concatenate([box, world_origin(fixed)])
+    hull = np.concatenate([corners @ view[:2].T, *(ends @ view[:2].T + s * far for s in (-1.0, 1.0))])
     labels = _anchor_labels(A @ view[:2].T, names, 0.04 * size)
     right, sides = legend_width(subject.cables), 0.25 + LETTER * max(len(text) for _, text in labels)
     height = max(_height(hull, WIDTH - right - 2.0 * sides), TOP + LINE * (6 + len(A)))
@@ -74,7 +76,7 @@ def draw(scene: Pictures) -> OnPage:
         _segments(frame, view, [(edge[:3], edge[3:]) for edge in subject.frame], **FRAME | colour)
     else:
         _segments(frame, view, [(box[i], box[j]) for i, j in EDGES], **BOX)
-    entries = [_world_axes(frame, view, low, size)]
+    entries = [_world_axes(frame, view, size)]
     if rows:
         entries += _motion(frame, scene, view, rows)
     _write_labels(frame, labels, hull.mean(axis=0), reach)
@@ -119,15 +121,14 @@ def _segments(frame: Frame, view: Array, pairs: Sequence[tuple[Array, Array]], *
     frame.line(x, y, {"solid_capstyle": "round", **look})
 
 
-def _world_axes(frame: Frame, view: Array, corner: Array, size: float) -> Entry:
-    """Draw the directions of x, y and z, which are the scale too."""
+def _world_axes(frame: Frame, view: Array, size: float) -> Entry:
+    """Draw the world's axes x, y and z at its origin; they are the scale too."""
     power = 10.0 ** np.floor(np.log10(0.12 * size))
     length = float(power * max(step for step in (1, 2, 5) if step * power <= 0.12 * size))
     for name, colour, direction in zip("xyz", AXES, np.eye(3), strict=True):
         if np.linalg.norm(view[:2] @ direction) > 1e-9:
-            tip = corner + length * direction
-            _segments(frame, view, [(corner, tip)], color=colour, linewidth=2.2, zorder=2)
-            x, y = view[:2] @ (tip + 0.025 * size * direction)
+            _segments(frame, view, [(np.zeros(3), length * direction)], color=colour, linewidth=2.2, zorder=2)
+            x, y = view[:2] @ ((length + 0.025 * size) * direction)
             bold = {"color": colour, "ha": "center", "va": "center", "fontweight": "bold", "zorder": 6}
             frame.text(x, y, name, bold)
     return f"axes, {length:g} m long", {"color": AXES[0], "linewidth": 2.2}

@@ -20,16 +20,17 @@ from cdpr.report.text.study import Figure, Record, label_text
 from cdpr.study.points import Label
 
 # Inches.
-WIDTH = 9.0  # of every figure: that of its card, with letters as large as the page's
+ALONE_WIDE, WIDTH = 5.2, 9.0  # of a figure of one panel, which has half a page, and of more
 ALONE, HEIGHT = 2.4, 1.75  # of panels that stand in one row, and in more
 LEFT, TOP, UNTITLED, BOTTOM = 0.75, 0.4, 0.15, 0.55
 GAP, ROW_GAP = 0.25, 0.62
 ACROSS = 4  # panels in a row
 
 # Lines that lie upon each other are all seen: the first is broad, each that follows narrower and broken, and each has
-# a mark of its own, smaller than the one below. Widths in pt.
-BROAD, THIN, ONLY = 4.2, 1.3, 1.4
-LARGE, SMALL = 8.5, 3.8
+# a mark of its own, smaller than the one below. Widths in pt; the widest is twice the narrowest, so that none seems to
+# matter more.
+BROAD, THIN, ONLY = 2.6, 1.3, 1.4
+LARGE, SMALL = 7.0, 3.8
 FULL = 2.6  # in: in narrower panels lines and marks are smaller
 MARKS = "osD^vPX*"
 DASHES: tuple[Any, ...] = ((0, (2.2, 1.6)), (0, (4.0, 2.4)), (0, (1.2, 2.2)))
@@ -112,15 +113,16 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
     crosses = any(curve.lost for curves in drawn.values() for curve in curves)
     heading = [] if layout.line is None else [(shorten(layout.line), {"linestyle": ""})]
     ending = [("× no figure: diverged, died, ...", {"linestyle": ""})] if crosses else []
-    legend = legend_width([*names, *(text for text, _ in [*heading, *ending])]) if names or crosses else 0.1
-    wide = (WIDTH - LEFT - legend - (across - 1) * GAP) / across
+    legend = legend_width([*names, *(text for text, _ in [*heading, *ending])], least=0) if names or crosses else 0.1
+    width = WIDTH if len(drawn) > 1 else ALONE_WIDE
+    wide = (width - LEFT - legend - (across - 1) * GAP) / across
     looks = {label: _look(i, len(labels), min(1.0, wide / FULL)) for i, label in enumerate(labels)}
     entries = list(zip(names, looks.values(), strict=False))
     tall = ALONE if down == 1 else HEIGHT
     x = _along(layout, drawn, wide)
     height = top + down * tall + (down - 1) * ROW_GAP + BOTTOM + x.room
     height = max(height, top + LINE * (len(entries) + 3))
-    sheet = OnPage(WIDTH, height)
+    sheet = OnPage(width, height)
     values = [value for curves in drawn.values() for curve in curves for at in curve.values for value in at]
     y = Scale.of(values or [0.0, 1.0], figure.least)
     heights = y.ticks(TICKS)
@@ -140,7 +142,7 @@ def multiples(layout: Layout, records: Sequence[Record], figure: Figure, dots: i
         for i, curve in enumerate(curves):
             aside = 0.0 if layout.numeric else BESIDE * (i - (len(curves) - 1) / 2)
             _draw(frame, layout, curve, looks[curve.label], aside, x, y, i)
-    write_legend(sheet, [*heading, *entries, *ending], (WIDTH - legend, height - top))
+    write_legend(sheet, [*heading, *entries, *ending], (width - legend, height - top))
     return sheet
 
 

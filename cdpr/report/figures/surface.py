@@ -3,7 +3,8 @@
 There are two: `svg` writes pages in a hundredth of the time that matplotlib takes, and needs no package for it; `chart`
 is matplotlib's, for figures that readers change, and for print. Looks are dictionaries of matplotlib's names: color,
 linestyle, linewidth, solid_capstyle, marker, markersize and zorder of lines; facecolor, edgecolor, linewidth and zorder
-of areas; color, fontsize (pt), fontweight, ha, va, zorder of texts.
+of areas; color, fontsize (pt), fontweight, ha, va, zorder of texts. The `thing` of a
+line, "kind:name", has one colour throughout a page.
 """
 
 from __future__ import annotations

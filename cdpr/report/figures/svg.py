@@ -21,6 +21,7 @@ GRID: Look = {"color": colours.GRID.light, "linewidth": 0.6, "zorder": 0.6}
 SPINE: Look = {"color": PALE, "linewidth": 0.7, "zorder": 2.5}
 PAD = 3.0  # pt, from an axis to the numbers of its ticks
 HALO = 2.0  # pt
+LARGEST = 1.7  # px for each pt: on a broader page letters would be larger than its text
 VALUES = 6  # intervals between the ticks of values, at most
 # Powers of ten of numbers that are written out; others have one in common, which stands beside the axis.
 TIME, VALUE = range(-2, 6), range(-4, 5)
@@ -83,6 +84,7 @@ class OnPage:
         text = (
             f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
             f'viewBox="0 0 {self._width:.4g} {self._height:.4g}" width="{self._width:.4g}" height="{self._height:.4g}" '
+            f'style="max-width: {LARGEST * self._width:.4g}px" '
             'font-family="DejaVu Sans, Verdana, sans-serif" fill="none" stroke-linejoin="round">'
             + "\n".join(part for part in parts if part)
             + "</svg>"
@@ -234,7 +236,8 @@ def _line(points: Array, look: Look) -> str:
         pattern = DASHES.get(style) if isinstance(style, str) else style[1]
         dashes = f"; stroke-dasharray: {' '.join(f'{width * part:.3g}' for part in pattern)}" if pattern else ""
         ink = f"stroke: {colour}; stroke-width: {width:.3g}; stroke-linecap: {cap}{dashes}"
-        parts += [f'<path d="{d}" style="{ink}"/>'] * bool(d)
+        of = f' data-thing="{escape(look["thing"])}"' if "thing" in look else ""
+        parts += [f'<path d="{d}" style="{ink}"{of}/>'] * bool(d)
     if marker and known.any():
         parts.append(_marks(points[known], marker, look["markersize"], colour))
     return "\n".join(parts)

@@ -113,8 +113,7 @@ def _overview(figures: Mapping[str, Any]) -> str:
     return (
         "<h2>Over all robots</h2>\n<p>From the worst to the best robot; jumps, wrong and bad answers summed, those "
         "to problems made to mislead included.</p>\n"
-        f'<div class="scroll">{table(rows, ("Solver", *OVERVIEW))}</div>\n'
-        + "\n".join([*notes, f"<p>Versions: {versions}</p>"])
+        f"{table(rows, ('Solver', *OVERVIEW))}\n" + "\n".join([*notes, f"<p>Versions: {versions}</p>"])
     )
 
 
@@ -125,4 +124,4 @@ def _results(robot: Mapping[str, Any], columns: Columns = COLUMNS) -> str:
         rows.append((name, *(map(escape, cells(row, columns) or ["-"] * len(columns)))))
         if row["outcome"] == "failed":
             notes.append(f"<p>{name} failed: {escape(row['detail'])}</p>")
-    return f'<div class="scroll">{table(rows, ("Solver", *columns))}</div>\n' + "\n".join(notes)
+    return f"{table(rows, ('Solver', *columns))}\n" + "\n".join(notes)

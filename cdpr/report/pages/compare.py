@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr.compare.differences import QUANTITIES
 from cdpr.log.files import make_folder, replace, replace_markup
-from cdpr.report.pages.page import banner, figure, hall, page, panels, section, table
+from cdpr.report.marks import overlaid_looks
+from cdpr.report.pages.page import banner, figure, hall, page, panels, section, swatch, table, theatre
 from cdpr.report.pages.still import still
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -19,9 +20,11 @@ from cdpr.report.player.scenes import scene_of_run
 from cdpr.report.plots import compare as plots
 from cdpr.report.text.aligned import number
 from cdpr.report.text.compare import (
+    DIFFERENT_SOLVERS,
     ORDER_TITLES,
     among,
     check_cells,
+    different_solvers,
     notes,
     order_cells,
     outcome,
@@ -36,12 +39,12 @@ if TYPE_CHECKING:
 
 Figures = Mapping[str, Any]
 
-ABOUT_SPACE = "The runs of the first solver over one another, each in its colour; the first is the judge's."
+ABOUT_SPACE = "The runs with the first solver over one another, each in its colour; the first is the judge's."
 
 BANNERS = {
     True: ("good", "The engines agree"),
     False: ("bad", "The engines disagree"),
-    None: ("warn", "Nothing could be judged"),
+    None: ("warn", "Not judged"),
 }
 
 ABOUT = """<h2>How engines are judged</h2>
@@ -65,18 +68,18 @@ def write_comparison(result: Comparison, folder: Path) -> None:
 
 def render(result: Comparison) -> str:
     """Return the page as HTML."""
-    figures = result.figures
+    figures, looks = result.figures, engine_looks(result.figures)
     mood, text = BANNERS[figures["agrees"]]
     links = {"verdict": "Verdict"}
-    parts = [section("verdict", _verdict(figures))]
+    parts = [section("verdict", _verdict(result, looks))]
     data = player_data(result)
-    if data is not None:
-        links["robot"] = "Robot"
-        parts.append(hall([figure("robot", "Robot", "", ABOUT_SPACE, live=stage(data))], "hall"))
+    scene = figure("robot", "Robot", "", ABOUT_SPACE, live=stage(data)) if data else ""
     for k, (group, found) in enumerate(zip(result.groups, figures["groups"], strict=True), 1):
-        shown = _drawings(group, k)
+        shown = _drawings(group, k, figures["judge"]["backend"], looks)
         if shown:
-            parts.append(hall(shown, "gallery"))
+            links |= {"robot": "Robot"} if scene else {}
+            parts.append(theatre(scene, shown) if scene else hall(shown, "cards"))
+            scene = ""
             links[f"differences{k}"] = "Differences"
         links[f"solver{k}"] = f"Solver {group.solver}"
         parts.append(section(f"solver{k}", f"<h2>Solver {escape(group.solver)}</h2>\n{_engines(found)}"))
@@ -90,7 +93,7 @@ def render(result: Comparison) -> str:
     versions = [(escape(name), escape(version)) for name, version in figures["versions"].items()]
     absent = "".join(f"<p>{escape(name)}: {escape(reason)}</p>" for name, reason in figures["absent"].items())
     parts.append(section("versions", f"<h2>Versions</h2>\n{table(versions)}{absent}"))
-    title = f"{figures['scenario']}: engines compared"
+    title = f"{figures['scenario']}: {'solvers' if different_solvers(figures) else 'engines'} compared"
     return page(title, subject(figures), banner(mood, text, _why(figures)), links, parts, data)
 
 
@@ -113,6 +116,7 @@ def _why(figures: Figures) -> str:
         ]
         reasons += wrong_orders(group)
         if figures["agrees"] is None:
+            reasons += [DIFFERENT_SOLVERS] if different_solvers(figures) else []
             reasons += [_apart(row, figures["judge"]["backend"]) for row in group["engines"] if row["differences"]]
     return "".join(f"<br>{escape(reason)}" for reason in reasons)
 
@@ -132,7 +136,7 @@ def _engines(group: Figures) -> str:
         out.append(f"<h3>{escape(row['label'])}</h3>\n<p>{escape(outcome(row))}</p>")
         if row["differences"]:
             titles = ("Difference", "largest", "rms", "at (s)", *JUDGED[row["standard"]])
-            inside = f'<div class="scroll">{table(_rows(row), titles)}</div>'
+            inside = f"{table(_rows(row), titles)}"
             out.append(f"<details><summary>All differences</summary>\n{inside}</details>")
         out += [f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in [*notes(row)]]
     out += [f"<p>{escape(text[0].upper() + text[1:])}.</p>" for text in among(group)]
@@ -155,15 +159,21 @@ def _rows(row: Figures) -> list[tuple[str, ...]]:
     return rows
 
 
-def _drawings(group: Group, k: int) -> list[str]:
+def engine_looks(figures: Figures) -> dict[str, dict[str, Any]]:
+    """Return how each engine looks in all figures of the page, by its label; the judge is the first."""
+    labels = [row["label"] for group in figures["groups"] for row in group["engines"]]
+    return overlaid_looks("engine", list(dict.fromkeys([figures["judge"]["backend"], *labels])))
+
+
+def _drawings(group: Group, k: int, judge: str, looks: plots.Looks) -> list[str]:
     """The figures of one solver's runs."""
     if not _drawable(group):
         return []
     assert group.judge is not None
     out = []
     for name, (title, panels_of, caption) in plots.drawings(group).items():
-        key = f"{name}{k}"
-        out.append(figure(key, title, still(group.judge, panels_of(group), title), caption, live=panels(key)))
+        at, drawn = f"{name}{k}", panels_of(group, judge, looks)
+        out.append(figure(at, title, still(group.judge, drawn, title), caption, live=panels(at)))
     return out
 
 
@@ -176,12 +186,13 @@ def player_data(result: Comparison) -> dict[str, Any] | None:
     first = groups[0][1]
     assert first.judge is not None
     others = [(row.label, row.run) for row in first.rows if row.run is not None and len(row.run.rows)]
-    runs = [(result.figures["judge"]["backend"], first.judge), *others]
-    scenes = [scene_of_run(run, arrays, label) for label, run in runs]
+    judge, looks = result.figures["judge"]["backend"], engine_looks(result.figures)
+    runs = [(judge, first.judge), *others]
+    scenes = [scene_of_run(run, arrays, label, looks[label]) for label, run in runs]
     shown = {}
     for k, group in groups:
         for name, (_, panels_of, _) in plots.drawings(group).items():
-            shown[f"{name}{k}"] = panels_of(group)
+            shown[f"{name}{k}"] = panels_of(group, judge, looks)
     return page_data(first.judge, scenes, shown, arrays)
 
 
@@ -189,14 +200,17 @@ def _drawable(group: Group) -> bool:
     return group.judge is not None and len(group.judge.rows) > 0 and any(row.run is not None for row in group.rows)
 
 
-def _verdict(figures: Figures) -> str:
-    """One row an engine, with the worst share of what it may be apart."""
-    rows = []
-    for group in figures["groups"]:
-        for row in group["engines"]:
-            ratio, quantity = worst(row) or (None, "")
+def _verdict(result: Comparison, looks: plots.Looks) -> str:
+    """Return one row an engine, with the largest share of its bound."""
+    rows, judge = [], result.figures["judge"]["backend"]
+    for group, found in zip(result.groups, result.figures["groups"], strict=True):
+        if group.judge is not None:
+            rows.append((judge, group.judge.header.solver, "judge", "", f"{len(group.judge.rows)}"))
+        for row, known in zip(group.rows, found["engines"], strict=True):
+            ratio, quantity = worst(known) or (None, "")
             share = "not judged" if ratio is None else f"{number(ratio)} ({quantity})"
-            cells = (row["label"], group["solver"], row["outcome"], share, f"{row['samples']}")
-            rows.append(tuple(map(escape, cells)))
-    titles = ("Engine", "Solver", "Verdict", "Worst share of its bound (1 is allowed)", "Samples")
-    return f'<h2>Verdict</h2>\n<div class="scroll">{table(rows, titles, numeric=False)}</div>'
+            solver = found["solver"] if row.run is None else row.run.header.solver
+            rows.append((row.label, solver, known["outcome"], share, f"{known['samples']}"))
+    titles = ("Engine", "Solver", "Verdict", "Largest share of its bound (1 is allowed)", "Samples")
+    marked = [(swatch(looks[label]) + escape(label), *map(escape, rest)) for label, *rest in rows]
+    return f"<h2>Verdict</h2>\n{table(marked, titles, numeric=False)}"

@@ -49,7 +49,7 @@ def render_design(found: Designed) -> str:
     parts = [section("figures", f"<h2>Before and after</h2>\n{_table(figures(known))}{_remarks(known)}")]
     data, space, before = _robots(found, best)
     drawn, titles = _charts(found)
-    parts += [hall([*space, *before], "gallery"), hall(drawn, "cards")]
+    parts += [hall([*space, *before, *drawn], "wide cards")]
     links |= {"space": "In space"} | titles
     if known["front"]:
         links["front"] = "Front"
@@ -69,7 +69,7 @@ def _table(rows: Sequence[tuple[str, ...]], *, numeric: bool = True) -> str:
 def _front(known: dict[str, Any]) -> str:
     rows = members(known)
     fold = " open" if len(rows) <= FEW_ROWS else ""
-    inside = f'<div class="scroll">{_table(rows)}</div>\n<p>Each is a robot file: front/NUMBER.yaml.</p>'
+    inside = f"{_table(rows)}\n<p>Each is a robot file: front/NUMBER.yaml.</p>"
     return f"<h2>Pareto front</h2>\n<details{fold}><summary>{len(rows) - 1} robots</summary>\n{inside}</details>"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.distribution.survey import Survey
-from cdpr.report.pages.page import banner, figure, hall, page, panels, section
+from cdpr.report.pages.page import banner, figure, page, panels, section, theatre
 from cdpr.report.pages.still import still_panels, still_scene
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -40,18 +40,11 @@ def render_look(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     shades = [] if survey is None else unheld(survey)
     data = page_data(None, scenes, drawn, arrays, span, shades)
     about = ROBOT if survey is None else MOTION
-    parts = [
-        hall(
-            [figure("robot", "Robot", still_scene(shown, title), about, live=stage(data))],
-            "hall" if found else "hall alone",
-        )
+    gallery = [
+        figure(key, name, still_panels(which, span, shades, name), about, live=panels(key))
+        for key, (name, which) in found.items()
     ]
-    if found:
-        gallery = [
-            figure(key, name, still_panels(which, span, shades, name), about, live=panels(key))
-            for key, (name, which) in found.items()
-        ]
-        parts.append(hall(gallery, "gallery"))
+    parts = [theatre(figure("robot", "Robot", still_scene(shown, title), about, live=stage(data)), gallery)]
     told = escape("\n".join(lines(dict(figures))))
     parts.append(section("figures", f"<h2>What it can hold</h2>\n<pre>{told}</pre>"))
     links = {"robot": "Robot", **{key: name for key, (name, _) in found.items()}, "figures": "Figures"}

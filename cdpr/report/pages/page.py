@@ -41,7 +41,6 @@ def page(
         navigation="\n".join(navigation),
         sections="\n".join(parts),
         style=style() + ("" if data is None else assets.style()),
-        layout="" if data is None else "theatre",
         script="" if data is None else assets.script(data),
     )
 
@@ -69,22 +68,30 @@ def section(key: str, body: str) -> str:
     return f'<section id="{key}" class="wide">\n{body}\n</section>'
 
 
-def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", minor: bool = False) -> str:
-    """A figure with its caption; all but `key` is HTML.
+def figure(key: str, title: str, svg: str, caption: str, *, live: str = "", minor: bool = False, kind: str = "") -> str:
+    """Return a figure with its caption, in a box of the style `kind`; all but `key` is HTML.
 
     `live` is what the script fills, instead of which `svg` is shown on paper and without script; a `minor` figure is
     left out on paper.
     """
     still = f'<div class="scroll{" static" * bool(live)}">{svg}</div>\n' if svg else ""
-    kind = ' class="minor"' if minor else ""
+    kind = f"{kind} minor".strip() if minor else kind
+    style = f' class="{kind}"' if kind else ""
     if live:
         caption = f'<details class="about"><summary>What it shows, and what to look for</summary>{caption}</details>'
-    return f'<figure id="{key}"{kind}>\n<h2>{title}</h2>\n{live}{still}<figcaption>{caption}</figcaption>\n</figure>'
+    return f'<figure id="{key}"{style}>\n<h2>{title}</h2>\n{live}{still}<figcaption>{caption}</figcaption>\n</figure>'
 
 
 def hall(figures: Iterable[str], kind: str) -> str:
-    """Figures of a page that plays: the scene in the "hall", the plots in the "gallery" beside it."""
+    """Return figures in one box of the style `kind`."""
     return f'<div class="{kind}">\n' + "\n".join(figures) + "\n</div>"
+
+
+def theatre(scene: str, gallery: Iterable[str] = ()) -> str:
+    """Return the scene with its plots beside it, in a box of their own: while these scroll, the scene stays in view."""
+    beside = list(gallery)
+    inside = [hall([scene], "hall" if beside else "hall alone"), *([hall(beside, "gallery")] if beside else [])]
+    return hall(inside, "theatre wide")
 
 
 def panels(key: str) -> str:
@@ -92,10 +99,17 @@ def panels(key: str) -> str:
     return f'<div class="panels live" data-panels="{key}"></div>\n'
 
 
+def swatch(look: Mapping[str, Any]) -> str:
+    """Return a sample of the colour of a look, for tables."""
+    light = look["color"]
+    of = f' data-thing="{escape(look["thing"])}"' if "thing" in look else ""
+    return f'<span class="key paired" style="--light:{light};--dark:{colours.DARK.get(light, light)}"{of}></span>'
+
+
 def table(rows: Iterable[tuple[str, ...]], titles: tuple[str, ...] = (), *, numeric: bool = True) -> str:
-    """Rows of HTML cells; the first cell of each is its heading."""
+    """Return rows of HTML cells; the first cell of each is its heading. A table wider than its place scrolls."""
     kind = ' class="n"' if numeric and titles else ""
-    out = ["<table>"]
+    out = ['<div class="scroll"><table>']
     if titles:
         rest = "".join(f"<th{kind}>{title}</th>" for title in titles[1:])
         out.append(f"<thead><tr><th>{titles[0]}</th>{rest}</tr></thead>")
@@ -103,4 +117,4 @@ def table(rows: Iterable[tuple[str, ...]], titles: tuple[str, ...] = (), *, nume
     for row in rows:
         rest = "".join(f"<td{kind}>{cell}</td>" for cell in row[1:])
         out.append(f'<tr><th scope="row">{row[0]}</th>{rest}</tr>')
-    return "\n".join([*out, "</tbody></table>"])
+    return "\n".join([*out, "</tbody></table></div>"])

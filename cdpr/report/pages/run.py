@@ -14,7 +14,7 @@ from cdpr.log import run_json
 from cdpr.log.files import replace_markup
 from cdpr.log.run import Run
 from cdpr.report.pages import tables
-from cdpr.report.pages.page import figure, hall, page, panels, section
+from cdpr.report.pages.page import figure, page, panels, section, theatre
 from cdpr.report.pages.still import still
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -72,8 +72,8 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
         f"controller {head.controller}, tension solver {head.solver}{_date(run)}"
     )
     links = {name.lower(): name for name in (*figures, "Summary", "Run", *parts)}
-    shown = [hall([text for name, text in figures.items() if name == SPACE], "hall")] if figures else []
-    shown += [hall([text for name, text in figures.items() if name != SPACE], "gallery")] if len(figures) > 1 else []
+    gallery = [text for name, text in figures.items() if name != SPACE]
+    shown = [theatre(figures[SPACE], gallery)] if figures else []
     body = [*shown, top, *parts.values()]
     return page(f"{head.scenario}: report of a run", subtitle, banner, links, body, data)
 

@@ -109,7 +109,7 @@ def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[Wanted]:
 def _drawn(records: Sequence[Record], wanted: Wanted, dots: int) -> str:
     key, layout, what = wanted
     svg = multiples(layout, records, what, dots).markup(what.title)
-    return figure(key, escape(what.title), svg, escape(_caption(layout)))
+    return figure(key, escape(what.title), svg, escape(_caption(layout)), kind="wide broad" if layout.panels else "")
 
 
 def _caption(layout: Layout) -> str:
@@ -131,6 +131,6 @@ def _table(results: Results) -> str:
     titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), "Message")
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
-    inside = f'<div class="scroll">{table(rows, tuple(map(escape, titles)))}</div>{rest}'
+    inside = f"{table(rows, tuple(map(escape, titles)))}{rest}"
     fold = " open" if len(rows) <= FEW_ROWS else ""
     return f"<h2>All cases</h2>\n<details{fold}><summary>{len(rows)} rows</summary>\n{inside}</details>"

@@ -12,8 +12,8 @@ from cdpr.jobs.folder import RESULTS
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import LOG_NAME
 from cdpr.log.run import Run
-from cdpr.report.marks import paired, shorten
-from cdpr.report.pages.page import figure, hall, panels, table
+from cdpr.report.marks import overlaid_looks, shorten
+from cdpr.report.pages.page import figure, panels, swatch, table, theatre
 from cdpr.report.pages.still import still_panels
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -24,7 +24,6 @@ from cdpr.report.plots.overlay import span
 from cdpr.report.text.study import FIGURES, Figure, Record, label_text, value
 from cdpr.study import Results, StudyCase
 from cdpr.study.folder import RUNS_NAME
-from cdpr.view import colours
 
 MOST = 4  # cases; more over one another nobody can tell apart
 # By which figures cases are chosen where there are more: the case of the least, or of the greatest.
@@ -130,24 +129,25 @@ def player(shown: Sequence[Shown]) -> tuple[dict[str, Any], str]:
     """Return what the player shows, and its part of the page."""
     arrays = Arrays()
     runs = dict(zip(names([each.case for each in shown]), (each.run for each in shown), strict=True))
-    scenes = [scene_of_run(run, arrays, name) for name, run in runs.items()]
+    looks = overlaid_looks("case", list(runs))
+    scenes = [scene_of_run(run, arrays, name, looks[name]) for name, run in runs.items()]
     ends = [span(run) for run in runs.values()]
     whole = (min(start for start, _ in ends), max(stop for _, stop in ends))
     drawn = overlay(runs)
     data = page_data(None, scenes, {"cases": drawn}, arrays, whole)
     title = "Some cases over one another"
     gallery = figure("cases", title, still_panels(drawn, whole, (), title), OVER, live=panels("cases"))
-    return data, hall([figure("robot", "Robot", "", SPACE, live=stage(data))], "hall") + hall([gallery], "gallery")
+    return data, theatre(figure("robot", "Robot", "", SPACE, live=stage(data)), [gallery])
 
 
 def account(shown: Sequence[Shown], told: Sequence[str]) -> str:
     """Return which cases are shown and why, and what is told of others, as HTML."""
     rows = []
-    for pair, name, each in zip(colours.CABLES, names([each.case for each in shown]), shown, strict=False):
-        key = f'<span class="key paired" style="{paired(pair)}"></span>'
-        rows.append((key + escape(each.case.id), escape(name), escape(each.run.status), escape(each.why)))
+    looks = overlaid_looks("case", names([each.case for each in shown]))
+    for (name, look), each in zip(looks.items(), shown, strict=True):
+        rows.append((swatch(look) + escape(each.case.id), escape(name), escape(each.run.status), escape(each.why)))
     found = ""
     if rows:
         inside = table(rows, ("Case", "What tells it apart", "Status", "Why it is shown"), numeric=False)
-        found = f'<details><summary>Which cases play</summary>\n<div class="scroll">{inside}</div></details>\n'
+        found = f"<details><summary>Which cases play</summary>\n{inside}</details>\n"
     return found + "\n".join(f"<p>{escape(text)}</p>" for text in told)

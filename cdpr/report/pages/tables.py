@@ -10,14 +10,13 @@ import numpy as np
 
 from cdpr.log.run import CLEARANCE, Run
 from cdpr.model.robot import Array
-from cdpr.report.marks import SHADES, paired
+from cdpr.report.marks import SHADES, cable_looks
 from cdpr.report.marks import events as in_order
-from cdpr.report.pages.page import banner, table
+from cdpr.report.pages.page import banner, swatch, table
 from cdpr.report.plots.histories import histories
 from cdpr.report.text.aligned import number, unit_for
 from cdpr.report.text.least import least_of
 from cdpr.report.text.reservations import fallback, lost, reservations
-from cdpr.view import colours
 
 MOST_EVENTS = 200
 
@@ -163,13 +162,12 @@ def cables(run: Run) -> str:
     """Limits and what each cable reached."""
     head = run.header
     rows = []
-    tension, length = (histories(run)[key].values for key in ("tension", "length"))
-    for i, name in enumerate(head.cables):
-        key = f'<span class="key paired" style="{paired(colours.CABLES[i % len(colours.CABLES)])}"></span>'
+    tension, length = (histories(run)[what].values for what in ("tension", "length"))
+    for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
         limits = (head.tension_min[i], head.tension_max[i])
-        rows.append((key + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))
+        rows.append((swatch(look) + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))
     titles = ("Cable", "t_min (N)", "t_max (N)", "lowest (N)", "highest (N)", "shortest (m)", "longest (m)")
-    return f'<h2>Cables</h2>\n<div class="scroll">{table(rows, titles)}</div>'
+    return f"<h2>Cables</h2>\n{table(rows, titles)}"
 
 
 def scenario(run: Run) -> str:

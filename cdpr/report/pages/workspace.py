@@ -11,7 +11,7 @@ from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import DOF_NAMES
 from cdpr.report.figures import slices
-from cdpr.report.pages.page import figure, hall, page, section
+from cdpr.report.pages.page import figure, page, section, theatre
 from cdpr.report.pages.still import still_scene
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.player.assets import stage
@@ -39,7 +39,6 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
     about = "The surface between cells that are inside and those that are not, and the robot in its home pose."
     if flat:
         about = "The robot in its home pose; the workspace lies in a plane."
-    parts = [hall([figure("space", "In space", still_scene(shown, title), about, live=stage(data))], "hall")]
     gallery = []
     for k, (axis, place) in enumerate(chosen or _middle(found)):
         name = DOF_NAMES[axis]
@@ -50,7 +49,7 @@ def render_workspace(found: Workspace, robot: Robot, chosen: Sequence[Slice] = (
         if found.proofs is not None:
             caption = caption.replace("are inside,", "are proved to be inside,") + " Grey: undecided."
         gallery.append(figure(f"slice-{k}", heading, svg, caption))
-    parts.append(hall(gallery, "gallery"))
+    parts = [theatre(figure("space", "In space", still_scene(shown, title), about, live=stage(data)), gallery)]
     parts.append(section("figures", f"<h2>Figures</h2>\n<pre>{escape(chr(10).join(lines(found.summary())))}</pre>"))
     links = {"space": "In space", **{f"slice-{k}": f"Slice {k + 1}" for k in range(len(gallery))}, "figures": "Figures"}
     return page(title, found.kind.title, "", links, parts, data)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import cache
 from html import escape
-from itertools import cycle
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -60,8 +59,7 @@ def _legend(data: Mapping[str, Any]) -> str:
     first, *others = scenes = data["scenes"]
     shown = []
     if others:
-        looks = cycle(colours.CABLES)
-        shown += [_swatch(pair, escape(scene["label"])) for pair, scene in zip(looks, scenes, strict=False)]
+        shown += [_swatch(Pair(*scene["colour"]), escape(scene["label"]), thing=scene["thing"]) for scene in scenes]
     elif "tension" in first:
         low, high = map(number, first["range"])
         shown.append(f'<span class="scale">tension {low} N <i id="bar"></i> {high} N</span>')
@@ -79,8 +77,9 @@ def _legend(data: Mapping[str, Any]) -> str:
     return f'<div class="legend">{"".join([*shown, *buttons])}</div>'
 
 
-def _swatch(pair: Pair, text: str, line: str = "solid") -> str:
-    return f'<span><i class="swatch paired" style="{paired(pair)};border-top-style:{line}"></i>{text}</span>'
+def _swatch(pair: Pair, text: str, line: str = "solid", thing: str = "") -> str:
+    of = f' data-thing="{escape(thing)}"' if thing else ""
+    return f'<span><i class="swatch paired" style="{paired(pair)};border-top-style:{line}"{of}></i>{text}</span>'
 
 
 @cache

@@ -116,6 +116,7 @@ def _lines(panel: Panel, curves: Curves, arrays: Arrays, *, exact: bool) -> Iter
         yield {
             "name": " ".join(str(name).split()),
             "group": curves.group,
+            **curves.thing(str(name)),
             "colour": [colour, DARKER.get(colour, colour)],
             "dash": [] if isinstance(dashes, str) else list(np.asarray(dashes[1], float)),
             "width": curves.width,

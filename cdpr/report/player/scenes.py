@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,18 @@ from cdpr.model.robot import Array
 from cdpr.report.player.arrays import Arrays
 from cdpr.report.plots.pictures import frames, pictures_of
 from cdpr.view import Pictures, Subject, solid
-from cdpr.view.shapes import radius_around
+from cdpr.view.colours import DARK
+from cdpr.view.shapes import radius_around, world_origin
 
+UNMARKED: Mapping[str, Any] = MappingProxyType({})
 MOST_OUTLINES = 40  # pictures with the outlines of exits, which turn slowly
 FAR = 1.0  # times the robot's size: what is farther out is not looked at
 
 
-def scene_of_run(run: Run, arrays: Arrays, label: str = "") -> dict[str, Any]:
-    """Return the scene of a run, which must have a row."""
-    return scene(pictures_of(run, frames(run)), arrays, label)
+def scene_of_run(run: Run, arrays: Arrays, label: str = "", look: Mapping[str, Any] = UNMARKED) -> dict[str, Any]:
+    """Return the scene of a run, which must have a row; of several, `look` tells it apart."""
+    marked = {"thing": look["thing"], "colour": [look["color"], DARK[look["color"]]]} if look else {}
+    return scene(pictures_of(run, frames(run)), arrays, label) | marked
 
 
 def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
@@ -85,7 +89,7 @@ def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:
     way = np.concatenate([shown.position[sane], shown.way[sane]]) if subject.led else shown.position[sane]
     way = way[np.linalg.norm(way - middle, axis=1) < FAR * size]
     around = radius_around(subject.shape, subject.anchors[:, 3:])
-    points = np.concatenate([fixed, way.reshape(-1, 3)])
+    points = np.concatenate([fixed, way.reshape(-1, 3), world_origin(fixed)])
     if len(fixed) < 3 or not len(subject.frame):
         points = np.concatenate([points, way - around, way + around])
     return [points.min(axis=0).tolist(), points.max(axis=0).tolist()]

@@ -1,8 +1,12 @@
-"""The panels of a comparison: overlays, and differences on a logarithmic axis."""
+"""Panels of a comparison: differences on a logarithmic axis, and poses and tensions of all runs over one another.
+
+An engine has one colour, one width and one pattern in all panels; each component of a pose and each cable has a panel
+of its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,16 +15,14 @@ from cdpr.compare.comparison import Group
 from cdpr.compare.differences import QUANTITIES, apart
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.report.marks import AXES, CABLES, INK, SOFT, cable_looks, shorten
+from cdpr.report.marks import shorten
 from cdpr.report.plots.histories import Points, points, roll_pitch_yaw
 from cdpr.report.plots.panel import Curves, Entry, Limit, Panel
 
-Drawing = tuple[str, Callable[[Group], list[Panel]], str]
+Looks = Mapping[str, dict[str, Any]]  # of engines, by their labels
+Drawing = tuple[str, Callable[[Group, str, Looks], list[Panel]], str]
 
-# One pattern an engine, thin and dark on the judge's broad line: where all agree, all can be seen.
-DASHES: tuple[Any, ...] = ((0, (1.2, 5.0)), (2.0, (1.2, 5.0)), (4.0, (1.2, 5.0)), (0, (4.0, 2.0)), (0, (6.0, 2.0)))
-BROAD, THIN = 2.4, 1.0
-WIDTHS = (3.6, 2.4, 1.4, 0.8)  # so that lines upon each other show
+SMALL = 1.0  # in, height of a panel of many
 
 # That an axis of differences spans at least: with bounds so many that these are in view.
 DECADES = {False: 3.0, True: 8.0}
@@ -32,9 +34,9 @@ def drawings(group: Group) -> dict[str, Drawing]:
         "differences": (
             "Differences from the judge",
             differences,
-            "Distance of each engine from the judge, powers of ten; of the tensions that of the cable in which they "
-            "differ most. Engines of one scheme and one step lie upon each other: this is the error of their scheme, "
-            "in proportion to a power of the step.",
+            "Distance of each engine from the judge, powers of ten; for tensions that of the cable in which they "
+            "differ most. Engines with one scheme and one step coincide: this is the error of their scheme, in "
+            "proportion to a power of the step.",
         )
     }
     if group.twins:
@@ -42,60 +44,39 @@ def drawings(group: Group) -> dict[str, Drawing]:
             "Differences beyond the scheme",
             beyond,
             "Distance of each engine from the judge running the engine's own scheme with the same step: round-off, "
-            "where all is well. Dashed: what is allowed. Zero is drawn at 10<sup>−16</sup>.",
+            "where all is well. Dashed grey: the bound. Zero is drawn at 10<sup>−16</sup>.",
         )
-    found["pose"] = (
-        "Pose",
-        pose,
-        "Position and attitude (roll, pitch, yaw) of all: broad the judge's, on it in dots or dashes the others'.",
-    )
-    found["tension"] = (
-        "Tensions",
-        tensions,
-        "Tension of each cable: broad the judge's, on it in dots or dashes the others'.",
-    )
+    found["pose"] = ("Pose", pose, "Position and attitude (roll, pitch, yaw) in all runs.")
+    found["tension"] = ("Tensions", tensions, "Tension of each cable in all runs.")
     return found
 
 
-def differences(group: Group) -> list[Panel]:
-    """The distance of each run from the judge's, one panel a quantity."""
-    assert group.judge is not None
-    pairs = {label: (run, group.judge) for label, run in _others(group)}
-    return list(_distances(group, pairs))
+def differences(group: Group, judge: str, looks: Looks) -> list[Panel]:
+    """Return the distance of each run from the judge's, one panel a quantity."""
+    pairs = {label: (run, _judge(group)) for label, run in _others(group)}
+    return list(_distances(group, pairs, looks))
 
 
-def beyond(group: Group) -> list[Panel]:
-    """The distance of each run from the judge's with the same scheme."""
-    assert group.judge is not None
+def beyond(group: Group, judge: str, looks: Looks) -> list[Panel]:
+    """Return the distance of each run from the judge's with the same scheme."""
     twins = {row.label: group.twins.get(row.engine.scheme) for row in group.rows if row.standard == "scheme"}
     pairs = {label: (run, twin) for label, run in _others(group) if (twin := twins.get(label)) is not None}
-    return list(_distances(group, pairs, bounds=True))
+    return list(_distances(group, pairs, looks, bounds=True))
 
 
-def pose(group: Group) -> list[Panel]:
-    """The pose of all runs."""
-    position = _overlay(group, "position (m)", lambda run: run.position, AXES, _names("xyz"), 1e-3)
-    attitude = _overlay(
-        group,
-        "attitude (°)",
-        lambda run: np.degrees(roll_pitch_yaw(run)[1]),
-        AXES,
-        _names(["roll", "pitch", "yaw"]),
-        0.1,
-    )
-    return [position, attitude]
+def pose(group: Group, judge: str, looks: Looks) -> list[Panel]:
+    """Return the components of the pose, one panel each."""
+    names = ("x", "y", "z")
+    position = _components(group, judge, looks, "{} (m)", names, lambda run: run.position, 1e-3)
+    angles = ("roll", "pitch", "yaw")
+    attitude = _components(group, judge, looks, "{} (°)", angles, lambda run: np.degrees(roll_pitch_yaw(run)[1]), 0.1)
+    return [*position, *attitude]
 
 
-def tensions(group: Group) -> list[Panel]:
-    """The tensions of all runs."""
+def tensions(group: Group, judge: str, looks: Looks) -> list[Panel]:
+    """Return the tensions, one panel a cable."""
     cables = _judge(group).header.cables
-    looks = cable_looks(cables)
-    entries: list[Entry] = [
-        (shorten(name), {**look, "linestyle": "-"}) for name, look in zip(cables, looks, strict=True)
-    ]
-    colours = [look["color"] for look in looks]
-    panel = _overlay(group, "cable tension (N)", lambda run: run.tension, colours, entries, 1.0, 3.2)
-    return [panel]
+    return _components(group, judge, looks, "{} (N)", cables, lambda run: run.tension, 1.0)
 
 
 def _judge(group: Group) -> Run:
@@ -109,43 +90,50 @@ def _others(group: Group) -> Iterator[tuple[str, Run]]:
             yield row.label, row.run
 
 
-def _distances(group: Group, pairs: dict[str, tuple[Run, Run]], *, bounds: bool = False) -> Iterator[Panel]:
-    looks: list[dict[str, Any]] = [
-        {"color": CABLES[i % len(CABLES)], "linewidth": WIDTHS[i % len(WIDTHS)]} for i in range(len(pairs))
-    ]
-    legend: list[Entry] = [(shorten(label), look) for label, look in zip(pairs, looks, strict=True)]
+def _distances(
+    group: Group, pairs: dict[str, tuple[Run, Run]], looks: Looks, *, bounds: bool = False
+) -> Iterator[Panel]:
+    legend = _legend(list(pairs), looks)
     for name, quantity in QUANTITIES.items():
         curves = []
-        for look, (label, pair) in zip(looks, pairs.items(), strict=True):
+        for label, pair in pairs.items():
             values = apart(name, *pair)[1][:, None]
             if not bounds:
                 values = np.where(values > 0.0, values, np.nan)  # at the start all are one
-            curves.append(Curves(_padded(values, group), (look["color"],), width=look["linewidth"], names=(label,)))
-        allowed = (Limit("allowed", (float(np.log10(quantity.allowed(_judge(group)))),)),) if bounds else ()
+            curves.append(Curves.of(_padded(values, group), label, looks[label]))
+        allowed = (Limit("bound", (float(np.log10(quantity.allowed(_judge(group)))),)),) if bounds else ()
         title = f"{quantity.title} ({quantity.unit})"
         yield Panel(title, tuple(curves), legend, least=DECADES[bounds], limits=allowed, log=True)
 
 
-def _overlay(
+def _components(
     group: Group,
+    judge: str,
+    looks: Looks,
     label: str,
+    names: Sequence[str],
     values: Callable[[Run], Array],
-    colours: Any,
-    entries: list[Entry],
     least: float,
-    height: float = 1.55,
-) -> Panel:
-    """The judge's lines broad and in colour, the others' thin and dark on them."""
-    judge = _judge(group)
-    names = [name for name, _ in entries]
-    curves = [Curves(points(judge.time, values(judge)), colours, width=BROAD, names=names)]
-    how: list[Entry] = [(shorten(judge.header.backend), {"color": SOFT, "linewidth": BROAD})]
-    for i, (name, run) in enumerate(_others(group)):
-        dashes = DASHES[i % len(DASHES)]
-        theirs = [f"{part} {name}" for part in names]
-        curves.append(Curves(_padded(values(run), group), (INK,), (dashes,), THIN, theirs, "over"))
-        how.append((shorten(name), {"color": INK, "linewidth": THIN, "linestyle": dashes}))
-    return Panel(label, tuple(curves), [*entries, *how], least, height=height)
+) -> list[Panel]:
+    """Return a panel for each column of a quantity, with one line a run, the judge's first."""
+    time = _judge(group).time
+    found = {judge: points(time, values(_judge(group)))}
+    found |= {name: _padded(values(run), group) for name, run in _others(group)}
+    legend = _legend(list(found), looks)
+    return [
+        Panel(
+            label.format(shorten(name)),
+            tuple(Curves.of(known.columns(slice(k, k + 1)), who, looks[who]) for who, known in found.items()),
+            legend if k == 0 else (),
+            least=least,
+            height=SMALL,
+        )
+        for k, name in enumerate(names)
+    ]
+
+
+def _legend(labels: Sequence[str], looks: Looks) -> list[Entry]:
+    return [(shorten(label), looks[label]) for label in labels]
 
 
 def _padded(values: Array, group: Group) -> Points:
@@ -155,7 +143,3 @@ def _padded(values: Array, group: Group) -> Points:
     count = min(len(padded), len(values))
     padded[:count] = values[:count]
     return points(time, padded)
-
-
-def _names(names: Any) -> list[Entry]:
-    return [(name, {"color": colour, "linewidth": BROAD}) for name, colour in zip(names, AXES, strict=True)]

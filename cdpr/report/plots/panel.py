@@ -35,6 +35,16 @@ class Curves:
     names: Sequence[str] = ()  # of the columns
     group: str = ""  # what the columns are, where other panels have the same: "cable", ...
 
+    @classmethod
+    def of(cls, points: Points, name: str, look: dict[str, Any]) -> Curves:
+        """Return one line with a look of `overlaid_looks`."""
+        kind = look["thing"].partition(":")[0]
+        return cls(points, (look["color"],), (look["linestyle"],), look["linewidth"], (name,), kind)
+
+    def thing(self, name: str) -> dict[str, str]:
+        """Return which thing the column `name` stands for, if it has one colour throughout a page."""
+        return {"thing": f"{self.group}:{name}"} if self.group not in ("", "over") and name else {}
+
 
 @dataclass(frozen=True)
 class Limit:

@@ -12,12 +12,16 @@ from cdpr.report.text.aligned import digits, table
 WIDTH = 80
 VERDICTS = {True: "agree", False: "DISAGREE", None: "not judged"}
 
+DIFFERENT_SOLVERS = "The runs use different solvers; differences are shown, not judged."
+
 Figures = Mapping[str, Any]
 
 
 def lines(figures: Figures) -> Iterator[str]:
     """Yield the lines: the verdict first, then one table an engine, the orders, and what could not run."""
     yield from _wrapped(f"{VERDICTS[figures['agrees']]}: {subject(figures)}")
+    if figures["agrees"] is None and different_solvers(figures):
+        yield DIFFERENT_SOLVERS
     for group in figures["groups"]:
         yield ""
         yield from _wrapped(f"solver {group['solver']}: {VERDICTS[group['agrees']]}{_about(group)}")
@@ -34,6 +38,11 @@ def lines(figures: Figures) -> Iterator[str]:
             yield from _wrapped(text)
     for name, reason in figures["absent"].items():
         yield from _wrapped(f"{name}: not run: {reason}")
+
+
+def different_solvers(figures: Figures) -> bool:
+    """Return whether finished runs with different tension solvers were compared."""
+    return any(", " in group["solver"] for group in figures["groups"])
 
 
 def subject(figures: Figures) -> str:

@@ -29,16 +29,15 @@ class Figure:
 
 LEAST_FORCE = 1e-3  # N: what iterative solvers leave undecided of a tension of a kilonewton
 
-STEP = "Largest change of a tension from one sample to the next (N)"
 FIGURES = (
     Figure("position_error_max_m", "Largest position error (mm)", "max mm", 1e3, LEAST_ERROR),
     Figure("position_error_rms_m", "Position error, rms (mm)", "rms mm", 1e3, LEAST_ERROR),
     Figure("orientation_error_max_rad", "Largest orientation error (mrad)", "max mrad", 1e3, LEAST_ERROR),
     Figure("tension_max_N", "Largest tension (N)", "max N", 1.0, LEAST_FORCE),
     Figure("tension_min_N", "Smallest tension (N)", "min N", 1.0, LEAST_FORCE),
-    Figure("tension_largest_step_N", STEP, "step N", 1.0, LEAST_FORCE),
+    Figure("tension_largest_step_N", "Largest tension step (N)", "step N", 1.0, LEAST_FORCE),
     Figure("infeasible_steps", "Samples without admissible tensions", "infeasible", 1.0, 1.0),
-    Figure("unanswered_steps", "Samples without a valid answer of the solver", "unanswered", 1.0, 1.0),
+    Figure("unanswered_steps", "Samples without a valid solution", "unanswered", 1.0, 1.0),
 )
 HEADINGS = [figure.heading for figure in FIGURES]
 

@@ -1,6 +1,7 @@
 // One panel: curves over time, limits, shades and events, on two canvases: what stands, and what follows the time.
 
 const EDGE = { left: 54, right: 22, top: 8, bottom: 6 };
+const TAG = "600 10px system-ui, sans-serif", WIDEST_TAG = 58; // names at the ends of lines; longer ones are in the legend alone
 const TIME_ROOM = 20; // pixels below the last panel of a figure
 const POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
@@ -19,6 +20,7 @@ class Plot {
     this.area.setAttribute("aria-label", `${panel.label} over time. ${state.hint}`);
     [this.base, this.top] = this.area.querySelectorAll("canvas");
     home.append(this.root);
+    this.measure();
     this.legend();
     this.hands();
     new ResizeObserver(() => { this.stale = true; this.state.wake(); }).observe(this.area);
@@ -31,7 +33,18 @@ class Plot {
   key(series) { return series.group ? `${series.group}:${series.name}` : ""; }
   hidden(series) { return this.off?.has(series) || this.state.hidden.has(this.key(series)); }
   colour(series) { return series.colour[this.state.dark ? 1 : 0]; }
-  short(series, i) { return series.group === "cable" ? String(i + 1) : series.name.slice(0, 5); }
+  tag(series, i) { return series.group === "cable" ? String(i + 1) : series.name; }
+  get right() { return this.state.right ?? EDGE.right; } // one for all plots: they share their axis of time
+
+  // Names at the ends of lines, where there are several and all are short, and the room that they take.
+  measure() {
+    const c = this.base.getContext("2d");
+    c.font = TAG;
+    const tags = this.panel.series.map((series, i) => (series.group === "over" ? "" : this.tag(series, i)));
+    const wide = Math.max(0, ...tags.map((tag) => c.measureText(tag).width));
+    this.tags = tags.length > 1 && wide <= WIDEST_TAG ? tags : tags.map(() => "");
+    if (this.tags.some(Boolean)) this.state.right = Math.max(this.right, Math.ceil(wide) + 8);
+  }
 
   // Buttons that switch series on and off, each with its value at the cursor or the time.
   legend() {
@@ -66,6 +79,7 @@ class Plot {
   dress() {
     for (const { series, button } of this.entries) {
       const line = button.querySelector("line");
+      if (series.thing) line.dataset.thing = series.thing;
       line.style.stroke = this.colour(series);
       line.style.strokeWidth = Math.max(2, series.width + 0.6);
       line.style.strokeDasharray = series.dash.map((x) => x * series.width).join(" ");
@@ -88,7 +102,7 @@ class Plot {
       canvas.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
     }
     this.size = [box.width, box.height];
-    this.width = box.width - EDGE.left - EDGE.right;
+    this.width = box.width - EDGE.left - this.right;
     this.height = box.height - EDGE.top - EDGE.bottom - (this.last ? TIME_ROOM : 0);
     return true;
   }
@@ -244,14 +258,13 @@ class Plot {
 
   // At the ends of the lines, moved apart: colour is never alone in telling which is which.
   names(c) {
-    if (this.panel.series.length < 2) return;
     const tags = [];
     this.panel.series.forEach((series, i) => {
-      if (this.hidden(series) || series.group === "over" || !series.value.length) return;
+      if (this.hidden(series) || !this.tags[i] || !series.value.length) return;
       let k = Math.min(indexAt(series.time, this.state.window[1]), series.value.length - 1);
       while (k > 0 && Number.isNaN(series.value[k])) k--;
       const y = clamp(this.y(series.value[k]), EDGE.top, EDGE.top + this.height);
-      if (Number.isFinite(y)) tags.push({ y, text: this.short(series, i), colour: this.colour(series) });
+      if (Number.isFinite(y)) tags.push({ y, text: this.tags[i], colour: this.colour(series) });
     });
     tags.sort((a, b) => a.y - b.y);
     const gap = Math.min(11, this.height / Math.max(tags.length, 1));
@@ -259,10 +272,10 @@ class Plot {
     for (let i = tags.length - 1, limit = EDGE.top + this.height; i >= 0; i--, limit -= gap) tags[i].y = Math.min(tags[i].y, limit);
     c.textAlign = "left";
     c.textBaseline = "middle";
-    c.font = "600 10px system-ui, sans-serif";
+    c.font = TAG;
     for (const { y, text, colour } of tags) {
       c.fillStyle = colour;
-      c.fillText(text, EDGE.left + this.width + 4, y, EDGE.right - 4);
+      c.fillText(text, EDGE.left + this.width + 4, y);
     }
   }
 

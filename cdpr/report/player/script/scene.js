@@ -145,7 +145,7 @@ function still(films, data, dark, camera) {
     }
   }
   for (const edge of films[0].frame) lines.add(edge.slice(0, 3), edge.slice(3), frame, 2, 0.85);
-  const length = niceStep(2 * camera.radius, 14), origin = low.slice();
+  const length = niceStep(2 * camera.radius, 14), origin = [0, 0, 0]; // the world's
   [0, 1, 2].forEach((i) => {
     const tip = origin.slice();
     tip[i] += length;

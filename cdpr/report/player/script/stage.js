@@ -75,7 +75,7 @@ class Stage {
     };
     this.looks = this.films.map((_, i) => {
       if (!several) return base;
-      const run = rgb(cables[i % cables.length][dark]);
+      const run = rgb((this.films[i].colour || cables[i % cables.length])[dark]);
       return { ...base, run, edge: run, opacity: i === 0 ? 1 : 0.35, body: base.body.map((x, k) => 0.6 * x + 0.4 * run[k]) };
     });
     this.painter.forget();
@@ -185,12 +185,13 @@ class Stage {
         });
       }
     }
-    const { origin, length } = this.axes;
+    const { origin, length } = this.axes, root = this.camera.project(view, origin);
     ["x", "y", "z"].forEach((name, i) => {
       const tip = origin.slice();
       tip[i] += 1.22 * length;
       const p = this.camera.project(view, tip);
-      if (p) say(p, name, this.data.axes[i][dark], "700 13px system-ui, sans-serif");
+      if (!p || Math.hypot(p[0] - root[0], p[1] - root[1]) < 8) return; // it points to the viewer
+      say(p, name, this.data.axes[i][dark], "700 13px system-ui, sans-serif");
     });
   }
 
